@@ -1,0 +1,7 @@
+"""`python -m aeros` is `aeros`."""
+
+import sys
+
+from aeros.cli.main import main
+
+sys.exit(main())

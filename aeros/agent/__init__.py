@@ -1,0 +1,1 @@
+"""The one persistent agent: it observes, plans, proposes and remembers; it cannot act."""

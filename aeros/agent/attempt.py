@@ -1,0 +1,148 @@
+"""One skill invocation, whole: precondition, request, submission, new observation, judgement, memory."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from aeros.agent.dispatcher import Dispatch, Dispatcher, UndispatchableError
+from aeros.agent.journal import Journal
+from aeros.agent.memory import Beginning, Ending, Memory
+from aeros.agent.report import Role, StepRecord
+from aeros.agent.supervisor import Judgement, judge, precondition_problem
+from aeros.agent.values import plain
+from aeros.agent.world import World, measured_world
+from aeros.runtime.ports import Runtime, StepStatus
+
+_TRIED: Final = {StepStatus.FINISHED, StepStatus.STOPPED, StepStatus.TIMED_OUT, StepStatus.RAISED}
+
+
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """What came of trying to run a skill.
+
+    failed: not starting is failing too.
+    reason: why it failed.
+    repeatable: it failed in the way that retries are for: the skill ran, and failed as declared.  After
+        a denial, a refusal, an unmet precondition or an undeclared outcome the plan rests on something
+        that is not so.
+    record: None where it was not submitted.
+    """
+
+    failed: bool
+    reason: str
+    repeatable: bool = False
+    record: StepRecord | None = None
+
+    @property
+    def denied(self) -> bool:
+        """Whether the gate denied an action of it."""
+        return self.record is not None and self.record.status is StepStatus.DENIED
+
+
+class Attempts:
+    """Runs skills through the runtime, one at a time, and keeps the world as last measured."""
+
+    def __init__(self, runtime: Runtime, memory: Memory, journal: Journal, task: str) -> None:
+        self._runtime = runtime
+        self._memory = memory
+        self._journal = journal
+        self._dispatcher = Dispatcher(runtime, memory)
+        self._task = task
+        self.records: list[StepRecord] = []
+        self.world: World = self.observe()
+
+    def observe(self) -> World:
+        """Measure the world anew."""
+        readings = self._runtime.observe()
+        self.world = measured_world(self._runtime.site.state, readings, self._runtime.now())
+        return self.world
+
+    def invoke(self, role: Role, module: str, skill: str, inputs: Mapping[str, Any]) -> Attempt:
+        """Run `module.skill` if it is active and its precondition is measured now."""
+        try:
+            dispatch = self._dispatcher.dispatch(module, skill, inputs)
+        except UndispatchableError as error:
+            return self._not_started(role, module, skill, str(error))
+        problem = precondition_problem(dispatch.skill, self.world, dispatch.inputs)
+        if problem is not None:
+            return self._not_started(role, module, skill, problem)
+        record, judgement = self._run(role, dispatch)
+        self.records.append(record)
+        repeatable = record.failed and record.status in _TRIED and not judgement.undeclared
+        return Attempt(record.failed, record.reason, repeatable, record)
+
+    def _run(self, role: Role, dispatch: Dispatch) -> tuple[StepRecord, Judgement]:
+        request = dispatch.request
+        name = f"{request.module}.{request.skill}"
+        inputs = {key: plain(value) for key, value in request.inputs.items()}
+        started = self._runtime.now()
+        before = self.world.predicates
+        episode = self._memory.begin(
+            Beginning(self._task, request.module, request.skill, role.value, inputs, started, before)
+        )
+        successes, failures = dispatch.record
+        self._journal.tell_step(
+            "step-started",
+            f"{role.value} {name} ({successes} successes and {failures} failures so far)",
+            skill=name,
+            role=role.value,
+            inputs=inputs,
+            successes=successes,
+            failures=failures,
+        )
+        result = self._runtime.submit(request)
+        ended = self._runtime.now()
+        after = self.observe()
+        judgement = judge(dispatch.skill, result, after)
+        ending = Ending(
+            result.status.value,
+            judgement.outcome,
+            judgement.failed,
+            judgement.reason,
+            ended,
+            after.predicates,
+        )
+        self._memory.end(episode, ending)
+        self._journal.tell_step(
+            "step-ended",
+            f"{role.value} {name}: {judgement.reason or f'outcome `{judgement.outcome}`'}",
+            skill=name,
+            role=role.value,
+            status=result.status.value,
+            outcome=judgement.outcome,
+            failed=judgement.failed,
+            reason=judgement.reason,
+        )
+        if judgement.undeclared:
+            self._journal.tell(
+                "undeclared-outcome",
+                f"{name} ended in a state that its manifest does not declare",
+                skill=name,
+                before=dict(before),
+                after=dict(after.predicates),
+            )
+        record = StepRecord(
+            role=role,
+            module=request.module,
+            skill=request.skill,
+            inputs=inputs,
+            status=result.status,
+            outcome=judgement.outcome,
+            failed=judgement.failed,
+            reason=judgement.reason,
+            started=started,
+            ended=ended,
+            allowed=result.allowed,
+            attenuated=result.attenuated,
+            denied=result.denied,
+        )
+        return record, judgement
+
+    def _not_started(self, role: Role, module: str, skill: str, reason: str) -> Attempt:
+        name = f"{module}.{skill}"
+        self._journal.tell(
+            "step-not-started", f"{role.value} {name}: {reason}", skill=name, role=role.value, reason=reason
+        )
+        return Attempt(failed=True, reason=reason)

@@ -1,0 +1,16 @@
+"""What the agent refuses, with the reason in words."""
+
+from __future__ import annotations
+
+from aeros.spec.errors import UserError
+
+
+class RefusedError(UserError):
+    """The agent does not start or does not take the task; `reason` says why, for people."""
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(())
+        self.reason = reason
+
+    def __str__(self) -> str:
+        return self.reason

@@ -1,0 +1,129 @@
+"""Who the agent is, across sessions, and that it is the only one: one state folder is one robot's.
+
+Exactly one agent holds a state folder.  The lock is an open file description, so the kernel
+releases it when the last process that holds it ends, by kill -9 too; a child that was forked
+without `exec` shares it, and while such a child may still drive the robot no second agent starts.
+The lock file is never deleted: a new file of that name would be a second lock.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from uuid import UUID, uuid4
+
+from aeros.agent.errors import RefusedError
+
+_LOCK = "agent.lock"
+_IDENTITY = "identity.json"
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """The agent that persists: given its name and id once, at birth.
+
+    created: UTC, ISO 8601.
+    sessions: how often it has been woken, this time included.
+    """
+
+    id: UUID
+    name: str
+    created: str
+    sessions: int
+
+
+@contextmanager
+def sole_identity(folder: Path, name: str) -> Iterator[Identity]:
+    """The identity kept in `folder`, awake and held by nobody else; born as `name` if there is none.
+
+    Raises `RefusedError` where another agent holds the folder, or the identity cannot be read.
+    """
+    with _exclusive(folder):
+        identity = _read(folder / _IDENTITY) or Identity(uuid4(), name, _utc_now(), 0)
+        identity = replace(identity, sessions=identity.sessions + 1)
+        _write(folder / _IDENTITY, identity)
+        yield identity
+
+
+@contextmanager
+def _exclusive(folder: Path) -> Iterator[None]:
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        flags = os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
+        descriptor = os.open(folder / _LOCK, flags, 0o600)
+    except OSError as error:
+        raise RefusedError(f"the agent's state folder {folder} cannot be used: {error.strerror}") from error
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise RefusedError(f"this robot has an agent already: {_holder(descriptor)}") from None
+        except OSError as error:
+            raise RefusedError(f"{folder / _LOCK} cannot be locked: {error.strerror}") from error
+        holder = {"pid": os.getpid(), "host": socket.gethostname(), "since": _utc_now()}
+        os.ftruncate(descriptor, 0)
+        os.pwrite(descriptor, json.dumps(holder).encode(), 0)
+        yield
+        os.ftruncate(descriptor, 0)
+    finally:
+        os.close(descriptor)
+
+
+def _holder(descriptor: int) -> str:
+    try:
+        holder = json.loads(os.pread(descriptor, 4096, 0))
+        return f"pid {holder['pid']} on {holder['host']}, since {holder['since']}"
+    except (ValueError, KeyError, TypeError):
+        # Between taking the lock and saying who took it.
+        return "a process that has not said yet who it is"
+
+
+def _read(path: Path) -> Identity | None:
+    try:
+        text = path.read_text("utf-8")
+    except FileNotFoundError:
+        return None
+    except (OSError, UnicodeDecodeError) as error:
+        raise RefusedError(f"the agent's identity {path} cannot be read: {error}") from error
+    try:
+        kept = json.loads(text)
+        identity = Identity(UUID(kept["id"]), str(kept["name"]), str(kept["created"]), int(kept["sessions"]))
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        # A new identity here would cut the agent off from its memory without a word.
+        raise RefusedError(f"the agent's identity {path} is damaged; restore it from a backup") from error
+    return identity
+
+
+def _write(path: Path, identity: Identity) -> None:
+    """Replace the file whole: after a power cut it holds the old identity or the new one."""
+    kept = {
+        "id": str(identity.id),
+        "name": identity.name,
+        "created": identity.created,
+        "sessions": identity.sessions,
+    }
+    beside = path.with_suffix(".new")
+    try:
+        with beside.open("w", encoding="utf-8") as file:
+            json.dump(kept, file, indent=2)
+            file.flush()
+            os.fsync(file.fileno())
+        beside.replace(path)
+        directory = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(directory)
+        finally:
+            os.close(directory)
+    except OSError as error:
+        raise RefusedError(f"the agent's identity {path} cannot be written: {error.strerror}") from error
+
+
+def _utc_now() -> str:
+    return datetime.now(UTC).isoformat(timespec="seconds")

@@ -1,0 +1,65 @@
+"""From an instruction to the one task it names, by the words that the tasks declare.
+
+Words match whole and in any case.  Where several tasks match, or none, that is said: the agent
+does not guess what it was asked to do.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from aeros.agent.errors import RefusedError
+from aeros.spec.diagnostics import quoted
+from aeros.spec.model import Ecm, Task
+
+
+class RoutingError(RefusedError):
+    """The instruction names no task, or more than one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Routed:
+    """A task and the module that provides it."""
+
+    module: str
+    task: Task
+
+    def __str__(self) -> str:
+        return f"{self.module}.{self.task.id}"
+
+
+def route(instruction: str, modules: Mapping[str, Ecm]) -> Routed:
+    """The only task of the active `modules` one of whose words is in `instruction`; else `RoutingError`."""
+    tasks = [Routed(name, task) for name, module in modules.items() for task in module.tasks.values()]
+    asked = _words(instruction)
+    found = [routed for routed in tasks if any(_mentions(asked, word) for word in routed.task.words)]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        candidates = ", ".join(f"`{routed}` ({', '.join(routed.task.words)})" for routed in found)
+        raise RoutingError(f"{quoted(instruction)} may mean several tasks: {candidates}")
+    raise RoutingError(f"no installed module provides {quoted(instruction)}; {_nearest(asked, tasks)}")
+
+
+def _words(text: str) -> tuple[str, ...]:
+    return tuple(re.findall(r"\w+", text.casefold()))
+
+
+def _mentions(asked: tuple[str, ...], declared: str) -> bool:
+    """Whether the words of `declared` (mostly one) stand in `asked`, side by side."""
+    wanted = _words(declared)
+    last = len(asked) - len(wanted)
+    return bool(wanted) and any(asked[at : at + len(wanted)] == wanted for at in range(last + 1))
+
+
+def _nearest(asked: tuple[str, ...], tasks: list[Routed]) -> str:
+    declared = {word: routed for routed in tasks for word in routed.task.words}
+    if not declared:
+        return "no task is installed"
+    # An instruction may be any text at all, and difflib is quadratic.
+    close = [near for word in asked[:50] for near in difflib.get_close_matches(word[:64], declared, n=1)]
+    shown = dict.fromkeys(close or sorted(declared))
+    return "nearest: " + ", ".join(f"`{word}` ({declared[word]})" for word in list(shown)[:8])

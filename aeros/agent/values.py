@@ -1,0 +1,64 @@
+"""A value as it is given, checked against its declaration and made exact; or the reason it is unusable."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any, cast
+
+from aeros.spec.expr.semantics import Value
+from aeros.spec.expr.types import BoolType, EnumType, FamilyType, RealType, Type, VectorType
+from aeros.spec.model import Declared
+
+
+class UnusableValueError(Exception):
+    """A value that is not what is declared; the message completes “`NAME` …”."""
+
+
+def exact(declared: Declared, value: Any) -> Value:
+    """`value` as `semantics.py` takes it: a finite double is the rational it denotes.
+
+    A look-alike (a `bool` for a number, a subclass of `float`) is refused: it may compare as it likes.
+    Raises `UnusableValueError`.
+    """
+    return _exact(declared, declared.variable.type, value)
+
+
+def plain(value: Any) -> Any:
+    """`value` for JSON: rationals as the nearest double, tuples as lists."""
+    if isinstance(value, Fraction):
+        return float(value)
+    return [plain(part) for part in value] if isinstance(value, tuple) else value
+
+
+def _exact(declared: Declared, type_: Type, value: Any) -> Value:
+    match type_:
+        case BoolType() if type(value) is bool:
+            return value
+        case RealType() if type(value) in (float, Fraction):
+            return _real(declared, value)
+        case EnumType(members=members) if type(value) is str:
+            if value not in members:
+                raise UnusableValueError(f"is {value!r}, which is none of {', '.join(members)}")
+            return value
+        case VectorType(dimension=dimension) if type(value) is tuple and len(value) == 3:
+            return _tuple(declared, RealType(dimension), value)
+        case FamilyType(index=index, element=element) if type(value) is tuple and len(value) == len(
+            index.members
+        ):
+            return _tuple(declared, element, value)
+    raise UnusableValueError(f"is of type {type(value).__name__}, which is not {type_}")
+
+
+def _real(declared: Declared, value: float | Fraction) -> Fraction:
+    if not math.isfinite(value):
+        raise UnusableValueError("is not finite")
+    number = Fraction(value)
+    if declared.range is not None and not declared.range[0] <= number <= declared.range[1]:
+        low, high = (float(bound) for bound in declared.range)
+        raise UnusableValueError(f"is {float(number):g} in SI, outside {low:g} … {high:g}")
+    return number
+
+
+def _tuple(declared: Declared, element: BoolType | RealType, parts: tuple[Any, ...]) -> Value:
+    return cast("Value", tuple(_exact(declared, element, part) for part in parts))

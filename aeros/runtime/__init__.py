@@ -1,0 +1,1 @@
+"""What mediates every action: gate, configuration, executor, monitor, audit."""

@@ -1,0 +1,223 @@
+"""Carries out steps: skill → gate → record → plant → observation, in this order and no other.
+
+- No motion without a decision on readings taken just before, and no decision acted on before its
+  record is durable.
+- However a step ends, by itself, denied, stopped, late, or because something here is broken, the same
+  clean-up runs once: the plant is stopped unless the skill finished, the generator is closed, the
+  plant hears that the skill ended, the end is recorded.
+- What a skill, a planner or a caller gets wrong is a `StepResult`.  What is wrong with AEROS itself
+  (`InternalError` from the gate, a plant that raises) or with the record (`AuditError`) is raised,
+  after the clean-up.
+
+A skill is interrupted between actions and during them, not while its own code runs (`skill_run`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from aeros.runtime.audit import AuditError, AuditLog, DecisionCounts
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.decision import Caller, Decision, Reason, Verdict
+from aeros.runtime.gate import Gate
+from aeros.runtime.inputs import InputError, settle_inputs
+from aeros.runtime.monitor import compile_monitor
+from aeros.runtime.observation import observation_for
+from aeros.runtime.ports import Plant, Readings, StepRequest, StepResult, StepStatus
+from aeros.runtime.records import caller_details, decision_details, session_details, spell_reasons
+from aeros.runtime.skill_run import Ending, SkillRun
+from aeros.runtime.skills import Loader, SkillRefusedError, told
+from aeros.runtime.usage import ClockError, Usage
+from aeros.skill import Action
+from aeros.spec.errors import InternalError
+from aeros.spec.model import Ecm, Site, Skill
+
+MOST_ACTIONS: Final = 10_000
+"""Actions of one step beyond which a skill floods; a zero-time action could otherwise repeat for ever."""
+
+
+class _RefusedError(Exception):
+    """The step never starts; the message says why."""
+
+
+@dataclass
+class _Step:
+    """One step under way."""
+
+    ecm: Ecm
+    caller: Caller
+    run: SkillRun
+    deadline: float
+    ending: Ending | None = None
+    counts: DecisionCounts = field(default_factory=DecisionCounts)
+
+    @property
+    def name(self) -> str:
+        return f"{self.caller.module}.{self.caller.skill}"
+
+    @property
+    def finished(self) -> bool:
+        return self.ending is not None and self.ending.status is StepStatus.FINISHED
+
+
+class Executor:
+    """The runtime as the agent sees it (`ports.Runtime`), for one configuration and one plant.
+
+    Runs one step at a time.  It owns neither plant nor log: whoever made them closes them.
+    """
+
+    def __init__(
+        self, configuration: Configuration, gate: Gate, plant: Plant, audit: AuditLog, loader: Loader
+    ) -> None:
+        self._configuration = configuration
+        self._gate = gate
+        self._plant = plant
+        self._audit = audit
+        self._load = loader
+        self._monitor = compile_monitor(configuration.site)
+        self._usage = Usage(configuration.site.quotas)
+        audit.append("session-opened", session_details(configuration))
+
+    @property
+    def site(self) -> Site:
+        """The site whose policy governs."""
+        return self._configuration.site
+
+    def active_modules(self) -> Mapping[str, Ecm]:
+        """The certified, active modules by name."""
+        return self._configuration.modules
+
+    def now(self) -> float:
+        """Seconds on the plant's clock."""
+        return self._plant.now()
+
+    def observe(self) -> Readings:
+        """Everything that is measured now."""
+        return self._plant.observe()
+
+    def note(self, event: str, details: Mapping[str, Any]) -> None:
+        """Put an event of the agent's into the record, as a note, so it cannot pass for one of ours."""
+        self._audit.append("note", {"event": event, "details": dict(details)})
+
+    def submit(self, request: StepRequest) -> StepResult:
+        """Run one skill to its end, every action decided by the gate; never raises for a bad request."""
+        asked = {"module": request.module, "skill": request.skill, "inputs": request.inputs}
+        try:
+            step = self._prepare(request)
+        except _RefusedError as refusal:
+            self._audit.append("step-refused", {"reason": str(refusal), **asked})
+            return StepResult(StepStatus.REFUSED, str(refusal))
+        began = {"time": self.now(), "deadline": step.deadline}
+        self._audit.append("step-began", {**began, **caller_details(step.caller)})
+        try:
+            ending = self._carry_out(step)
+        except BaseException as failure:
+            self._record_broken(step, failure)
+            raise
+        counts = step.counts
+        outcome = {"time": self.now(), "status": ending.status.value, "reason": ending.reason}
+        self._audit.append("step-ended", {**outcome, **caller_details(step.caller)})
+        return StepResult(ending.status, ending.reason, counts.allowed, counts.attenuated, counts.denied)
+
+    # Before and after.
+
+    def _prepare(self, request: StepRequest) -> _Step:
+        """The step, ready to start; raises `_RefusedError`."""
+        ecm, skill = self._find(request)
+        try:
+            inputs = settle_inputs(skill.inputs, request.inputs)
+            function = self._load(ecm, skill)
+        except (InputError, SkillRefusedError) as refusal:
+            raise _RefusedError(str(refusal)) from refusal
+        deadline = self.now() + float(skill.timeout)
+        return _Step(ecm, Caller(ecm.id, skill.id, inputs), SkillRun(function, inputs), deadline)
+
+    def _find(self, request: StepRequest) -> tuple[Ecm, Skill]:
+        """The module and the skill that are asked for, among the active ones."""
+        if type(request.module) is not str or type(request.skill) is not str:
+            raise _RefusedError("module and skill are not both names")
+        ecm = self._configuration.modules.get(request.module)
+        if ecm is None:
+            raise _RefusedError(f"no module `{request.module}` is active")
+        skill = ecm.skills.get(request.skill)
+        if skill is None:
+            raise _RefusedError(f"module `{ecm.id}` has no skill `{request.skill}`")
+        return ecm, skill
+
+    def _carry_out(self, step: _Step) -> Ending:
+        with ExitStack() as leaving:
+            # Run from the last to the first, each even if another raises: what moves is stopped first.
+            leaving.callback(lambda: self._plant.skill_ended(step.name, finished=step.finished))
+            leaving.callback(self._close, step)
+            leaving.callback(lambda: None if step.finished else self._plant.stop())
+            self._plant.skill_began(step.name)
+            step.ending = self._drive(step)
+        return step.ending
+
+    @staticmethod
+    def _close(step: _Step) -> None:
+        complaint = step.run.close()
+        if complaint is not None and step.ending is not None:
+            reason = f"{step.ending.reason}; and its own clean-up raised {complaint}"
+            step.ending = step.ending._replace(reason=reason)
+
+    # The loop.
+
+    def _drive(self, step: _Step) -> Ending:
+        """Action after action until the skill or somebody else ends it."""
+        for _ in range(MOST_ACTIONS):
+            asked = step.run.resume(self._observation(step.ecm))
+            if isinstance(asked, Ending) and asked.status is StepStatus.RAISED:
+                return asked
+            if self.now() > step.deadline:
+                return Ending(StepStatus.TIMED_OUT, "the skill's time-out has passed")
+            if isinstance(asked, Ending):
+                return asked
+            ending = self._act(step, asked)
+            if ending is not None:
+                return ending
+        return Ending(StepStatus.RAISED, f"the skill floods: more than {MOST_ACTIONS} actions")
+
+    def _observation(self, ecm: Ecm) -> Mapping[str, Any]:
+        readings = self._plant.observe()
+        return observation_for(ecm, self.site, readings, self.now())
+
+    def _act(self, step: _Step, asked: Action) -> Ending | None:
+        """Decide, record, execute; None when the skill may go on."""
+        # In this order: a reading is never younger than the time it is judged at.
+        readings = self._plant.observe()
+        now = self.now()
+        decision = self._decide(step.caller, readings, asked, now)
+        step.counts = step.counts.plus(decision.verdict)
+        digest = self._configuration.digest
+        details = decision_details(decision, digest, now, readings, step.caller, asked)
+        self._audit.append("decision", details)
+        if decision.verdict is Verdict.DENY:
+            return Ending(StepStatus.DENIED, spell_reasons(decision.reasons))
+        if decision.action is None:
+            raise InternalError(f"the gate said {decision.verdict.value} and gave no action")
+        # Counted before it moves: an action that fails half-way was executed too.
+        self._usage.executed(decision.action.kind, now)
+        completion = self._plant.execute(decision.action, self._monitor, step.deadline)
+        if completion.completed:
+            return None
+        if completion.reason == "deadline":
+            return Ending(StepStatus.TIMED_OUT, "the skill's time-out passed during a motion")
+        return Ending(StepStatus.STOPPED, completion.reason or "the plant gave no reason")
+
+    def _decide(self, caller: Caller, readings: Readings, asked: Action, now: float) -> Decision:
+        try:
+            usage = self._usage.count(now)
+        except ClockError as wrong:
+            return Decision(Verdict.DENY, None, (Reason("AE707", "clock", str(wrong)),))
+        return self._gate.decide(caller, readings, asked, now, usage)
+
+    def _record_broken(self, step: _Step, failure: BaseException) -> None:
+        """Say that the step broke off; a record that cannot be written is what is being raised already."""
+        try:
+            self._audit.append("step-broken", {"reason": told(failure), **caller_details(step.caller)})
+        except AuditError as unwritten:
+            failure.add_note(f"the end of the step is not in the record: {unwritten}")

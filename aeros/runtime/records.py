@@ -1,0 +1,67 @@
+"""What the audit record says of sessions, decisions and callers.
+
+What a skill or a planner supplied comes last in each: it may be too large to hold, and what comes
+before it must not suffer (`canonical`).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from aeros.runtime.canonical import digest_of
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.decision import Caller, Decision, Reason
+from aeros.runtime.ports import Readings
+from aeros.skill import Action
+
+
+def session_details(configuration: Configuration) -> dict[str, Any]:
+    """Which site governs and which code is active, by digest."""
+    site = configuration.site
+    modules = {
+        name: {"version": ecm.version, "manifest": ecm.manifest_digest, "code": ecm.code_digest}
+        for name, ecm in configuration.modules.items()
+    }
+    return {
+        "configuration": configuration.digest,
+        "site": {"id": site.id, "digest": site.digest},
+        "modules": modules,
+    }
+
+
+def decision_details(
+    decision: Decision,
+    configuration_digest: str,
+    now: float,
+    readings: Readings,
+    caller: Caller,
+    asked: Action,
+) -> dict[str, Any]:
+    """Everything the gate decided on, and what it decided: enough to decide it again."""
+    state = {name: [reading.value, reading.time] for name, reading in readings.items()}
+    return {
+        "verdict": decision.verdict.value,
+        "reasons": [[reason.code, reason.rule, reason.text] for reason in decision.reasons],
+        "configuration": configuration_digest,
+        "time": now,
+        "state_digest": digest_of(state),
+        "state": state,
+        **caller_details(caller),
+        "decided": None if decision.action is None else _action_details(decision.action),
+        "asked": _action_details(asked),
+    }
+
+
+def caller_details(caller: Caller) -> dict[str, Any]:
+    """Who asks, with its inputs."""
+    return {"module": caller.module, "skill": caller.skill, "inputs": dict(caller.inputs)}
+
+
+def spell_reasons(reasons: tuple[Reason, ...]) -> str:
+    """Why an action was denied, in words."""
+    spelt = "; ".join(f"{reason.code} {reason.rule}: {reason.text}" for reason in reasons)
+    return spelt or "the gate gave no reason"
+
+
+def _action_details(action: Action) -> dict[str, Any]:
+    return {"kind": action.kind, "parameters": dict(action.parameters)}

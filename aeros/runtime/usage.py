@@ -1,0 +1,55 @@
+"""How often each quota's actions were executed within its window: bounded memory, no clock of its own."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+from math import isfinite
+
+from aeros.spec.model import Quota
+
+
+class ClockError(Exception):
+    """The time given is before one given earlier, or no time at all: nothing can be counted, so deny."""
+
+
+class Usage:
+    """Executed actions by quota.  Times are plant seconds and must not go back.
+
+    The window is closed: an action exactly `within` seconds ago still counts.  At most `at_most` times
+    are kept per quota; more cannot change what is decided.
+    Not kept: usage before this object was made, so a restart forgets it.
+    """
+
+    def __init__(self, quotas: Iterable[Quota]) -> None:
+        self._quotas = tuple(quotas)
+        self._times: dict[str, deque[Fraction]] = {
+            quota.id: deque(maxlen=quota.at_most) for quota in self._quotas
+        }
+        self._latest: Fraction | None = None
+
+    def count(self, now: float) -> Mapping[str, int]:
+        """By quota id, how many actions it counts in the window that ends `now`, up to its `at_most`."""
+        at = self._advance(now)
+        for quota in self._quotas:
+            times = self._times[quota.id]
+            while times and at - times[0] > quota.within:
+                times.popleft()
+        return {quota: len(times) for quota, times in self._times.items()}
+
+    def executed(self, kind: str, now: float) -> None:
+        """Count an action of `kind` whose execution begins `now`."""
+        at = self._advance(now)
+        for quota in self._quotas:
+            if kind in quota.kinds:
+                self._times[quota.id].append(at)
+
+    def _advance(self, now: float) -> Fraction:
+        if not isfinite(now):
+            raise ClockError(f"the time {now} is no time")
+        at = Fraction(now)
+        if self._latest is not None and at < self._latest:
+            raise ClockError(f"the clock went back from {float(self._latest):.6g} s to {now:.6g} s")
+        self._latest = at
+        return at

@@ -1,0 +1,1 @@
+"""Plants: PyBullet physics, declared outcomes, and an in-memory fake."""

@@ -1,0 +1,302 @@
+"""A Franka Panda with its hand in a `World`: motors in, measured values out.
+
+The arm stands fixed at W's origin or on a carriage, two force-limited prismatic joints along x and y.
+Motors: position control with feed-forward velocity, gain 0.3, torque limits of record.  Joints are
+placed once, when the robot is built, and from then on only motors move them.
+"""
+
+# Frames live in names (p_WT, R_BT, J): house style (b).
+# ruff: noqa: N806
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import numpy as np
+import pybullet as bullet
+import pybullet_data
+
+from aeros.sim.kinematics import FLANGE_TO_TOOL, READY, forward
+from aeros.sim.limits import FINGER_GAP_MAX, FINGER_SPEED, QD_MAX, QDD_MAX, TAU_MAX, Vector
+from aeros.sim.profile import TICK
+from aeros.sim.world import Triple, World
+
+_GAIN: Final = 0.3
+"""Position gain of all arm and base motors (of 1): tracks within 0.006 rad."""
+
+_BASE_FORCE_MAX: Final = 600.0
+"""Greatest drive force of the carriage, N: a 60 kg base at 3 m/s² plus the arm's reaction."""
+
+BASE_ACCELERATION_MAX: Final = 1.0
+"""Greatest acceleration of the carriage, m/s²: the arm neither slips nor tips a real base of this mass."""
+
+_STOP_SHARE: Final = 0.9
+"""Share of the acceleration limits a protective stop uses."""
+
+
+@dataclass(frozen=True, slots=True)
+class RobotOptions:
+    """How a robot is built.
+
+    carriage: stands on a carriage that drives along x and y of W, else fixed.
+    base: where the arm's base frame B starts in W, m; z is its height for good.
+    posture: joint positions at the start, rad.
+    finger_friction: Coulomb coefficient of the finger pads.
+    """
+
+    carriage: bool = False
+    base: Triple = (0.0, 0.0, 0.0)
+    posture: tuple[float, ...] = tuple(float(q) for q in READY)
+    finger_friction: float = 1.0
+
+
+class RobotState(NamedTuple):
+    """What the robot's own sensors read after a tick, SI, positions in W."""
+
+    q: tuple[float, ...]
+    qd: tuple[float, ...]
+    torque: tuple[float, ...]
+    tool_position: Triple
+    tool_speed: float
+    finger_gap: float
+    finger_speed: float
+    base_position: Triple
+
+
+class Panda:
+    """The robot.  `q_command` and `qd_command` are the set points its motors follow now."""
+
+    def __init__(self, world: World, options: RobotOptions) -> None:
+        self._world = world
+        self.body = _load(world, options)
+        index = _joint_indices(self.body, world.client)
+        self._arm = [index[f"panda_joint{i}"] for i in range(1, 8)]
+        self.fingers = (index["panda_finger_joint1"], index["panda_finger_joint2"])
+        self._tool = index["panda_grasptarget_hand"]
+        self._wrist = index["panda_hand_joint"]
+        self.has_carriage = options.carriage
+        self._drive = [index["carriage_x"], index["carriage_y"]] if options.carriage else []
+        self._base_start = np.array(options.base)
+        self.q_command: Vector = np.array(options.posture, dtype=np.float64)
+        self.qd_command: Vector = np.zeros(7)
+        self.base_command: Vector = np.zeros(2)
+        self.base_speed_command: Vector = np.zeros(2)
+        self._assemble(options)
+
+    def _assemble(self, options: RobotOptions) -> None:
+        """Set friction and couplings and place the joints; the only place that resets joint states."""
+        client = self._world.client
+        for joint, q in zip(self._arm, self.q_command, strict=True):
+            bullet.resetJointState(self.body, joint, q, physicsClientId=client)
+        for finger in self.fingers:
+            bullet.resetJointState(self.body, finger, FINGER_GAP_MAX / 2, physicsClientId=client)
+            self._world.set_friction(self.body, finger, options.finger_friction)
+        # The hand drives both fingers with one motor; without the gear grasps are 15 mm off centre.
+        gear = bullet.createConstraint(
+            self.body,
+            self.fingers[0],
+            self.body,
+            self.fingers[1],
+            jointType=bullet.JOINT_GEAR,
+            jointAxis=[1, 0, 0],
+            parentFramePosition=[0, 0, 0],
+            childFramePosition=[0, 0, 0],
+            physicsClientId=client,
+        )
+        bullet.changeConstraint(gear, gearRatio=-1, erp=0.1, maxForce=50, physicsClientId=client)
+        bullet.enableJointForceTorqueSensor(self.body, self._wrist, True, physicsClientId=client)
+        self.grip(FINGER_GAP_MAX, 10.0)
+        self.hold()
+
+    # Motors.
+
+    def command(self, q: Vector, qd: Vector) -> None:
+        """Set the arm motors' set points, rad and rad/s, for the next tick."""
+        self.q_command, self.qd_command = q, qd
+        bullet.setJointMotorControlArray(
+            self.body,
+            self._arm,
+            bullet.POSITION_CONTROL,
+            targetPositions=q.tolist(),
+            targetVelocities=qd.tolist(),
+            forces=_TORQUES,
+            positionGains=_GAINS,
+            velocityGains=_ONES,
+            physicsClientId=self._world.client,
+        )
+
+    def command_base(self, xy: Vector, speed: Vector) -> None:
+        """Set the carriage's set points relative to its start, m and m/s, for the next tick."""
+        self.base_command, self.base_speed_command = xy, speed
+        bullet.setJointMotorControlArray(
+            self.body,
+            self._drive,
+            bullet.POSITION_CONTROL,
+            targetPositions=xy.tolist(),
+            targetVelocities=speed.tolist(),
+            forces=[_BASE_FORCE_MAX] * 2,
+            positionGains=[_GAIN] * 2,
+            velocityGains=[1.0] * 2,
+            physicsClientId=self._world.client,
+        )
+
+    def hold(self) -> None:
+        """Keep the commanded position, at rest."""
+        self.command(self.q_command, np.zeros(7))
+        if self.has_carriage:
+            self.command_base(self.base_command, np.zeros(2))
+
+    def grip(self, width: float, force: float) -> None:
+        """Drive the fingers to a gap of `width` (m) with at most `force` (N) on each."""
+        for finger in self.fingers:
+            bullet.setJointMotorControl2(
+                self.body,
+                finger,
+                bullet.POSITION_CONTROL,
+                targetPosition=width / 2.0,
+                force=force,
+                maxVelocity=FINGER_SPEED,
+                physicsClientId=self._world.client,
+            )
+
+    def yield_here(self) -> None:
+        """Take the measured joint positions for set points: stop pushing against what holds the arm."""
+        self.q_command = np.array(self.sense().q)
+        self.hold()
+
+    def stopping(self) -> Iterator[None]:
+        """Bring arm and carriage to rest, all joints together, one tick per item, then hold.
+
+        q(t) = q₀ + q̇₀·t·(1 − t/2T), T the shortest time that keeps every joint inside its limit.
+        """
+        q, qd = self.q_command, self.qd_command
+        xy, speed = self.base_command, self.base_speed_command
+        arm_time = float((np.abs(qd) / (QDD_MAX * _STOP_SHARE)).max())
+        base_time = float(np.abs(speed).max()) / BASE_ACCELERATION_MAX
+        ticks = int(np.ceil(max(arm_time, base_time) / TICK))
+        for tick in range(1, ticks + 1):
+            arm, base = min(tick * TICK, arm_time), min(tick * TICK, base_time)
+            if arm_time > 0.0:
+                share = 1.0 - arm / arm_time
+                self.command(q + qd * arm * (1.0 + share) / 2.0, qd * share)
+            if self.has_carriage and base_time > 0.0:
+                share = 1.0 - base / base_time
+                self.command_base(xy + speed * base * (1.0 + share) / 2.0, speed * share)
+            yield
+        self.hold()
+
+    # Sensors.
+
+    def sense(self) -> RobotState:
+        """Joint encoders and torques, and the tool's pose and speed, after the last tick."""
+        client = self._world.client
+        states = bullet.getJointStates(
+            self.body, [*self._arm, *self.fingers, *self._drive], physicsClientId=client
+        )
+        arm, left, right = states[:7], states[7], states[8]
+        tool = bullet.getLinkState(
+            self.body, self._tool, computeLinkVelocity=1, computeForwardKinematics=1, physicsClientId=client
+        )
+        vx, vy, vz = tool[6]
+        return RobotState(
+            q=tuple([s[0] for s in arm]),
+            qd=tuple([s[1] for s in arm]),
+            torque=tuple([s[3] for s in arm]),
+            tool_position=tool[4],
+            tool_speed=float((vx * vx + vy * vy + vz * vz) ** 0.5),
+            finger_gap=left[0] + right[0],
+            finger_speed=max(abs(left[1]), abs(right[1])),
+            base_position=self._base_position([s[0] for s in states[9:]]),
+        )
+
+    @property
+    def base_origin(self) -> Vector:
+        """Where in W the carriage's set points count from: x and y, m."""
+        return self._base_start[:2]
+
+    def _base_position(self, drive: list[float]) -> Triple:
+        x, y, z = self._base_start.tolist()
+        return (x + drive[0], y + drive[1], z) if drive else (x, y, z)
+
+    def finger_forces(self) -> tuple[float, float]:
+        """Normal contact force on each finger, N: what tactile pads would read."""
+        left = right = 0.0
+        for contact in self._world.contacts(self.body):
+            if contact.link_a == self.fingers[0]:
+                left += contact.force
+            elif contact.link_a == self.fingers[1]:
+                right += contact.force
+        return left, right
+
+    def wrist_load(self) -> float:
+        """Vertical force in W that the hand and what it touches exert on the wrist, N, up positive.
+
+        Includes the weight of hand and load: compare with a reading taken before contact.
+        """
+        client = self._world.client
+        reaction = bullet.getJointState(self.body, self._wrist, physicsClientId=client)[2]
+        # The hand points down, so the sensor's z is -z of W; the joint reacts to the load.
+        load: float = reaction[2]
+        return load
+
+    def tool_command(self) -> tuple[Vector, float]:
+        """The pose the arm is commanded to: tool position in B, m, and yaw, rad in (-π, π]."""
+        p_BT, R_BT, _ = forward(self.q_command[None, :])
+        return p_BT[0], float(np.arctan2(R_BT[0, 1, 0], R_BT[0, 0, 0]))
+
+    def tracking_error(self, state: RobotState) -> float:
+        """Largest distance of a joint from its set point, rad."""
+        return float(np.abs(self.q_command - np.array(state.q)).max())
+
+
+_TORQUES: Final = TAU_MAX.tolist()
+_GAINS: Final = [_GAIN] * len(QD_MAX)
+_ONES: Final = [1.0] * len(QD_MAX)
+
+_CARRIAGE: Final = """
+  <link name="rail"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
+  </inertial></link>
+  <link name="slider"><inertial><mass value="5"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
+  </inertial></link>
+  <link name="carriage"><inertial><mass value="55"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
+  </inertial><visual><origin xyz="0 0 {middle}"/><geometry><box size="0.5 0.45 {height}"/></geometry></visual>
+  <collision><origin xyz="0 0 {middle}"/><geometry><box size="0.5 0.45 {height}"/></geometry></collision>
+  </link>
+  <joint name="carriage_x" type="prismatic"><parent link="rail"/><child link="slider"/><axis xyz="1 0 0"/>
+  <limit lower="-10" upper="10" effort="600" velocity="2"/></joint>
+  <joint name="carriage_y" type="prismatic"><parent link="slider"/><child link="carriage"/><axis xyz="0 1 0"/>
+  <limit lower="-10" upper="10" effort="600" velocity="2"/></joint>
+  <joint name="carriage_top" type="fixed"><parent link="carriage"/><child link="panda_link0"/></joint>
+"""
+
+
+def _load(world: World, options: RobotOptions) -> int:
+    """Load the stock panda.urdf with three edits: no friction anchors, F_T_NE, and the carriage if asked.
+
+    The stock file glues what the fingers touch (`friction_anchor`) and puts the tool centre at 0.105 m.
+    Its soft finger pads (30 kN/m) stay: force control through rigid pads bounces.
+    """
+    folder = os.path.join(pybullet_data.getDataPath(), "franka_panda")
+    with open(os.path.join(folder, "panda.urdf"), encoding="utf-8") as stock:
+        text = stock.read()
+    text = text.replace("package://", folder + "/").replace("<friction_anchor/>", "")
+    text = text.replace('xyz="0 0 0.105"', f'xyz="0 0 {FLANGE_TO_TOOL}"')
+    if options.carriage:
+        height = options.base[2] - 0.02
+        frame = _CARRIAGE.format(height=height, middle=-height / 2.0)
+        text = text.replace("</robot>", frame + "</robot>")
+    with tempfile.TemporaryDirectory() as scratch:
+        path = os.path.join(scratch, "panda.urdf")
+        with open(path, "w", encoding="utf-8") as edited:
+            edited.write(text)
+        body: int = bullet.loadURDF(path, options.base, useFixedBase=True, physicsClientId=world.client)
+    return body
+
+
+def _joint_indices(body: int, client: int) -> dict[str, int]:
+    count = bullet.getNumJoints(body, physicsClientId=client)
+    names = (bullet.getJointInfo(body, joint, physicsClientId=client)[1] for joint in range(count))
+    return {name.decode(): joint for joint, name in enumerate(names)}

@@ -1,0 +1,183 @@
+"""The physics plant: executes allowed actions on a PyBullet Panda, 240 ticks a second.
+
+Implements `aeros.runtime.ports.Plant`.  It decides nothing: what it cannot do it refuses before any
+motion, and when the monitor names a rule it stops within that tick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from aeros.runtime.ports import Completion, Monitor, Reading, Readings
+from aeros.sim.motions import PLANNERS, BlockedError, Motion, settle
+from aeros.sim.panda import Panda, RobotState
+from aeros.sim.parameters import Parameters, RefusedError
+from aeros.sim.profile import TICK
+from aeros.sim.randomness import Chance
+from aeros.sim.scenes import SCENES
+from aeros.sim.scenes.scene import Scene
+from aeros.sim.video import Recorder
+from aeros.sim.world import World
+from aeros.skill import Action
+
+SCANNER_RANGE: Final = 20.0
+"""Reading of the area scanner when nobody is in range, m; no person is modelled."""
+
+HOLDING_FORCE: Final = 0.3
+"""Force on both fingers above which something is held, N."""
+
+_BLOCKED: Final = 0.1
+"""Distance of a joint from its set point that no unhindered motion shows (≤ 0.01 seen), rad."""
+
+_LOOK_TICKS: Final = 24
+"""Exposure and read-out of a camera, ticks (0.1 s)."""
+
+_SETTLE_TICKS: Final = 120
+"""Ticks a new world gets to come to rest before its clock starts."""
+
+
+class PhysicsPlant:
+    """A scene in motion.  Its clock starts at 0 when everything put into the scene rests."""
+
+    def __init__(self, scene: Scene, seed: int, recorder: Recorder | None = None) -> None:
+        self._scene = scene
+        self._recorder = recorder
+        self._world = World()
+        self._robot = Panda(self._world, scene.robot)
+        scene.build(self._world, self._robot, Chance(seed))
+        for _ in range(_SETTLE_TICKS):
+            self._world.step()
+        self._world.ticks = 0
+        self._seen: dict[str, Reading] = {}
+        self._state = self._robot.sense()
+
+    def now(self) -> float:
+        """Simulated seconds since the scene came to rest."""
+        return self._world.time
+
+    def observe(self) -> Readings:
+        """Robot sensors and scene now; what cameras saw, with the time they saw it."""
+        time = self.now()
+        values = {**self._fast_values(), "holding": self._holding(), **self._scene.measure()}
+        return {**self._seen, **{name: Reading(value, time) for name, value in values.items()}}
+
+    def execute(self, action: Action, monitor: Monitor, deadline: float) -> Completion:
+        """Do `action`; `monitor` sees the fast values before the first tick and after every one."""
+        try:
+            motion = self._plan(action)
+        except RefusedError as refusal:
+            return Completion(False, str(refusal))
+        ended = self._check(monitor)
+        if ended is not None:
+            return ended
+        try:
+            for _ in motion:
+                if self.now() + TICK > deadline:
+                    self.stop()
+                    return Completion(False, "deadline")
+                self._tick()
+                ended = self._check(monitor)
+                if ended is not None:
+                    return ended
+        except BlockedError as obstacle:
+            self._robot.yield_here()
+            self.stop()
+            return Completion(False, str(obstacle))
+        return Completion(True)
+
+    def stop(self) -> None:
+        """Bring arm and base to rest inside their limits and hold; the fingers keep their grip."""
+        for _ in self._robot.stopping():
+            self._tick(stopping=True)
+        for _ in settle(self._robot):
+            self._tick(stopping=True)
+
+    def skill_began(self, skill: str) -> None:
+        """Physics does not care who asked."""
+
+    def skill_ended(self, skill: str, *, finished: bool) -> None:
+        """Physics does not care who asked."""
+
+    def close(self) -> None:
+        """Write the film, if one is taken, and end the simulation; safe to call twice."""
+        if self._recorder is not None:
+            self._recorder.close()
+        self._world.close()
+
+    # Inside.
+
+    def _plan(self, action: Action) -> Motion:
+        parameters = Parameters(action.parameters)
+        if action.kind == "look":
+            camera = parameters.word("camera")
+            parameters.done()
+            return self._look(camera)
+        planner = PLANNERS.get(action.kind)
+        if planner is None:
+            raise RefusedError(f"unknown kind: `{action.kind}`")
+        return planner(self._robot, parameters)
+
+    def _look(self, camera: str) -> Motion:
+        """Take a picture now, hand over what it shows once it is read out."""
+        try:
+            found = self._scene.look(camera)
+        except KeyError:
+            raise RefusedError(f"unknown camera: `{camera}`") from None
+        return self._read_out(found, self.now())
+
+    def _read_out(self, found: Mapping[str, Any], taken: float) -> Iterator[None]:
+        for _ in range(_LOOK_TICKS):
+            yield
+        self._seen.update({name: Reading(value, taken) for name, value in found.items()})
+
+    def _tick(self, *, stopping: bool = False) -> None:
+        self._world.step()
+        self._scene.tick()
+        if self._recorder is not None:
+            self._recorder.tick(self._world)
+        self._state = self._robot.sense()
+        if not stopping and self._robot.tracking_error(self._state) > _BLOCKED:
+            raise BlockedError(f"blocked: the arm is held back at {_spell(self._state)}")
+
+    def _check(self, monitor: Monitor) -> Completion | None:
+        rule = monitor(self._fast_values())
+        if rule is None:
+            return None
+        self.stop()
+        return Completion(False, f"monitor:{rule}")
+
+    def _fast_values(self) -> dict[str, Any]:
+        """What is measured every tick, by vocabulary name, SI, positions in W."""
+        state = self._state
+        return {
+            "joint_position": state.q,
+            "joint_velocity": state.qd,
+            "joint_torque": state.torque,
+            "tool_position": state.tool_position,
+            "tool_speed": state.tool_speed,
+            "finger_gap": state.finger_gap,
+            "grip_force": min(self._robot.finger_forces()),
+            "human_distance": SCANNER_RANGE,
+            "estop_pressed": False,
+            "base_position": state.base_position,
+        }
+
+    def _holding(self) -> bool:
+        return min(self._robot.finger_forces()) > HOLDING_FORCE
+
+
+def _spell(state: RobotState) -> str:
+    x, y, z = state.tool_position
+    return f"({x:.3f}, {y:.3f}, {z:.3f}) m"
+
+
+def make_plant(scene_name: str, seed: int, record: Path | None = None) -> PhysicsPlant:
+    """A plant with scene `scene_name`, laid out by `seed`; `record` names a `.webp` film to write.
+
+    The same scene, seed and actions repeat bit for bit.  Raises KeyError for an unknown scene.
+    """
+    scene = SCENES[scene_name]()
+    recorder = None if record is None else Recorder(record, scene.view)
+    return PhysicsPlant(scene, seed, recorder)

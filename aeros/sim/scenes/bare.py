@@ -1,0 +1,33 @@
+"""A table and nothing on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from aeros.sim.panda import Panda, RobotOptions
+from aeros.sim.randomness import Chance
+from aeros.sim.scenes.furniture import add_table
+from aeros.sim.world import Camera, World
+
+
+class Bare:
+    """The Panda on its table: for trying motions."""
+
+    robot = RobotOptions()
+    view = Camera(eye=(1.3, 0.9, 0.8), target=(0.4, 0.0, 0.2))
+
+    def build(self, world: World, robot: Panda, chance: Chance) -> None:
+        """Add the table."""
+        add_table(world)
+
+    def tick(self) -> None:
+        """Nothing changes."""
+
+    def measure(self) -> Mapping[str, Any]:
+        """Nothing is measured but the robot."""
+        return {}
+
+    def look(self, camera: str) -> Mapping[str, Any]:
+        """There is no camera."""
+        raise KeyError(camera)

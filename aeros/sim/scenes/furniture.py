@@ -1,0 +1,29 @@
+"""Things several scenes stand on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from aeros.sim.world import Triple, World
+
+MODELS: Final = Path(__file__).parent.parent / "models"
+"""Where the URDF files of articulated things are."""
+
+
+def add_table(world: World) -> int:
+    """A fixed table whose top is z = 0 of W, under the robot and 1 m in front of it."""
+    return world.add_box((1.4, 1.6, 0.05), (0.4, 0.0, -0.025), colour=(0.78, 0.70, 0.58, 1.0), friction=0.6)
+
+
+def add_open_box(world: World, inner: Triple, position: Triple, wall: float = 0.005) -> None:
+    """A fixed box without a lid: `inner` length, width and depth, m; its floor's top is at `position`."""
+    length, width, depth = inner
+    x, y, z = position
+    colour = (0.35, 0.40, 0.48, 1.0)
+    world.add_box((length + 2 * wall, width + 2 * wall, wall), (x, y, z - wall / 2), colour=colour)
+    for side in (-1.0, 1.0):
+        across = x + side * (length + wall) / 2
+        world.add_box((wall, width + 2 * wall, depth), (across, y, z + depth / 2), colour=colour)
+        along = y + side * (width + wall) / 2
+        world.add_box((length, wall, depth), (x, along, z + depth / 2), colour=colour)

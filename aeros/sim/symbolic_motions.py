@@ -1,0 +1,115 @@
+"""What each action kind costs and changes on the symbolic plant.
+
+Positions in W, SI.  A move takes as long as a minimum-jerk profile that peaks at its speed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import dist, isfinite
+from typing import Any, Final, NamedTuple
+
+from aeros.skill import Action
+
+_PEAK_TO_MEAN: Final = 1.875
+"""Peak over mean speed of the minimum-jerk profile; as in `profile`, which needs NumPy."""
+
+_SLOWEST: Final = 1e-3
+"""Least speed of a move, m/s; as on the physics plant."""
+
+_LOOK: Final = 0.1
+"""Exposure and read-out of a camera, s; as on the physics plant."""
+
+_GRIP: Final = 0.5
+"""Time the fingers take to come to rest, s; measured on the physics plant: 0.3 to 0.7."""
+
+_TICK: Final = 1.0 / 240.0
+"""Time of an action that moves nothing, s: one control period."""
+
+
+class UnableError(Exception):
+    """The plant cannot do this action; the message says why.  Raised before any motion."""
+
+
+class Motion(NamedTuple):
+    """What an action does: how long it takes, s, and the values it sets under way and at its end."""
+
+    duration: float
+    under_way: Mapping[str, Any]
+    after: Mapping[str, Any]
+
+
+def motion_of(action: Action, values: Mapping[str, Any]) -> Motion:
+    """The motion of `action` where `values` are measured; raises `UnableError`.
+
+    A kind this plant knows nothing of takes one tick and changes nothing.
+    """
+    planner = _PLANNERS.get(action.kind)
+    return Motion(_TICK, {}, {}) if planner is None else planner(action.parameters, values)
+
+
+def _move_tool(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Motion:
+    target, speed = _triple(parameters, "target"), _speed(parameters)
+    duration = _TICK + _PEAK_TO_MEAN * dist(values.get("tool_position", target), target) / speed
+    return Motion(duration, {"tool_speed": speed}, {"tool_position": target, "tool_speed": 0.0})
+
+
+def _move_base(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Motion:
+    x, y, speed = _number(parameters, "x"), _number(parameters, "y"), _speed(parameters)
+    before = values.get("base_position", (x, y, 0.0))
+    way = (x - before[0], y - before[1])
+    duration = _TICK + _PEAK_TO_MEAN * dist((0.0, 0.0), way) / speed
+    changed: dict[str, Any] = {"base_position": (x, y, before[2])}
+    if "tool_position" in values:
+        # The arm rides along.
+        tool = values["tool_position"]
+        changed["tool_position"] = (tool[0] + way[0], tool[1] + way[1], tool[2])
+    return Motion(duration, {}, changed)
+
+
+def _grip(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Motion:
+    width, _ = _number(parameters, "width"), _number(parameters, "force")
+    return Motion(_GRIP, {}, {"finger_gap": width})
+
+
+def _wait(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Motion:
+    return Motion(max(_TICK, _number(parameters, "duration")), {}, {})
+
+
+def _look(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Motion:
+    return Motion(_LOOK, {}, {})
+
+
+_PLANNERS: Final[dict[str, Callable[[Mapping[str, Any], Mapping[str, Any]], Motion]]] = {
+    "move_tool": _move_tool,
+    "slide": _move_tool,
+    "move_base": _move_base,
+    "grip": _grip,
+    "wait": _wait,
+    "look": _look,
+}
+
+
+def _number(parameters: Mapping[str, Any], name: str) -> float:
+    return _finite(name, parameters.get(name))
+
+
+def _triple(parameters: Mapping[str, Any], name: str) -> tuple[float, float, float]:
+    value = parameters.get(name)
+    if not isinstance(value, tuple) or len(value) != 3:
+        raise UnableError(f"bad parameter: `{name}` is not a 3-tuple")
+    x, y, z = (_finite(name, part) for part in value)
+    return (x, y, z)
+
+
+def _speed(parameters: Mapping[str, Any]) -> float:
+    speed = _number(parameters, "speed")
+    if speed < _SLOWEST:
+        raise UnableError(f"out of range: `speed` = {speed:g} is below {_SLOWEST:g}")
+    return speed
+
+
+def _finite(name: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+        raise UnableError(f"bad parameter: `{name}` is not a finite number")
+    return float(value)

@@ -1,0 +1,41 @@
+"""What skill code may know: the action it asks for and the observation it gets back.
+
+A skill is a generator, `a_t = σ_i(s_t)` of the paper: it yields one `Action` at a time and is
+sent the observation measured after it.  It holds no handle to anything else, so halting,
+time-outs, isolation and replay need no help from it.
+
+    def lift(observed: Observation, inputs: Inputs) -> SkillBody:
+        x, y, z = observed["wrapper_position"]
+        observed = yield act("move_tool", target=(x, y, z + 0.10), yaw=0.0, speed=0.2)
+
+Parameters are SI numbers, booleans, enum members as strings, or 3-vectors as tuples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Mapping
+from typing import Any, NamedTuple
+
+Observation = Mapping[str, Any]
+"""Measured values by vocabulary name, SI units.  A name that is absent is unknown, never false."""
+
+Inputs = Mapping[str, Any]
+"""The skill's declared inputs, SI units, defaults filled in."""
+
+
+class Action(NamedTuple):
+    """One action a skill asks for: a kind of the site's vocabulary and its parameters.
+
+    Asking is all it does: the gate decides, and the plant executes what was decided.
+    """
+
+    kind: str
+    parameters: Mapping[str, Any]
+
+
+SkillBody = Generator[Action, Observation, None]
+
+
+def act(kind: str, **parameters: Any) -> Action:
+    """An `Action` of `kind` with SI `parameters`; checked by the gate, not here."""
+    return Action(kind, parameters)

@@ -1,0 +1,184 @@
+"""Term → Z3, over the reals.  Sole importer of z3.
+
+Doubles are the rationals they denote, so real arithmetic is exact here and agrees with
+`semantics.py`.  Budgets are `rlimit` with a fixed seed: the same query gives the same answer on
+every machine.  Enum members are integers by their order, constrained to the set.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from fractions import Fraction
+from typing import Any, cast
+
+import z3
+
+from aeros.spec.backends.budget import DEFAULT_RLIMIT
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import lower, scalar_variables
+from aeros.spec.expr.types import BoolType, EnumType, RealType
+
+_DIGITS = 30  # an irrational model value is shown to this many decimals
+
+Scalar = bool | Fraction | str
+
+
+class Result(Enum):
+    """What the solver found."""
+
+    SAT = "sat"
+    UNSAT = "unsat"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """A result, with the model by scalar variable when SAT and the reason when UNKNOWN."""
+
+    result: Result
+    model: Mapping[str, Scalar]
+    reason: str = ""
+
+
+def solver_version() -> str:
+    """The solver's name and version, as certificates record it."""
+    return f"z3 {z3.get_version_string()}"
+
+
+class Session:
+    """A solver over declared variables; what is assumed stays, each question is asked alone.
+
+    ranges: closed range in SI of each real scalar variable.
+    """
+
+    def __init__(
+        self,
+        variables: Iterable[t.Variable],
+        ranges: Mapping[str, tuple[Fraction, Fraction]],
+        rlimit: int = DEFAULT_RLIMIT,
+    ) -> None:
+        self._solver = z3.Solver()
+        self._solver.set("random_seed", 0)
+        self._solver.set("rlimit", rlimit)
+        self._constants: dict[str, tuple[t.Variable, Any]] = {}
+        for variable in variables:
+            for scalar in scalar_variables(variable):
+                self._declare(scalar, ranges)
+
+    def _declare(self, scalar: t.Variable, ranges: Mapping[str, tuple[Fraction, Fraction]]) -> None:
+        match scalar.type:
+            case BoolType():
+                constant = z3.Bool(scalar.name)
+            case RealType():
+                constant = z3.Real(scalar.name)
+                low, high = ranges[scalar.name]
+                self._solver.add(constant >= _rational(low), constant <= _rational(high))
+            case EnumType(members=members):
+                constant = z3.Int(scalar.name)
+                self._solver.add(constant >= 0, constant < len(members))
+            case _:
+                raise AssertionError(f"not a scalar: {scalar}")
+        self._constants[scalar.name] = (scalar, constant)
+
+    def assume(self, term: t.Term) -> None:
+        """Add `term` to what every later question assumes."""
+        self._solver.add(self._encode(lower(term)))
+
+    def ask(self, *terms: t.Term) -> Answer:
+        """Whether the assumptions and all `terms` can hold together."""
+        self._solver.push()
+        try:
+            self._solver.add(*(self._encode(lower(term)) for term in terms))
+            return self._check()
+        finally:
+            self._solver.pop()
+
+    def ask_given(self, values: Mapping[str, Scalar], term: t.Term) -> Answer:
+        """Whether the assumptions and `term` hold at the given values, by scalar variable."""
+        equalities = [
+            self._constants[name][1] == _value(self._constants[name][0], v) for name, v in values.items()
+        ]
+        self._solver.push()
+        try:
+            self._solver.add(*equalities, self._encode(lower(term)))
+            return self._check()
+        finally:
+            self._solver.pop()
+
+    def _check(self) -> Answer:
+        try:
+            outcome = self._solver.check()
+        except z3.Z3Exception as error:
+            return Answer(Result.UNKNOWN, {}, str(error))
+        if outcome == z3.unsat:
+            return Answer(Result.UNSAT, {})
+        if outcome == z3.unknown:
+            return Answer(Result.UNKNOWN, {}, self._solver.reason_unknown())
+        return Answer(Result.SAT, self._model())
+
+    def _model(self) -> dict[str, Scalar]:
+        model = self._solver.model()
+        values: dict[str, Scalar] = {}
+        for name, (scalar, constant) in self._constants.items():
+            value = model.eval(constant, model_completion=True)
+            match scalar.type:
+                case BoolType():
+                    values[name] = z3.is_true(value)
+                case EnumType(members=members):
+                    values[name] = members[value.as_long()]
+                case _:
+                    values[name] = _fraction(value)
+        return values
+
+    def _encode(self, term: t.Term) -> Any:
+        match term:
+            case t.Literal(value=value, type=EnumType(members=members)):
+                return z3.IntVal(members.index(cast("str", value)))
+            case t.Literal(value=bool(value)):
+                return z3.BoolVal(value)
+            case t.Literal(value=value):
+                return _rational(cast("Fraction", value))
+            case t.Variable(name=name):
+                return self._constants[name][1]
+            case t.Not(operand=operand):
+                return z3.Not(self._encode(operand))
+            case t.And(operands=operands):
+                return z3.And(*map(self._encode, operands))
+            case t.Or(operands=operands):
+                return z3.Or(*map(self._encode, operands))
+            case t.Compare(op=op, left=left, right=right):
+                a, b = self._encode(left), self._encode(right)
+                return a < b if op == "<" else a <= b if op == "<=" else a == b
+            case t.Add(left=left, right=right):
+                return self._encode(left) + self._encode(right)
+            case t.Multiply(left=left, right=right):
+                return self._encode(left) * self._encode(right)
+            case t.Extremum(kind=kind, left=left, right=right):
+                a, b = self._encode(left), self._encode(right)
+                return z3.If(a <= b, a, b) if kind == "min" else z3.If(a <= b, b, a)
+            case t.Absolute(operand=operand):
+                a = self._encode(operand)
+                return z3.If(a >= 0, a, -a)
+            case t.Conditional(condition=condition, then=then, otherwise=otherwise):
+                return z3.If(*map(self._encode, (condition, then, otherwise)))
+            case _:
+                raise AssertionError(f"not in the scalar core: {term}")
+
+
+def _rational(value: Fraction) -> Any:
+    return z3.RealVal(f"{value.numerator}/{value.denominator}")
+
+
+def _value(scalar: t.Variable, value: Scalar) -> Any:
+    if isinstance(scalar.type, EnumType):
+        return z3.IntVal(scalar.type.members.index(cast("str", value)))
+    return z3.BoolVal(value) if isinstance(value, bool) else _rational(cast("Fraction", value))
+
+
+def _fraction(value: Any) -> Fraction:
+    """A model value; an irrational one is approximated, and replaying the witness notices."""
+    if z3.is_algebraic_value(value):
+        value = value.approx(_DIGITS)
+    return Fraction(value.numerator_as_long(), value.denominator_as_long())

@@ -1,0 +1,105 @@
+"""Certificates: what was proved, of exactly which bytes, by which verifier.  Written as `ecm.lock`.
+
+A certificate is canonical JSON that holds its own digest, so an edit of it is noticed, and the
+digests of manifest, code and site, so an edit of any of those is noticed.  It is a record and not
+an authority: anybody can write a file, so a configuration is proved again when it is loaded, and
+the certificate must then be the one that results (docs/decisions/0004-certificates-are-rechecked.md).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+import aeros
+from aeros.spec.diagnostics import Diagnostic
+from aeros.spec.errors import UserError
+from aeros.spec.model import Ecm, Site
+from aeros.spec.reader import read_source
+
+LOCK = "ecm.lock"
+SCHEMA = "aeros/certificate/1"
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What was proved of a module under a site.
+
+    manifest, code, site: SHA-256 in hexadecimal.
+    obligations: the verdict on each obligation by id, PROVED or GUARDED.
+    """
+
+    schema: str
+    module: str
+    version: str
+    manifest: str
+    code: str
+    site: str
+    verifier: str
+    solver: str
+    obligations: Mapping[str, str]
+
+    def text(self) -> str:
+        """The contents of `ecm.lock`."""
+        body = asdict(self)
+        return (
+            json.dumps({**body, "digest": _digest(body)}, indent=1, sort_keys=True, ensure_ascii=True) + "\n"
+        )
+
+    def guarded(self, skill: str, kind: str) -> frozenset[str]:
+        """The invariants that the gate must decide for this skill's actions of this kind."""
+        prefix = f"safety/{skill}/{kind}/"
+        return frozenset(
+            id_.removeprefix(prefix)
+            for id_, verdict in self.obligations.items()
+            if id_.startswith(prefix) and verdict == "GUARDED"
+        )
+
+
+def certificate_for(ecm: Ecm, site: Site, obligations: Mapping[str, str]) -> Certificate:
+    """The certificate of `ecm` under `site`, given that no obligation failed."""
+    return Certificate(
+        SCHEMA,
+        ecm.id,
+        ecm.version,
+        ecm.manifest_digest,
+        ecm.code_digest,
+        site.digest,
+        f"aeros {aeros.__version__}",
+        f"z3-solver {version('z3-solver')}",
+        dict(obligations),
+    )
+
+
+def check_lock(folder: Path, expected: Certificate) -> Diagnostic | None:
+    """Why the `ecm.lock` in `folder` is not `expected`, or None if it is.  Never raises for its contents."""
+    path = folder / LOCK
+    cure = (f"run `aeros verify {folder}` and read what it says",)
+    if not path.exists():
+        return Diagnostic("AE901", f"`{expected.module}` has no certificate", help=cure)
+    try:
+        text = read_source(path).text
+        found = json.loads(text)
+    except (UserError, ValueError, RecursionError):
+        return Diagnostic("AE903", f"`{path}` is not a certificate", help=cure)
+    if not isinstance(found, dict) or found.get("digest") != _digest(
+        {key: value for key, value in found.items() if key != "digest"}
+    ):
+        return Diagnostic("AE903", f"`{path}` was changed after it was written", help=cure)
+    if text != expected.text():
+        changed = [key for key, value in asdict(expected).items() if found.get(key) != value]
+        return Diagnostic(
+            "AE902",
+            f"the certificate of `{expected.module}` is stale: {', '.join(changed) or 'its layout'} differs",
+            help=cure,
+        )
+    return None
+
+
+def _digest(body: Mapping[str, object]) -> str:
+    canonical = json.dumps(body, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
+    return hashlib.sha256(canonical.encode()).hexdigest()

@@ -1,0 +1,1 @@
+"""What files say: the closed schemas of site and module manifests."""

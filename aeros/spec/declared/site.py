@@ -1,0 +1,188 @@
+"""What a site file says, unresolved: the schema is the types below, closed.
+
+Names and units are still text; `elaborate.site` gives them meaning.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Literal, TypeVar
+
+from aeros.spec.decode import Boolean, Bounds, Choice, Entries, Expression, Integer, Number, Pattern, Text
+from aeros.spec.source import Span
+
+Identifier = Annotated[Text, Pattern("identifier")]
+Slug = Annotated[Text, Pattern("slug")]
+_T = TypeVar("_T")
+Named = Annotated[Entries[_T], Pattern("identifier")]
+"""A mapping whose keys are identifiers."""
+RiskWord = Choice[Literal["low", "medium", "high"]]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A typed variable: its type, unit and bounds."""
+
+    span: Span
+    type: Text = field(metadata={"doc": "`bool`, `real`, `vec3` or the name of an enum, as in `type: real`"})
+    unit: Text | None = field(default=None, metadata={"doc": "the unit of `range`, as in `unit: mm/s`"})
+    range: tuple[Number, ...] | None = field(
+        default=None, metadata={"doc": "lowest and highest value, as in `range: [0, 3]`"}
+    )
+    description: Text | None = field(default=None, metadata={"doc": "what it is, for people"})
+
+
+@dataclass(frozen=True)
+class StateVariable(Quantity):
+    """One measured quantity of the vocabulary."""
+
+    index: Identifier | None = field(
+        default=None, metadata={"doc": "one value for each member of this enum, as in `index: joints`"}
+    )
+    sensor: Identifier = field(
+        kw_only=True, metadata={"doc": "what measures it, as in `sensor: area_scanner`"}
+    )
+    max_age: Text = field(kw_only=True, metadata={"doc": "older values are unknown, as in `max_age: 100 ms`"})
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A named constant, or one for each member of an enum."""
+
+    span: Span
+    value: Expression | None = field(default=None, metadata={"doc": "the value, as in `value: 500 mm`"})
+    unit: Text | None = field(default=None, metadata={"doc": "the unit of `values`, as in `unit: rad`"})
+    index: Identifier | None = field(default=None, metadata={"doc": "the enum that indexes `values`"})
+    values: tuple[Number, ...] | None = field(
+        default=None, metadata={"doc": "one value for each member, in order"}
+    )
+    source: Text | None = field(default=None, metadata={"doc": "where the number comes from"})
+
+
+@dataclass(frozen=True)
+class Volume:
+    """An axis-aligned box in the world frame W."""
+
+    span: Span
+    lower: tuple[Text, ...] = field(metadata={"doc": "lower corner, as in `lower: [0.1 m, -0.6 m, 0 m]`"})
+    upper: tuple[Text, ...] = field(metadata={"doc": "upper corner, as in `upper: [0.8 m, 0.6 m, 0.9 m]`"})
+    description: Text | None = field(default=None, metadata={"doc": "what it is, for people"})
+
+
+@dataclass(frozen=True)
+class ActionKind:
+    """One kind of action that a skill may ask for."""
+
+    span: Span
+    description: Text = field(metadata={"doc": "what the plant does on it"})
+    risk: RiskWord = field(metadata={"doc": "the least risk a skill that asks for it must declare"})
+    actuators: tuple[Identifier, ...] = field(
+        default=(), metadata={"doc": "what it moves, as in `actuators: [arm]`"}
+    )
+    protective: Boolean | None = field(
+        default=None, metadata={"doc": "`true` for the protective stop, which every state must allow"}
+    )
+    parameters: Named[Quantity] = field(default=Entries(), metadata={"doc": "typed parameters"})
+
+
+@dataclass(frozen=True)
+class Invariant:
+    """A rule of Φ: must hold of every state and action."""
+
+    span: Span
+    id: Slug = field(metadata={"doc": "a short name, as in `id: workspace`"})
+    require: Expression = field(metadata={"doc": "the condition, as in `require: speed <= 250 mm/s`"})
+    rationale: Text = field(metadata={"doc": "why the rule is there"})
+    source: Text = field(metadata={"doc": "the standard, data sheet or assessment it comes from"})
+    on: tuple[Identifier, ...] | None = field(
+        default=None, metadata={"doc": "the action kinds it governs; all but the protective stop if absent"}
+    )
+    attenuate: Named[Expression] = field(
+        default=Entries(),
+        metadata={"doc": "what a violating parameter is reduced to, as in `speed: min(speed, 0.25 m/s)`"},
+    )
+
+
+@dataclass(frozen=True)
+class Access:
+    """What a module may be permitted to touch."""
+
+    span: Span
+    key_span: Span | None
+    actuators: tuple[Identifier, ...] = field(default=(), metadata={"doc": "actuators"})
+    sensors: tuple[Identifier, ...] = field(default=(), metadata={"doc": "sensors"})
+    channels: tuple[Identifier, ...] = field(default=(), metadata={"doc": "communication channels"})
+    compute: tuple[Identifier, ...] = field(default=(), metadata={"doc": "computing devices"})
+
+
+@dataclass(frozen=True)
+class Block:
+    """An operator override: nothing that matches it is allowed, whatever else permits it."""
+
+    span: Span
+    id: Slug = field(metadata={"doc": "a short name, as in `id: press-under-repair`"})
+    reason: Text = field(metadata={"doc": "why, for whoever is refused"})
+    module: Identifier | None = field(default=None, metadata={"doc": "the module it blocks"})
+    skill: Identifier | None = field(default=None, metadata={"doc": "the skill of that module it blocks"})
+    action: Identifier | None = field(default=None, metadata={"doc": "the action kind it blocks"})
+
+
+@dataclass(frozen=True)
+class Quota:
+    """At most so many actions within any window of time."""
+
+    span: Span
+    id: Slug = field(metadata={"doc": "a short name, as in `id: grip-rate`"})
+    on: tuple[Identifier, ...] = field(metadata={"doc": "the action kinds it counts, as in `on: [grip]`"})
+    at_most: Annotated[Integer, Bounds(1, 1_000_000)] = field(
+        metadata={"doc": "how many, as in `at_most: 60`"}
+    )
+    within: Text = field(metadata={"doc": "the window, as in `within: 60 s`"})
+    rationale: Text = field(metadata={"doc": "why the quota is there"})
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Bounds on what a module may declare about its own running."""
+
+    span: Span
+    skill_timeout: Text = field(metadata={"doc": "the longest skill time-out, as in `skill_timeout: 120 s`"})
+    retries: Annotated[Integer, Bounds(0, 100)] = field(
+        metadata={"doc": "the largest retry budget of a step"}
+    )
+    replans: Annotated[Integer, Bounds(0, 1000)] = field(
+        metadata={"doc": "how often a task may be re-planned"}
+    )
+
+
+@dataclass(frozen=True)
+class Policy:
+    """Π beside Φ: operator overrides, access, risk, quotas."""
+
+    span: Span
+    access: Access = field(metadata={"doc": "what every module may be permitted to touch"})
+    risk_ceiling: RiskWord = field(metadata={"doc": "the highest risk a skill may have"})
+    limits: Limits = field(metadata={"doc": "bounds on time-outs, retries and re-plans"})
+    grants: Named[Access] = field(default=Entries(), metadata={"doc": "further access, by module"})
+    blocks: tuple[Block, ...] = field(default=(), metadata={"doc": "operator overrides"})
+    quotas: tuple[Quota, ...] = field(default=(), metadata={"doc": "rate limits"})
+
+
+@dataclass(frozen=True)
+class Site:
+    """A whole site file."""
+
+    span: Span
+    schema: Literal["aeros/site/1"] = field(metadata={"doc": "`schema: aeros/site/1`"})
+    id: Identifier = field(metadata={"doc": "the site's name, as in `id: panda_cell`"})
+    description: Text = field(metadata={"doc": "what the site is, for people"})
+    state: Named[StateVariable] = field(metadata={"doc": "the measured vocabulary"})
+    actions: Named[ActionKind] = field(metadata={"doc": "the action kinds"})
+    invariants: tuple[Invariant, ...] = field(metadata={"doc": "the rules of Φ"})
+    policy: Policy = field(metadata={"doc": "the rest of Π"})
+    enums: Named[tuple[Identifier, ...]] = field(default=Entries(), metadata={"doc": "closed enumerations"})
+    constants: Named[Constant] = field(default=Entries(), metadata={"doc": "named constants"})
+    volumes: Named[Volume] = field(default=Entries(), metadata={"doc": "named boxes in W"})
+    resources: Named[Annotated[Integer, Bounds(1, 1_000_000)]] = field(
+        default=Entries(), metadata={"doc": "what skills hold while they run, and how many there are"}
+    )

@@ -1,0 +1,515 @@
+"""Nodes become frozen dataclasses by their type hints; nothing undeclared gets through.
+
+A schema is a dataclass.  Its fields are `Text`, `Expression`, `Boolean`, `Integer`, `Number`,
+`Choice[Literal[...]]` or a bare `Literal`, `tuple[T, ...]`, `Entries[T]`, another dataclass, or a
+union of forms that YAML itself tells apart (one single value, one list, one mapping).  A field
+with a default may be left out.  `field(metadata={"doc": ..., "example": ...})` explains a field
+in the diagnostic for its absence.  Two fields are filled here and never read: `span`, which
+every schema declares, and `key_span`, the key above the mapping, which a schema may declare.
+
+Every problem is reported, and what has a problem is not built: a result is None or complete.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import keyword
+import re
+import types
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+from typing import (
+    Annotated,
+    Any,
+    Final,
+    Generic,
+    Literal,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
+
+from aeros.spec.diagnostics import Diagnostics, did_you_mean, quoted
+from aeros.spec.errors import MisuseError
+from aeros.spec.reader import MappingNode, Node, ScalarNode, SequenceNode
+from aeros.spec.source import Span
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """A piece of text as written, never interpreted."""
+
+    value: str
+    span: Span
+    node: ScalarNode
+
+    def __str__(self) -> str:
+        return self.value
+
+
+@dataclass(frozen=True, slots=True)
+class Expression:
+    """A piece of text that is a term of the expression language, not parsed yet."""
+
+    value: str
+    span: Span
+    node: ScalarNode
+
+    def __str__(self) -> str:
+        return self.value
+
+
+@dataclass(frozen=True, slots=True)
+class Boolean:
+    """`true` or `false`; read `value`, as a place has no truth."""
+
+    value: bool
+    span: Span
+    node: ScalarNode
+
+    def __bool__(self) -> bool:
+        raise MisuseError("a Boolean is a place in a file: use its value")
+
+
+@dataclass(frozen=True, slots=True)
+class Integer:
+    """A whole number in decimal digits."""
+
+    value: int
+    span: Span
+    node: ScalarNode
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """The rational that a decimal literal denotes, exactly: `1.10` is 11/10."""
+
+    value: Fraction
+    span: Span
+    node: ScalarNode
+
+
+@dataclass(frozen=True, slots=True)
+class Choice(Generic[T]):
+    """One of the words of `T`, a `Literal`."""
+
+    value: T
+    span: Span
+    node: ScalarNode
+
+
+@dataclass(frozen=True, slots=True)
+class Entries(Generic[T]):
+    """A mapping whose keys the user names, in the order written."""
+
+    items: tuple[tuple[Text, T], ...] = ()
+    span: Span | None = None
+
+    def __iter__(self) -> Iterator[tuple[Text, T]]:
+        return iter(self.items)
+
+    def __len__(self) -> int:
+        return len(self.items)
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """The form of a `Text`, or of the keys of `Entries`, by its name in `PATTERNS`."""
+
+    name: str
+
+    def __post_init__(self) -> None:
+        if self.name not in PATTERNS:
+            raise MisuseError(f"there is no pattern {self.name!r}")
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """The least and greatest `Integer` or `Number` allowed; None is no bound."""
+
+    lo: int | Fraction | None = None
+    hi: int | Fraction | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Length:
+    """The least and greatest number of entries of a list or `Entries`; None is no bound."""
+
+    lo: int = 0
+    hi: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Form:
+    regex: re.Pattern[str]
+    words: str
+    example: str
+
+
+PATTERNS: Final = {
+    "identifier": _Form(
+        re.compile(r"[a-z][a-z0-9_]*"), "a lower-case letter, then letters, digits and `_`", "move_tool"
+    ),
+    "slug": _Form(
+        re.compile(r"[a-z][a-z0-9-]*"), "a lower-case letter, then letters, digits and `-`", "move-tool"
+    ),
+    "dotted": _Form(
+        re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)*"), "identifiers joined by `.`", "pick.move_tool"
+    ),
+    "entry": _Form(
+        re.compile(r"[a-z][a-z0-9_]*:[a-z][a-z0-9_]*"), "a file without `.py`, `:`, a function", "skills:wrap"
+    ),
+}
+"""The forms a name can have."""
+
+_INTEGER: Final = re.compile(r"-?(0|[1-9][0-9]*)")
+_NUMBER: Final = re.compile(r"-?(0|[1-9][0-9]*)(\.[0-9]+)?([eE][+-]?[0-9]{1,3})?")
+_LONGEST_LITERAL: Final = 64  # no quantity needs more digits, and exact arithmetic pays for each
+
+_LOCATED: Final[tuple[type, ...]] = (Text, Expression, Boolean, Integer, Number)
+_SCALARS: Final[dict[type, str]] = {
+    Text: "text",
+    Expression: "an expression",
+    Boolean: "`true` or `false`",
+    Integer: "an integer",
+    Number: "a number",
+}
+_FILLED: Final = ("span", "key_span")
+
+
+def decode(node: Node, schema: type[T], sink: Diagnostics, *, key_span: Span | None = None) -> T | None:
+    """`node` as an instance of the dataclass `schema`; None if `sink` was told why not."""
+    if not dataclasses.is_dataclass(schema):
+        raise MisuseError(f"{schema!r} is not a dataclass")
+    decoded: T | None = _Decoder(sink).value(node, schema, _Place("", key_span))
+    return decoded
+
+
+@dataclass(frozen=True, slots=True)
+class _Field:
+    """One declared field under the name it has in YAML."""
+
+    attribute: str
+    hint: Any
+    is_required: bool
+    doc: str
+    example: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """What a value belongs to: its field's name, "" at the top, and the key that holds it."""
+
+    name: str
+    key_span: Span | None
+
+    @property
+    def prefix(self) -> str:
+        return f"{quoted(self.name)}: " if self.name else ""
+
+
+class _Decoder:
+    """Decodes by hint; None stands for "reported", as no hint admits the value None."""
+
+    def __init__(self, sink: Diagnostics) -> None:
+        self._sink = sink
+
+    def value(self, node: Node, hint: Any, place: _Place) -> Any:
+        for option in _options(hint):
+            base, marks = _parted(option)
+            if _kind(base) is type(node):
+                if isinstance(node, ScalarNode):
+                    return self._scalar(node, base, marks, place)
+                if isinstance(node, SequenceNode):
+                    return self._list(node, base, marks, place)
+                if get_origin(base) is Entries:
+                    return self._entries(node, base, marks, place)
+                return self._record(node, base, place)
+        self._wrong_kind(node, hint, place)
+        return None
+
+    def _wrong_kind(self, node: Node, hint: Any, place: _Place) -> None:
+        if isinstance(node, ScalarNode) and node.is_null:
+            self._missing_value(node, hint, place)
+            return
+        headline = f"{place.prefix}expected {_described(hint)}, found {_found(node)}"
+        self._sink.error("AE103", headline, _head(node), f"this is {_found(node)}")
+
+    def _missing_value(self, node: ScalarNode, hint: Any, place: _Place) -> None:
+        at = node.span if node.text or place.key_span is None else place.key_span
+        help_ = ("write the value, or leave the field out if it has a default",)
+        self._sink.error("AE104", f"{place.prefix}expected {_described(hint)}, found nothing", at, help=help_)
+
+    def _scalar(self, node: ScalarNode, base: Any, marks: tuple[Any, ...], place: _Place) -> Any:
+        if node.is_null:
+            self._missing_value(node, base, place)
+            return None
+        if get_origin(base) is Literal:
+            return self._word(node, base, place)
+        if get_origin(base) is Choice:
+            word = self._word(node, get_args(base)[0], place)
+            return None if word is None else Choice(word, node.span, node)
+        if base in (Text, Expression):
+            return base(node.text, node.span, node) if self._matches(node, marks, place) else None
+        if not self._is_bare(node, base, place):
+            return None
+        if base is Boolean:
+            return self._boolean(node, place)
+        return self._quantity(node, base, marks, place)
+
+    def _matches(self, node: ScalarNode, marks: tuple[Any, ...], place: _Place) -> bool:
+        for mark in marks:
+            if isinstance(mark, Pattern) and not PATTERNS[mark.name].regex.fullmatch(node.text):
+                form = PATTERNS[mark.name]
+                headline = f"{place.prefix}{quoted(node.text)} is not a well-formed {mark.name}"
+                help_ = (f"write {form.words}, as in `{form.example}`",)
+                self._sink.error("AE105", headline, node.span, help=help_)
+                return False
+        return True
+
+    def _word(self, node: ScalarNode, literal: Any, place: _Place) -> str | None:
+        words: tuple[str, ...] = get_args(literal)
+        if node.text in words:
+            return node.text
+        headline = f"{place.prefix}{quoted(node.text)} is not one of the allowed words"
+        self._sink.error(
+            "AE110", headline, node.span, help=_suggestion(node.text, words, f"write one of {_listed(words)}")
+        )
+        return None
+
+    def _is_bare(self, node: ScalarNode, base: type, place: _Place) -> bool:
+        if node.is_plain:
+            return True
+        headline = f"{place.prefix}expected {_SCALARS[base]}, found quoted text"
+        help_ = "remove the quotes" if node.style in ("'", '"') else "write the value on the line of its key"
+        self._sink.error("AE109", headline, node.span, help=(help_,))
+        return False
+
+    def _boolean(self, node: ScalarNode, place: _Place) -> Boolean | None:
+        if node.text in ("true", "false"):
+            return Boolean(node.text == "true", node.span, node)
+        headline = f"{place.prefix}expected `true` or `false`, found {quoted(node.text)}"
+        self._sink.error("AE106", headline, node.span, help=("write `true` or `false`, in lower case",))
+        return None
+
+    def _quantity(self, node: ScalarNode, base: type, marks: tuple[Any, ...], place: _Place) -> Any:
+        """An `Integer` or `Number` within its bounds."""
+        code, regex, example = (
+            ("AE107", _INTEGER, "20") if base is Integer else ("AE108", _NUMBER, "0.25` or `1e-3")
+        )
+        if len(node.text) > _LONGEST_LITERAL or not regex.fullmatch(node.text):
+            headline = f"{place.prefix}expected {_SCALARS[base]}, found {quoted(node.text)}"
+            self._sink.error(code, headline, node.span, help=(f"write decimal digits, as in `{example}`",))
+            return None
+        value = int(node.text) if base is Integer else Fraction(node.text)
+        for mark in marks:
+            if isinstance(mark, Bounds) and not _is_within(value, mark):
+                headline = f"{place.prefix}{quoted(node.text)} is outside its bounds"
+                self._sink.error("AE111", headline, node.span, help=(f"write a value {_range(mark)}",))
+                return None
+        return base(value, node.span, node)
+
+    def _list(self, node: SequenceNode, base: Any, marks: tuple[Any, ...], place: _Place) -> Any:
+        (item_hint, _) = get_args(base)
+        items = []
+        for item in node.items:
+            if self._sink.full:
+                return None
+            items.append(self.value(item, item_hint, _Place(place.name, None)))
+        if not self._fits(node, len(items), marks, place) or None in items:
+            return None
+        return tuple(items)
+
+    def _entries(self, node: MappingNode, base: Any, marks: tuple[Any, ...], place: _Place) -> Any:
+        (item_hint,) = get_args(base)
+        items = []
+        is_whole = self._fits(node, len(node.entries), marks, place)
+        for key, item in node.entries:
+            if self._sink.full:
+                return None
+            is_named = self._matches(key, marks, place)
+            value = self.value(item, item_hint, _Place(key.text, key.span))
+            is_whole = is_whole and is_named and value is not None
+            items.append((Text(key.text, key.span, key), value))
+        return Entries(tuple(items), node.span) if is_whole else None
+
+    def _fits(self, node: Node, count: int, marks: tuple[Any, ...], place: _Place) -> bool:
+        for mark in marks:
+            if isinstance(mark, Length) and not _is_within(count, Bounds(mark.lo, mark.hi)):
+                headline = f"{place.prefix}{count} entries are not allowed here"
+                help_ = (f"write a number of entries {_range(Bounds(mark.lo, mark.hi))}",)
+                self._sink.error("AE112", headline, place.key_span or _head(node), help=help_)
+                return False
+        return True
+
+    def _record(self, node: MappingNode, schema: type, place: _Place) -> Any:
+        fields = _fields(schema)
+        values: dict[str, Any] = {}
+        for key, item in node.entries:
+            if self._sink.full:
+                return None
+            if key.text in fields:
+                known = fields[key.text]
+                values[known.attribute] = self.value(item, known.hint, _Place(key.text, key.span))
+            else:
+                self._unknown(key, fields, place)
+                values[""] = None
+        self._report_missing(node, fields, values, place)
+        if None in values.values() or any(
+            f.is_required and f.attribute not in values for f in fields.values()
+        ):
+            return None
+        filled = {"span": node.span, "key_span": place.key_span}
+        declared = {declared.name for declared in dataclasses.fields(schema)}
+        return schema(**values, **{name: span for name, span in filled.items() if name in declared})
+
+    def _unknown(self, key: ScalarNode, fields: dict[str, _Field], place: _Place) -> None:
+        within = f" in {quoted(place.name)}" if place.name else ""
+        self._sink.error(
+            "AE101",
+            f"unknown field {quoted(key.text)}{within}",
+            key.span,
+            help=_suggestion(key.text, fields, f"the fields are {_listed(fields)}"),
+        )
+
+    def _report_missing(
+        self, node: MappingNode, fields: dict[str, _Field], values: dict[str, Any], place: _Place
+    ) -> None:
+        first_key = node.entries[0][0].span if node.entries else _head(node)
+        within = f" in {quoted(place.name)}" if place.name else ""
+        for name, wanted in fields.items():
+            if wanted.is_required and wanted.attribute not in values:
+                doc = f" ({wanted.doc})" if wanted.doc else ""
+                self._sink.error(
+                    "AE102",
+                    f"the field `{name}` is missing{within}",
+                    place.key_span or first_key,
+                    help=(f"add `{name}: {wanted.example}`{doc}",),
+                )
+
+
+@cache
+def _fields(schema: type) -> dict[str, _Field]:
+    """The fields of a schema by YAML name, checked to be decodable."""
+    hints = get_type_hints(schema, include_extras=True)
+    if hints.get("span") is not Span:
+        raise MisuseError(f"{schema.__name__} must declare `span: Span`")
+    fields = {}
+    for declared in dataclasses.fields(schema):
+        if declared.name in _FILLED:
+            continue
+        hint = hints[declared.name]
+        kinds = [_kind(_parted(option)[0]) for option in _options(hint)]
+        if len(set(kinds)) != len(kinds):
+            raise MisuseError(
+                f"{schema.__name__}.{declared.name}: YAML cannot tell the options of {hint} apart"
+            )
+        is_required = (
+            declared.default is dataclasses.MISSING and declared.default_factory is dataclasses.MISSING
+        )
+        doc, example = declared.metadata.get("doc", ""), declared.metadata.get("example") or _example(hint)
+        fields[_yaml_name(declared.name)] = _Field(declared.name, hint, is_required, doc, example)
+    return fields
+
+
+def _yaml_name(attribute: str) -> str:
+    """`from_` is written `from`; every other attribute is written as it is."""
+    bare = attribute.removesuffix("_")
+    return bare if keyword.iskeyword(bare) or bare in ("all", "any") else attribute
+
+
+def _options(hint: Any) -> tuple[Any, ...]:
+    """The forms a hint admits; None only says that the field has a default."""
+    if get_origin(hint) in (Union, types.UnionType):
+        return tuple(option for option in get_args(hint) if option is not type(None))
+    return (hint,)
+
+
+def _parted(hint: Any) -> tuple[Any, tuple[Any, ...]]:
+    """A hint without its `Annotated` marks, and the marks."""
+    if get_origin(hint) is Annotated:
+        base, *marks = get_args(hint)
+        return base, tuple(marks)
+    return hint, ()
+
+
+def _kind(base: Any) -> type[ScalarNode] | type[SequenceNode] | type[MappingNode]:
+    """The kind of node a form is written as."""
+    origin = get_origin(base)
+    if base in _LOCATED or origin in (Literal, Choice):
+        return ScalarNode
+    if origin is tuple and len(get_args(base)) == 2 and get_args(base)[1] is ...:
+        return SequenceNode
+    if origin is Entries or dataclasses.is_dataclass(base):
+        return MappingNode
+    raise MisuseError(f"{base!r} cannot be decoded")
+
+
+def _words(base: Any) -> tuple[str, ...] | None:
+    if get_origin(base) is Choice:
+        base = get_args(base)[0]
+    return get_args(base) if get_origin(base) is Literal else None
+
+
+def _described(hint: Any) -> str:
+    return " or ".join(_described_form(_parted(option)[0]) for option in _options(hint))
+
+
+def _described_form(base: Any) -> str:
+    words = _words(base)
+    if words is not None:
+        return f"one of {_listed(words)}"
+    kinds = {SequenceNode: "a list", MappingNode: "a mapping"}
+    return _SCALARS.get(base) or kinds[_kind(base)]
+
+
+def _example(hint: Any) -> str:
+    """How a field of this hint could be written."""
+    base, marks = _parted(_options(hint)[0])
+    words = _words(base)
+    if words is not None:
+        return words[0]
+    for mark in marks:
+        if isinstance(mark, Pattern) and base is Text:
+            return PATTERNS[mark.name].example
+    written = {Text: "…", Expression: "…", Boolean: "true", Integer: "1", Number: "0.25"}
+    kinds = {SequenceNode: "[…]", MappingNode: "{…}"}
+    return written.get(base) or kinds[_kind(base)]
+
+
+def _found(node: Node) -> str:
+    if isinstance(node, MappingNode):
+        return "a mapping"
+    return "a list" if isinstance(node, SequenceNode) else "a single value"
+
+
+def _head(node: Node) -> Span:
+    """What to underline for a whole node: its first line."""
+    span = node.span
+    line_end = span.source.text.find("\n", span.start, span.end)
+    return span if line_end < 0 else Span(span.source, span.start, line_end)
+
+
+def _listed(names: Any) -> str:
+    return ", ".join(f"`{name}`" for name in names)
+
+
+def _suggestion(name: str, candidates: Any, otherwise: str) -> tuple[str, ...]:
+    near = did_you_mean(name, candidates)
+    return (otherwise,) if near is None else (f"did you mean `{near}`?", otherwise)
+
+
+def _is_within(value: int | Fraction, bounds: Bounds) -> bool:
+    return (bounds.lo is None or bounds.lo <= value) and (bounds.hi is None or value <= bounds.hi)
+
+
+def _range(bounds: Bounds) -> str:
+    if bounds.lo is None:
+        return f"of at most {bounds.hi}"
+    return f"of at least {bounds.lo}" if bounds.hi is None else f"from {bounds.lo} to {bounds.hi}"

@@ -1,0 +1,1 @@
+"""Declared files → the resolved model: names, types and units settle here and nowhere else."""

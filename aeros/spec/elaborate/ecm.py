@@ -1,0 +1,282 @@
+"""A declared module → the resolved model under a site, with every fault reported."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any, TypeVar
+
+from packaging.specifiers import InvalidSpecifier, SpecifierSet
+from packaging.version import InvalidVersion, Version
+
+from aeros.spec.declared import ecm as declared
+from aeros.spec.decode import Entries, Expression, Text
+from aeros.spec.diagnostics import Diagnostics, did_you_mean
+from aeros.spec.elaborate.expressions import elaborate_constant, elaborate_expression, elaborate_quantity
+from aeros.spec.elaborate.site import elaborate_access, kind_scope, state_scope
+from aeros.spec.elaborate.vocabulary import check_name, elaborate_variable
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import BOOL, EnumType, RealType
+from aeros.spec.model import (
+    Clause,
+    Declared,
+    Ecm,
+    Outcome,
+    PlanningRule,
+    Risk,
+    Site,
+    Skill,
+    Task,
+)
+from aeros.spec.units import TIME
+
+_T = TypeVar("_T")
+
+
+def elaborate_ecm(
+    ecm: declared.Ecm, site: Site, folder: str, digests: tuple[str, str], sink: Diagnostics
+) -> Ecm | None:
+    """The model of `ecm` under `site`, or None after reporting everything that stands in its way.
+
+    folder: where the module lives.
+    digests: SHA-256 of its manifest and of its code.
+    """
+    before = len(sink)
+    elaborated = _EcmElaborator(ecm, site, sink).ecm(folder, digests)
+    return elaborated if len(sink) == before else None
+
+
+class _EcmElaborator:
+    def __init__(self, ecm: declared.Ecm, site: Site, sink: Diagnostics) -> None:
+        self._declared = ecm
+        self._site = site
+        self._sink = sink
+        self._skill_names = {name.value: None for name, _ in ecm.skills}
+
+    def ecm(self, folder: str, digests: tuple[str, str]) -> Ecm:
+        ecm = self._declared
+        self._check_metadata()
+        skills = {name.value: self._skill(name, skill) for name, skill in ecm.skills}
+        return Ecm(
+            id=ecm.id.value,
+            version=ecm.version.value,
+            folder=folder,
+            manifest_digest=digests[0],
+            code_digest=digests[1],
+            capabilities={name.value: self._capability(one) for name, one in ecm.capabilities},
+            skills=skills,
+            tasks={name.value: self._task(name, task, skills) for name, task in ecm.tasks},
+            access=elaborate_access(ecm.permissions),
+            permission=self._clauses(ecm.permissions.actions, {}),
+            requires={name.value: specifier.value for name, specifier in ecm.dependencies.modules},
+            requires_spans={name.value: name.span for name, _ in ecm.dependencies.modules},
+            runtime=ecm.dependencies.aeros.value,
+            runtime_span=ecm.dependencies.aeros.span,
+            access_span=ecm.permissions.key_span or ecm.permissions.span,
+            span=ecm.id.span,
+        )
+
+    def _check_metadata(self) -> None:
+        ecm = self._declared
+        try:
+            Version(ecm.version.value)
+        except InvalidVersion:
+            self._sink.error(
+                "AE125", f"`{ecm.version.value}` is not a version", ecm.version.span, help=("as in `1.0.0`",)
+            )
+        for specifier in (ecm.dependencies.aeros, *(text for _, text in ecm.dependencies.modules)):
+            try:
+                SpecifierSet(specifier.value)
+            except InvalidSpecifier:
+                self._sink.error(
+                    "AE125",
+                    f"`{specifier.value}` is not a version range",
+                    specifier.span,
+                    help=('as in `">=1.0,<2"`',),
+                )
+
+    def _capability(self, capability: declared.Capability) -> tuple[str, ...]:
+        if not capability.provided_by:
+            self._sink.error("AE112", "a capability is provided by at least one skill", capability.span)
+        for name in capability.provided_by:
+            self._known(name, self._skill_names, "a skill of this module")
+        return tuple(name.value for name in capability.provided_by)
+
+    def _skill(self, name: Text, skill: declared.Skill) -> Skill:
+        inputs = self._inputs(skill.inputs)
+        precondition = None
+        if skill.precondition is not None:
+            term = elaborate_expression(skill.precondition, state_scope(self._site, inputs), self._sink)
+            if term is not None:
+                precondition = Clause(term, skill.precondition.value, skill.precondition.span)
+        for output, quantity in skill.outputs:
+            elaborate_variable(output.value, quantity, t.Role.INPUT, self._site.enums, self._sink)
+        for resource in skill.resources:
+            self._known(resource, self._site.resources, "a resource of this site")
+        rules = {rule.id: None for rule in self._site.rules}
+        for rule in skill.gated:
+            self._known(rule, rules, "an invariant of this site")
+        if not skill.envelope:
+            self._sink.error(
+                "AE503", f"`{name.value}` may ask for nothing", name.span, help=("declare its `envelope`",)
+            )
+        module, _, function = skill.entry.value.partition(":")
+        return Skill(
+            id=name.value,
+            module_name=module,
+            function=function,
+            inputs=inputs,
+            precondition=precondition,
+            outcomes=self._outcomes(name, skill.outcomes),
+            envelope=self._clauses(skill.envelope, inputs),
+            actuators=frozenset(actuator.value for actuator in skill.actuators),
+            resources=frozenset(resource.value for resource in skill.resources),
+            risk=Risk[skill.risk.value.upper()],
+            timeout=self._timeout(skill.timeout),
+            gated={rule.value: rule.span for rule in skill.gated},
+            span=name.span,
+            risk_span=skill.risk.span,
+            entry_span=skill.entry.span,
+        )
+
+    def _inputs(self, entries: Entries[declared.Input]) -> dict[str, Declared]:
+        inputs: dict[str, Declared] = {}
+        for name, one in entries:
+            if not check_name(name, {}, "input", self._sink):
+                continue
+            variable = elaborate_variable(
+                f"inputs.{name.value}", one, t.Role.INPUT, self._site.enums, self._sink
+            )
+            if variable is None:
+                continue
+            default = None
+            if one.default is not None:
+                default = elaborate_constant(
+                    one.default, state_scope(self._site), self._sink, variable.variable.type
+                )
+                self._check_range(variable, default, one.default)
+            inputs[name.value] = Declared(
+                variable.variable, variable.span, variable.unit, variable.range, default=default
+            )
+        return inputs
+
+    def _check_range(self, variable: Declared, value: Any, at: Expression) -> None:
+        if value is None or variable.range is None:
+            return
+        low, high = variable.range
+        components = value if isinstance(value, tuple) else (value,)
+        if not all(low <= component <= high for component in components):
+            self._sink.error("AE111", "this value is outside the declared range", at.span)
+
+    def _timeout(self, text: Text) -> Fraction:
+        timeout = elaborate_quantity(text, TIME, self._sink)
+        if timeout is None:
+            return Fraction(0)
+        ceiling = self._site.limits.skill_timeout
+        if not 0 < timeout <= ceiling:
+            self._sink.error(
+                "AE129",
+                f"a time-out is longer than 0 s and at most {float(ceiling):g} s at this site",
+                text.span,
+            )
+        return timeout
+
+    def _outcomes(self, name: Text, entries: Entries[declared.Outcome]) -> dict[str, Outcome]:
+        outcomes = {outcome.value: self._outcome(outcome.value, one) for outcome, one in entries}
+        if all(outcome.failure for outcome in outcomes.values()):
+            self._sink.error("AE128", f"`{name.value}` has no outcome that is a success", name.span)
+        declared_probability = sum((one.probability or Fraction(0) for one in outcomes.values()), Fraction(0))
+        complete = all(one.probability is not None for one in outcomes.values())
+        if outcomes and (declared_probability > 1 or (complete and declared_probability != 1)):
+            self._sink.error(
+                "AE127",
+                f"the probabilities of `{name.value}` add up to {float(declared_probability):g}, not 1",
+                name.span,
+            )
+        return outcomes
+
+    def _outcome(self, name: str, one: declared.Outcome) -> Outcome:
+        effects: dict[str, Any] = {}
+        for variable, expression in one.effects:
+            found = self._known(variable, self._site.state, "a state variable of this site")
+            if found is None:
+                continue
+            type_ = found.variable.type
+            if not isinstance(type_, RealType | EnumType) and type_ != BOOL:
+                self._sink.error("AE203", f"an effect on a {type_} cannot be declared", variable.span)
+                continue
+            value = elaborate_constant(expression, state_scope(self._site), self._sink, type_)
+            self._check_range(found, value, expression)
+            effects[variable.value] = value
+        probability = None if one.probability is None else one.probability.value
+        if probability is not None and not 0 <= probability <= 1 and one.probability is not None:
+            self._sink.error("AE127", "a probability is between 0 and 1", one.probability.span)
+        duration = None if one.duration is None else elaborate_quantity(one.duration, TIME, self._sink)
+        return Outcome(name, effects, one.failure is not None and one.failure.value, probability, duration)
+
+    def _clauses(self, entries: Entries[Expression], inputs: Mapping[str, Declared]) -> dict[str, Clause]:
+        clauses: dict[str, Clause] = {}
+        for name, expression in entries:
+            kind = self._known(name, self._site.kinds, "an action kind of this site")
+            if kind is None:
+                continue
+            term = elaborate_expression(expression, kind_scope(self._site, kind, inputs), self._sink)
+            if term is not None:
+                clauses[name.value] = Clause(term, expression.value, expression.span)
+        return clauses
+
+    def _task(self, name: Text, task: declared.Task, skills: Mapping[str, Skill]) -> Task:
+        if not task.words:
+            self._sink.error("AE112", f"no word routes to the task `{name.value}`", name.span)
+        if not task.rules:
+            self._sink.error("AE112", f"the task `{name.value}` has no planning rule", name.span)
+        goal = elaborate_expression(task.goal, state_scope(self._site), self._sink)
+        rules = tuple(rule for one in task.rules if (rule := self._planning_rule(one, skills)) is not None)
+        words = tuple(word.value.casefold() for word in task.words)
+        scene = None if task.scene is None else task.scene.value
+        return Task(name.value, words, goal or t.FALSE, task.goal.value, rules, scene)
+
+    def _planning_rule(self, one: declared.PlanningRule, skills: Mapping[str, Skill]) -> PlanningRule | None:
+        unless = elaborate_expression(one.unless, state_scope(self._site), self._sink)
+        skill = self._known(one.do, skills, "a skill of this module")
+        if one.on_failure is not None:
+            self._known(one.on_failure, skills, "a skill of this module")
+            if one.retry is None:
+                self._sink.error(
+                    "AE102", "`on_failure` runs between two tries, so it needs `retry`", one.on_failure.span
+                )
+        retry = 0 if one.retry is None else one.retry.value
+        if one.retry is not None and retry > self._site.limits.retries:
+            self._sink.error(
+                "AE129",
+                f"this site allows at most {self._site.limits.retries} retries of a step",
+                one.retry.span,
+            )
+        if unless is None or skill is None:
+            return None
+        on_failure = None if one.on_failure is None else one.on_failure.value
+        inputs = self._step_inputs(one, skill)
+        return PlanningRule(unless, one.unless.value, skill.id, inputs, retry, on_failure, one.span)
+
+    def _step_inputs(self, one: declared.PlanningRule, skill: Skill) -> dict[str, Any]:
+        given: dict[str, Any] = {}
+        for name, expression in one.inputs:
+            variable = self._known(name, skill.inputs, f"an input of `{skill.id}`")
+            if variable is not None:
+                value = elaborate_constant(
+                    expression, state_scope(self._site), self._sink, variable.variable.type
+                )
+                self._check_range(variable, value, expression)
+                given[name.value] = value
+        for name_, variable in skill.inputs.items():
+            if variable.default is None and name_ not in given:
+                self._sink.error("AE102", f"`{skill.id}` needs the input `{name_}`", one.do.span)
+        return given
+
+    def _known(self, name: Text, among: Mapping[str, _T], what: str) -> _T | None:
+        if name.value not in among:
+            near = did_you_mean(name.value, among)
+            listed = ", ".join(f"`{known}`" for known in list(among)[:12]) or "none"
+            help_ = f"did you mean `{near}`?" if near else f"declared here: {listed}"
+            self._sink.error("AE122", f"`{name.value}` is not {what}", name.span, help=(help_,))
+        return among.get(name.value)

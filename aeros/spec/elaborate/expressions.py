@@ -1,0 +1,113 @@
+"""Expression fields → typed terms, with every fault underlined in the file it was written in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any, TypeVar
+
+from aeros.spec.decode import Expression, Text
+from aeros.spec.diagnostics import Diagnostics, Label
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.check import ExpressionTypeError, Scope, check, infer
+from aeros.spec.expr.parser import ExpressionSyntaxError, parse
+from aeros.spec.expr.semantics import evaluate
+from aeros.spec.expr.syntax import Extent, Node
+from aeros.spec.expr.types import BOOL, RealType, Type
+from aeros.spec.reader import span_within
+from aeros.spec.source import Span
+from aeros.spec.units import Dimension, Unit, parse_quantity, parse_unit
+
+_T = TypeVar("_T")
+
+
+def elaborate_expression(
+    expression: Expression, scope: Scope, sink: Diagnostics, expected: Type = BOOL
+) -> t.Term | None:
+    """The typed term of `expression`, or None after reporting why there is none."""
+    return _reporting(expression, sink, lambda node: check(node, scope, expected))
+
+
+def elaborate_constant(expression: Expression, scope: Scope, sink: Diagnostics, expected: Type) -> Any:
+    """The value of an expression that mentions no variable, or None after reporting why there is none."""
+    term = elaborate_expression(expression, _closed(scope), sink, expected)
+    return None if term is None else evaluate(term, {})
+
+
+def elaborate_number(expression: Expression, scope: Scope, sink: Diagnostics) -> t.Literal | None:
+    """The real constant that `expression` is, in the dimension it is written in."""
+    found = _reporting(expression, sink, lambda node: infer(node, _closed(scope)))
+    if found is None:
+        return None
+    term, type_ = found
+    value = evaluate(term, {})
+    if not isinstance(type_, RealType) or not isinstance(value, Fraction):
+        sink.error("AE203", f"expected a number, found {type_}", expression.span, str(type_))
+        return None
+    return t.Literal(value, type_)
+
+
+def _closed(scope: Scope) -> Scope:
+    return Scope({}, {}, scope.constants, scope.enums)
+
+
+def _reporting(expression: Expression, sink: Diagnostics, checked: Callable[[Node], _T]) -> _T | None:
+    try:
+        return checked(parse(expression.value))
+    except ExpressionSyntaxError as fault:
+        help_ = (fault.help,) if fault.help else ()
+        sink.error("AE201", fault.message, _span(expression, fault.extent), help=help_)
+    except ExpressionTypeError as fault:
+        beside = () if fault.beside is None else (Label(_span(expression, fault.beside[0]), fault.beside[1]),)
+        sink.error(
+            fault.code,
+            fault.message,
+            _span(expression, fault.extent),
+            fault.label,
+            secondary=beside,
+            help=(fault.cure,) if fault.cure else (),
+        )
+    return None
+
+
+def elaborate_unit(text: Text | None, sink: Diagnostics) -> Unit | None:
+    """The unit that a `unit` field names, or None after reporting that it names none."""
+    if text is None:
+        return parse_unit("1")
+    unit = parse_unit(text.value)
+    if unit is None:
+        sink.error(
+            "AE207",
+            f"`{text.value}` is not a unit",
+            text.span,
+            help=("write it without spaces, as in `mm/s`, `N`, `rad`, `kg*m/s^2`; `1` for a bare number",),
+        )
+    return unit
+
+
+def elaborate_quantity(text: Text, dimension: Dimension, sink: Diagnostics) -> Fraction | None:
+    """The value in SI of a field like `250 mm`, or None after reporting what is wrong with it."""
+    parsed = parse_quantity(text.value)
+    if parsed is None:
+        sink.error(
+            "AE207",
+            f"`{text.value}` is not a number with a unit",
+            text.span,
+            help=("write it like `100 ms`",),
+        )
+        return None
+    value, unit = parsed
+    if unit.dimension != dimension:
+        sink.error(
+            "AE204",
+            f"expected a value in {dimension}, found {unit.dimension}",
+            text.span,
+            str(unit.dimension),
+        )
+        return None
+    return value * unit.factor
+
+
+def _span(expression: Expression, extent: Extent) -> Span:
+    """Where `extent` of the expression's text stands in its file."""
+    return span_within(expression.node, extent.start, extent.end)

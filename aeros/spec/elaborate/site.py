@@ -1,0 +1,321 @@
+"""A declared site → the resolved model: names, units and types settle here, and every fault is reported."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+from typing import TypeVar
+
+from aeros.spec.declared import site as declared
+from aeros.spec.decode import Entries, Expression, Text
+from aeros.spec.diagnostics import Diagnostics, did_you_mean
+from aeros.spec.elaborate.expressions import (
+    elaborate_expression,
+    elaborate_number,
+    elaborate_quantity,
+    elaborate_unit,
+)
+from aeros.spec.elaborate.vocabulary import check_name, elaborate_state, elaborate_variable
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.check import Box, Scope
+from aeros.spec.expr.types import EnumType, FamilyType, RealType
+from aeros.spec.model import (
+    Access,
+    ActionKind,
+    Block,
+    Declared,
+    Limits,
+    Quota,
+    Risk,
+    Rule,
+    Site,
+)
+from aeros.spec.units import LENGTH, TIME
+
+_T = TypeVar("_T")
+
+
+def elaborate_site(site: declared.Site, digest: str, sink: Diagnostics) -> Site | None:
+    """The model of `site`, or None after reporting everything that stands in its way."""
+    before = len(sink)
+    elaborated = _SiteElaborator(site, sink).site(digest)
+    return elaborated if len(sink) == before else None
+
+
+def kind_scope(
+    site: Site | _SiteElaborator, kind: ActionKind, inputs: Mapping[str, Declared] | None = None
+) -> Scope:
+    """What names mean in a condition on actions of `kind`: state, its parameters, and a skill's inputs."""
+    variables = {name: one.variable for name, one in {**site.state, **kind.parameters}.items()}
+    given = {name: one.variable for name, one in (inputs or {}).items()}
+    return Scope(variables, given, site.constants, site.enums, site.volumes)
+
+
+def state_scope(site: Site, inputs: Mapping[str, Declared] | None = None) -> Scope:
+    """What names mean in a condition on states: the vocabulary, and a skill's inputs."""
+    given = {name: one.variable for name, one in (inputs or {}).items()}
+    return Scope(site.state_variables, given, site.constants, site.enums, site.volumes)
+
+
+class _SiteElaborator:
+    def __init__(self, site: declared.Site, sink: Diagnostics) -> None:
+        self._declared = site
+        self._sink = sink
+        self._taken: dict[str, str] = {}
+        self.enums: dict[str, EnumType] = {}
+        self.constants: dict[str, t.Term] = {}
+        self.volumes: dict[str, Box] = {}
+        self.state: dict[str, Declared] = {}
+        self.kinds: dict[str, ActionKind] = {}
+
+    def site(self, digest: str) -> Site:
+        site = self._declared
+        for name, members in site.enums:
+            self._enum(name, members)
+        for name, constant in site.constants:
+            self._constant(name, constant)
+        for name, volume in site.volumes:
+            self._volume(name, volume)
+        for name, variable in site.state:
+            one = elaborate_state(name.value, variable, self.enums, self._sink)
+            if check_name(name, self._taken, "state variable", self._sink) and one is not None:
+                self._taken[name.value] = "a state variable"
+                self.state[name.value] = one
+        for name, kind in site.actions:
+            self._kind(name, kind)
+        self._check_protective()
+        self._check_unique(site.invariants, site.policy.blocks, site.policy.quotas)
+        rules = tuple(rule for one in site.invariants if (rule := self._rule(one)) is not None)
+        policy = site.policy
+        return Site(
+            id=site.id.value,
+            digest=digest,
+            enums=self.enums,
+            constants=self.constants,
+            volumes=self.volumes,
+            state=self.state,
+            kinds=self.kinds,
+            rules=rules,
+            access=self._access(policy.access),
+            grants={name.value: self._access(access) for name, access in policy.grants},
+            risk_ceiling=Risk[policy.risk_ceiling.value.upper()],
+            limits=self._limits(policy.limits),
+            blocks=tuple(self._block(block) for block in policy.blocks),
+            quotas=tuple(quota for one in policy.quotas if (quota := self._quota(one)) is not None),
+            resources={name.value: count.value for name, count in site.resources},
+            span=site.span,
+        )
+
+    def _enum(self, name: Text, members: tuple[Text, ...]) -> None:
+        if not check_name(name, self._taken, "enum", self._sink):
+            return
+        self._taken[name.value] = "an enum"
+        for member in members:
+            if check_name(member, self._taken, "member", self._sink):
+                self._taken[member.value] = f"a member of `{name.value}`"
+        if not members:
+            self._sink.error("AE112", f"the enum `{name.value}` has no member", name.span)
+        self.enums[name.value] = EnumType(name.value, tuple(member.value for member in members))
+
+    def _constant(self, name: Text, constant: declared.Constant) -> None:
+        if not check_name(name, self._taken, "constant", self._sink):
+            return
+        self._taken[name.value] = "a constant"
+        if (constant.value is None) == (constant.values is None):
+            self._sink.error(
+                "AE102", "a constant has either `value` or `index`, `unit` and `values`", constant.span
+            )
+        elif constant.value is not None:
+            self._single(name, constant.value)
+        else:
+            self._table(name, constant)
+
+    def _single(self, name: Text, value: Expression) -> None:
+        number = elaborate_number(value, Scope({}, {}, self.constants, self.enums), self._sink)
+        if number is not None:
+            self.constants[name.value] = number
+
+    def _table(self, name: Text, constant: declared.Constant) -> None:
+        unit = elaborate_unit(constant.unit, self._sink)
+        index = None if constant.index is None else self.enums.get(constant.index.value)
+        if index is None:
+            span = constant.span if constant.index is None else constant.index.span
+            self._sink.error("AE122", "`values` need an `index` that is a declared enum", span)
+            return
+        values = constant.values or ()
+        if len(values) != len(index.members):
+            self._sink.error(
+                "AE112",
+                f"{index.name} has {len(index.members)} members, but {len(values)} values stand here",
+                constant.span,
+            )
+        elif unit is not None:
+            numbers = tuple(number.value * unit.factor for number in values)
+            self.constants[name.value] = t.Table(
+                name.value, FamilyType(index, RealType(unit.dimension)), numbers
+            )
+
+    def _volume(self, name: Text, volume: declared.Volume) -> None:
+        if not check_name(name, self._taken, "volume", self._sink):
+            return
+        self._taken[name.value] = "a volume"
+        corners = [self._corner(corner, volume) for corner in (volume.lower, volume.upper)]
+        lower, upper = corners
+        if lower is None or upper is None:
+            return
+        if any(low >= high for low, high in zip(lower, upper, strict=True)):
+            self._sink.error(
+                "AE208",
+                f"the volume `{name.value}` is empty",
+                volume.span,
+                help=("each coordinate of `lower` must be below that of `upper`",),
+            )
+            return
+        self.volumes[name.value] = Box(lower, upper)
+
+    def _corner(
+        self, corner: tuple[Text, ...], volume: declared.Volume
+    ) -> tuple[Fraction, Fraction, Fraction] | None:
+        if len(corner) != 3:
+            self._sink.error("AE112", f"a corner has three coordinates, not {len(corner)}", volume.span)
+            return None
+        x, y, z = (elaborate_quantity(coordinate, LENGTH, self._sink) for coordinate in corner)
+        return None if x is None or y is None or z is None else (x, y, z)
+
+    def _kind(self, name: Text, kind: declared.ActionKind) -> None:
+        parameters: dict[str, Declared] = {}
+        for parameter, quantity in kind.parameters:
+            if not check_name(parameter, self._taken, "parameter", self._sink):
+                continue
+            one = elaborate_variable(parameter.value, quantity, t.Role.PARAMETER, self.enums, self._sink)
+            if one is not None:
+                parameters[parameter.value] = one
+        self.kinds[name.value] = ActionKind(
+            name.value,
+            frozenset(actuator.value for actuator in kind.actuators),
+            Risk[kind.risk.value.upper()],
+            kind.protective is not None and kind.protective.value,
+            parameters,
+            kind.span,
+        )
+
+    def _check_protective(self) -> None:
+        stops = [kind for kind in self.kinds.values() if kind.protective]
+        if len(stops) != 1:
+            self._sink.error(
+                "AE607",
+                f"a site has exactly one protective stop, but {len(stops)} action kinds are `protective: true`",
+                stops[1].span if stops else self._declared.span,
+                help=("declare an action kind `stop` without parameters and with `protective: true`",),
+            )
+        for stop in stops:
+            if stop.parameters:
+                self._sink.error("AE607", "a protective stop has no parameters to get wrong", stop.span)
+
+    def _check_unique(self, *groups: Iterable[declared.Invariant | declared.Block | declared.Quota]) -> None:
+        seen: dict[str, Text] = {}
+        for one in (one for group in groups for one in group):
+            if one.id.value in seen:
+                self._sink.error("AE120", f"the rule `{one.id.value}` is declared twice", one.id.span)
+            seen[one.id.value] = one.id
+
+    def _rule(self, one: declared.Invariant) -> Rule | None:
+        kinds = (
+            self._kinds_named(one.on)
+            if one.on is not None
+            else [k for k in self.kinds.values() if not k.protective]
+        )
+        terms: dict[str, t.Term] = {}
+        attenuations: dict[str, dict[str, t.Term]] = {}
+        for kind in kinds:
+            scope = kind_scope(self, kind)
+            term = elaborate_expression(one.require, scope, self._sink)
+            if term is None:
+                return None  # the same fault would be found for every kind
+            terms[kind.name] = term
+            reduced = self._attenuation(one.attenuate, kind, scope)
+            if reduced:
+                attenuations[kind.name] = reduced
+        return Rule(
+            one.id.value,
+            one.require.value,
+            one.rationale.value,
+            one.source.value,
+            terms,
+            attenuations,
+            one.span,
+            one.require.span,
+        )
+
+    def _attenuation(self, entries: Entries[Expression], kind: ActionKind, scope: Scope) -> dict[str, t.Term]:
+        reduced: dict[str, t.Term] = {}
+        for name, expression in entries:
+            parameter = kind.parameters.get(name.value)
+            if parameter is None or not isinstance(parameter.variable.type, RealType):
+                self._sink.error(
+                    "AE122", f"`{name.value}` is not a real parameter of `{kind.name}`", name.span
+                )
+                continue
+            term = elaborate_expression(expression, scope, self._sink, parameter.variable.type)
+            if term is not None:
+                reduced[name.value] = term
+        return reduced
+
+    def _kinds_named(self, names: tuple[Text, ...]) -> list[ActionKind]:
+        return [
+            kind for name in names if (kind := self._known(name, self.kinds, "an action kind")) is not None
+        ]
+
+    def _known(self, name: Text, among: Mapping[str, _T], what: str) -> _T | None:
+        if name.value not in among:
+            near = did_you_mean(name.value, among)
+            help_ = (
+                f"did you mean `{near}`?"
+                if near
+                else "the site declares " + ", ".join(f"`{k}`" for k in among)
+            )
+            self._sink.error("AE122", f"`{name.value}` is not {what}", name.span, help=(help_,))
+        return among.get(name.value)
+
+    def _access(self, access: declared.Access) -> Access:
+        actuators = {name for kind in self.kinds.values() for name in kind.actuators}
+        sensors = {one.sensor: None for one in self.state.values() if one.sensor is not None}
+        for name in access.actuators:
+            self._known(name, dict.fromkeys(sorted(actuators), True), "an actuator of any action kind")
+        for name in access.sensors:
+            self._known(name, dict.fromkeys(sensors, True), "a sensor of any state variable")
+        return elaborate_access(access)
+
+    def _limits(self, limits: declared.Limits) -> Limits:
+        timeout = elaborate_quantity(limits.skill_timeout, TIME, self._sink)
+        return Limits(timeout or Fraction(0), limits.retries.value, limits.replans.value)
+
+    def _block(self, block: declared.Block) -> Block:
+        if block.skill is not None and block.module is None:
+            self._sink.error("AE102", "a blocked skill needs its `module`", block.skill.span)
+        if block.action is not None:
+            self._known(block.action, self.kinds, "an action kind")
+        if block.module is None and block.action is None:
+            self._sink.error(
+                "AE102", "an operator override needs a `module`, a `skill` or an `action`", block.span
+            )
+        names = (None if name is None else name.value for name in (block.module, block.skill, block.action))
+        return Block(block.id.value, block.reason.value, *names)
+
+    def _quota(self, quota: declared.Quota) -> Quota | None:
+        within = elaborate_quantity(quota.within, TIME, self._sink)
+        kinds = self._kinds_named(quota.on)
+        if within is None:
+            return None
+        if within <= 0:
+            self._sink.error("AE608", "a quota's window must be longer than nothing", quota.within.span)
+        for kind in kinds:
+            if kind.protective:
+                self._sink.error("AE602", "a quota may not run out for the protective stop", quota.span)
+        return Quota(quota.id.value, frozenset(kind.name for kind in kinds), quota.at_most.value, within)
+
+
+def elaborate_access(access: declared.Access) -> Access:
+    """The names of an access list as sets."""
+    groups = (access.actuators, access.sensors, access.channels, access.compute)
+    return Access(*(frozenset(name.value for name in group) for group in groups))

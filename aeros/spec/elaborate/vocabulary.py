@@ -1,0 +1,128 @@
+"""Declared quantities → variables with types, units and bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+
+from aeros.spec.declared import site as declared
+from aeros.spec.decode import Number, Text
+from aeros.spec.diagnostics import Diagnostics, did_you_mean
+from aeros.spec.elaborate.expressions import elaborate_quantity, elaborate_unit
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.parser import KEYWORDS
+from aeros.spec.expr.types import BOOL, BoolType, EnumType, FamilyType, RealType, Type, VectorType
+from aeros.spec.model import Declared
+from aeros.spec.units import TIME, Unit, unit_names
+
+Enums = Mapping[str, EnumType]
+
+# One name has one meaning, so these can name nothing else.
+_RESERVED = (
+    KEYWORDS | {"inputs", "abs", "min", "max", "norm", "distance", "dot", "vec", "clamp"} | set(unit_names())
+)
+
+
+def check_name(name: Text, taken: Mapping[str, str], what: str, sink: Diagnostics) -> bool:
+    """Whether `name` is free; reports what it already means otherwise."""
+    if name.value in _RESERVED:
+        sink.error("AE121", f"`{name.value}` is a word of the expression language", name.span)
+        return False
+    if name.value in taken:
+        sink.error(
+            "AE121",
+            f"`{name.value}` is {taken[name.value]} already",
+            name.span,
+            help=(f"name this {what} otherwise",),
+        )
+        return False
+    return True
+
+
+def elaborate_variable(
+    name: str, quantity: declared.Quantity, role: t.Role, enums: Enums, sink: Diagnostics
+) -> Declared | None:
+    """The variable that `quantity` declares, or None after reporting why there is none."""
+    unit = elaborate_unit(quantity.unit, sink)
+    type_ = _type(quantity, unit, enums, sink)
+    if type_ is None or unit is None:
+        return None
+    numeric = isinstance(type_, RealType | VectorType)
+    if numeric and quantity.range is None:
+        sink.error(
+            "AE208",
+            "a number needs a range: proofs speak of every value inside it, and the gate denies all others",
+            quantity.type.span,
+            help=("add `range: [lowest, highest]`, in `unit`",),
+        )
+        return None
+    for text, field in ((quantity.unit, "unit"), (quantity.range, "range")):
+        if text is not None and not numeric:
+            span = text.span if isinstance(text, Text) else quantity.span
+            sink.error("AE208", f"a {type_} has no {field}", span)
+            return None
+    bounds = None if quantity.range is None else _range(quantity.range, unit, sink)
+    if numeric and bounds is None:
+        return None
+    return Declared(t.Variable(name, type_, role), quantity.span, unit, bounds)
+
+
+def elaborate_state(
+    name: str, one: declared.StateVariable, enums: Enums, sink: Diagnostics
+) -> Declared | None:
+    """The state variable that `one` declares, a family where it has an index."""
+    base = elaborate_variable(name, one, t.Role.STATE, enums, sink)
+    age = elaborate_quantity(one.max_age, TIME, sink)
+    if age is not None and age <= 0:
+        sink.error("AE208", "`max_age` must be longer than nothing", one.max_age.span)
+        return None
+    if base is None or age is None:
+        return None
+    type_: Type = base.variable.type
+    if one.index is not None:
+        index = enums.get(one.index.value)
+        if index is None:
+            _unknown_enum(one.index, enums, sink)
+            return None
+        if not isinstance(type_, BoolType | RealType):
+            sink.error("AE208", f"a family of {type_} is not supported", one.index.span)
+            return None
+        type_ = FamilyType(index, type_)
+    variable = t.Variable(name, type_, t.Role.STATE)
+    return Declared(variable, one.span, base.unit, base.range, age, one.sensor.value)
+
+
+def _type(quantity: declared.Quantity, unit: Unit | None, enums: Enums, sink: Diagnostics) -> Type | None:
+    word = quantity.type.value
+    if word == "bool":
+        return BOOL
+    if word in ("real", "vec3"):
+        if unit is None:
+            return None
+        return RealType(unit.dimension) if word == "real" else VectorType(unit.dimension)
+    if word in enums:
+        return enums[word]
+    near = did_you_mean(word, ["bool", "real", "vec3", *enums])
+    sink.error(
+        "AE122",
+        f"`{word}` is not a type",
+        quantity.type.span,
+        help=(f"did you mean `{near}`?" if near else "use `bool`, `real`, `vec3` or a declared enum",),
+    )
+    return None
+
+
+def _unknown_enum(name: Text, enums: Enums, sink: Diagnostics) -> None:
+    near = did_you_mean(name.value, enums)
+    help_ = f"did you mean `{near}`?" if near else "declare it under `enums`"
+    sink.error("AE122", f"`{name.value}` is not a declared enum", name.span, help=(help_,))
+
+
+def _range(numbers: tuple[Number, ...], unit: Unit, sink: Diagnostics) -> tuple[Fraction, Fraction] | None:
+    span = numbers[0].span.cover(numbers[-1].span) if numbers else None
+    if len(numbers) != 2 or numbers[0].value >= numbers[1].value:
+        sink.error(
+            "AE208", "a range is two numbers, the lower one first", span, help=("as in `range: [0, 3]`",)
+        )
+        return None
+    return numbers[0].value * unit.factor, numbers[1].value * unit.factor

@@ -1,0 +1,25 @@
+"""Every failure belongs to one of three families: the user's, the caller's, or ours."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from aeros.spec.diagnostics import Diagnostic
+
+
+class UserError(Exception):
+    """What was written or asked for is refused; `diagnostics` say where and why."""
+
+    def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
+        self.diagnostics = tuple(diagnostics)
+        super().__init__("; ".join(f"{found.code}: {found.headline}" for found in self.diagnostics))
+
+
+class MisuseError(Exception):
+    """Code that calls AEROS broke the contract of what it called."""
+
+
+class InternalError(Exception):
+    """AEROS itself is wrong: a state was reached that its own reasoning excludes."""

@@ -1,0 +1,553 @@
+"""Surface syntax → typed terms: names resolve and types and dimensions agree, or a fault says where.
+
+Sugar ends here: `>`, `!=`, chains, subtraction, division by a constant, `norm`, `distance`, `dot`,
+`clamp` and membership become the few nodes of `terms.py`.  `norm(v)` and `distance(a, b)` have
+irrational values, so they may stand only beside a comparison, where `norm(v) <= r` means
+`0 <= r and v·v <= r²`, which is exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import Literal as OneOf
+from typing import cast
+
+from aeros.spec.diagnostics import did_you_mean
+from aeros.spec.expr import syntax as s
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import measure
+from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
+from aeros.spec.units import LENGTH, NUMBER, Dimension
+
+MAX_SIZE = 50_000  # nodes of the scalar core: a tenth of a second in the exact interpreter
+MAX_HEIGHT = 150  # of the scalar core: each of its passes takes up to four stack frames a level
+
+_AXES = {"x": 0, "y": 1, "z": 2}
+_ARITY = {"abs": 1, "norm": 1, "min": 2, "max": 2, "distance": 2, "dot": 2, "vec": 3, "clamp": 3}
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """An axis-aligned closed box in the world frame W; corners in metres."""
+
+    lower: tuple[Fraction, Fraction, Fraction]
+    upper: tuple[Fraction, Fraction, Fraction]
+
+
+@dataclass(frozen=True, slots=True)
+class Scope:
+    """What the names of an expression may mean."""
+
+    variables: Mapping[str, t.Variable]
+    inputs: Mapping[str, t.Variable] = field(default_factory=dict)
+    constants: Mapping[str, t.Term] = field(default_factory=dict)
+    enums: Mapping[str, EnumType] = field(default_factory=dict)
+    volumes: Mapping[str, Box] = field(default_factory=dict)
+
+
+class ExpressionTypeError(Exception):
+    """An expression that parses but means nothing: code, where, what stands beside it, and the cure."""
+
+    def __init__(
+        self,
+        code: str,
+        message: str,
+        extent: s.Extent,
+        *,
+        label: str = "",
+        beside: tuple[s.Extent, str] | None = None,
+        cure: str | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.code = code
+        self.message = message
+        self.extent = extent
+        self.label = label
+        self.beside = beside
+        self.cure = cure
+
+
+@dataclass(frozen=True, slots=True)
+class _Norm:
+    """The irrational value sqrt(squared); only a comparison may consume it."""
+
+    squared: t.Term
+    dimension: Dimension
+
+
+@dataclass(frozen=True, slots=True)
+class _Typed:
+    term: t.Term | _Norm
+    type: Type
+    extent: s.Extent
+
+
+def check(node: s.Node, scope: Scope, expected: Type) -> t.Term:
+    """The typed term of `node`, which must be of type `expected`; raises `ExpressionTypeError`."""
+    term, type_ = infer(node, scope, expected)
+    if type_ != expected:
+        code = "AE204" if isinstance(type_, RealType) and isinstance(expected, RealType) else "AE203"
+        raise ExpressionTypeError(code, f"expected {expected}, found {type_}", node.extent, label=str(type_))
+    return term
+
+
+def infer(node: s.Node, scope: Scope, hint: Type | None = None) -> tuple[t.Term, Type]:
+    """The typed term of `node` and its type; `hint` tells which enum a bare member is of."""
+    checker = _Checker(scope, {})
+    typed = checker.check(node, hint)
+    term = checker.plain(typed)
+    size, height = measure(term)
+    if size > MAX_SIZE or height > MAX_HEIGHT:
+        raise ExpressionTypeError(
+            "AE201",
+            "this expression is too large once its sets and vectors are written out",
+            node.extent,
+            cure="split it into several rules",
+        )
+    return term, typed.type
+
+
+class _Checker:
+    def __init__(self, scope: Scope, bound: Mapping[str, t.BoundVariable]) -> None:
+        self._scope = scope
+        self._bound = bound
+
+    def check(self, node: s.Node, hint: Type | None = None) -> _Typed:
+        """`node` typed; `hint` is the type its neighbour has, which decides a bare enum member."""
+        match node:
+            case s.Number(value=value, unit=unit):
+                type_ = RealType(unit.dimension)
+                return _Typed(t.Literal(value, type_), type_, node.extent)
+            case s.Truth(value=value):
+                return _Typed(t.Literal(value, BOOL), BOOL, node.extent)
+            case s.Name():
+                return self._name(node, hint)
+            case s.Attribute():
+                return self._attribute(node)
+            case s.Index():
+                return self._index(node)
+            case s.Call():
+                return self._call(node)
+            case s.Unary(op="not", operand=operand):
+                return _Typed(t.Not(self._bool(operand)), BOOL, node.extent)
+            case s.Unary(operand=operand):
+                minus = t.Literal(Fraction(-1), RealType(NUMBER))
+                return self._scale(minus, NUMBER, self.check(operand), node.extent)
+            case s.Binary(op="implies", left=left, right=right):
+                return _Typed(t.Implies(self._bool(left), self._bool(right)), BOOL, node.extent)
+            case s.Binary(op="*", left=left, right=right):
+                return self._product(node, left, right)
+            case s.Binary(op="/", left=left, right=right):
+                return self._quotient(node, left, right)
+            case s.Binary():
+                return self._sum(node)
+            case s.Junction(op=op, operands=operands):
+                parts = tuple(self._bool(operand) for operand in operands)
+                return _Typed(t.And(parts) if op == "and" else t.Or(parts), BOOL, node.extent)
+            case s.Chain():
+                return self._chain(node)
+            case s.Membership():
+                return self._membership(node)
+            case s.IfElse():
+                return self._conditional(node, hint)
+            case s.Quantifier():
+                return self._quantifier(node)
+
+    def plain(self, typed: _Typed) -> t.Term:
+        """The term of `typed`, which must not be a bare `norm` or `distance`."""
+        if isinstance(typed.term, _Norm):
+            raise ExpressionTypeError(
+                "AE203",
+                "a `norm` or `distance` can only be compared",
+                typed.extent,
+                cure="write it alone on one side of a comparison, as in `distance(a, b) <= 10 mm`",
+            )
+        return typed.term
+
+    def _name(self, node: s.Name, hint: Type | None) -> _Typed:
+        scope, name = self._scope, node.text
+        if name in self._bound:
+            index = self._bound[name]
+            return _Typed(index, index.type, node.extent)
+        if name in scope.variables:
+            variable = scope.variables[name]
+            return _Typed(variable, variable.type, node.extent)
+        if name in scope.constants:
+            constant = scope.constants[name]
+            return _Typed(constant, _type_of_constant(constant), node.extent)
+        candidates = [enum for enum in scope.enums.values() if name in enum.members]
+        if isinstance(hint, EnumType) and name in hint.members:
+            return _Typed(t.Literal(name, hint), hint, node.extent)
+        if len(candidates) == 1 and not isinstance(hint, EnumType):
+            return _Typed(t.Literal(name, candidates[0]), candidates[0], node.extent)
+        if isinstance(hint, EnumType):
+            raise _not_a_member(node, hint)
+        if candidates:
+            several = " and of ".join(str(enum) for enum in candidates)
+            raise ExpressionTypeError(
+                "AE202",
+                f"`{name}` is a member of {several}",
+                node.extent,
+                cure="write it beside a variable, which decides: as in `variable == member`",
+            )
+        known = [
+            *self._bound,
+            *scope.variables,
+            *scope.constants,
+            *(m for e in scope.enums.values() for m in e.members),
+        ]
+        raise ExpressionTypeError(
+            "AE202",
+            f"`{name}` is not declared here",
+            node.extent,
+            cure=_near(name, known)
+            or "declare it in the site's vocabulary, or use a parameter of the action kind",
+        )
+
+    def _attribute(self, node: s.Attribute) -> _Typed:
+        if isinstance(node.base, s.Name) and node.base.text == "inputs":
+            variable = self._scope.inputs.get(node.name.text)
+            if variable is None:
+                cure = _near(node.name.text, self._scope.inputs) or "declare it under `inputs`"
+                raise ExpressionTypeError(
+                    "AE202", f"this skill has no input `{node.name.text}`", node.extent, cure=cure
+                )
+            return _Typed(variable, variable.type, node.extent)
+        base = self.check(node.base)
+        axis = _AXES.get(node.name.text)
+        if not isinstance(base.type, VectorType) or axis is None:
+            raise ExpressionTypeError(
+                "AE203",
+                f"{base.type} has no component `{node.name.text}`",
+                node.name.extent,
+                cure="a vec3 has the components x, y and z",
+            )
+        vector = self.plain(base)
+        return _Typed(t.Component(vector, axis), RealType(base.type.dimension), node.extent)
+
+    def _index(self, node: s.Index) -> _Typed:
+        base = self.check(node.base)
+        if not isinstance(base.type, FamilyType):
+            raise ExpressionTypeError("AE203", f"{base.type} cannot be indexed", node.base.extent)
+        index = self.check(node.index, base.type.index)
+        if index.type != base.type.index:
+            raise ExpressionTypeError(
+                "AE203",
+                f"the index must be a member of {base.type.index}, not {index.type}",
+                node.index.extent,
+            )
+        family = cast("t.Variable | t.Table", base.term)
+        return _Typed(t.Select(family, self.plain(index)), base.type.element, node.extent)
+
+    def _bool(self, node: s.Node) -> t.Term:
+        typed = self.check(node, BOOL)
+        if typed.type != BOOL:
+            raise ExpressionTypeError(
+                "AE203", f"expected a condition, found {typed.type}", node.extent, label=str(typed.type)
+            )
+        return self.plain(typed)
+
+    def _real(self, node: s.Node, what: str) -> tuple[t.Term, RealType]:
+        return self._as_real(self.check(node), what)
+
+    def _as_real(self, typed: _Typed, what: str) -> tuple[t.Term, RealType]:
+        if not isinstance(typed.type, RealType):
+            raise ExpressionTypeError(
+                "AE203",
+                f"{what} must be a real number, not {typed.type}",
+                typed.extent,
+                label=str(typed.type),
+            )
+        return self.plain(typed), typed.type
+
+    def _vector(self, node: s.Node, what: str) -> tuple[t.Term, VectorType]:
+        return self._as_vector(self.check(node), what)
+
+    def _as_vector(self, typed: _Typed, what: str) -> tuple[t.Term, VectorType]:
+        if not isinstance(typed.type, VectorType):
+            raise ExpressionTypeError(
+                "AE203", f"{what} must be a vec3, not {typed.type}", typed.extent, label=str(typed.type)
+            )
+        return self.plain(typed), typed.type
+
+    def _same(self, left: _Typed, right: _Typed, doing: str) -> None:
+        if left.type == right.type:
+            return
+        kinds = (RealType, VectorType)
+        units = isinstance(left.type, kinds) and type(left.type) is type(right.type)
+        raise ExpressionTypeError(
+            "AE204" if units else "AE203",
+            f"{left.type} is {doing} {right.type}",
+            right.extent,
+            label=str(right.type),
+            beside=(left.extent, str(left.type)),
+            cure="give both sides the same unit" if units else None,
+        )
+
+    def _sum(self, node: s.Binary) -> _Typed:
+        left, right = self.check(node.left), self.check(node.right)
+        doing = "added to" if node.op == "+" else "subtracted by"
+        if not isinstance(left.type, RealType | VectorType):
+            raise ExpressionTypeError(
+                "AE203", f"{left.type} cannot be {doing} anything", left.extent, label=str(left.type)
+            )
+        self._same(left, right, doing)
+        addend = self.plain(right)
+        if node.op == "-":
+            addend = t.Multiply(t.Literal(Fraction(-1), RealType(NUMBER)), addend)
+        return _Typed(t.Add(self.plain(left), addend), left.type, node.extent)
+
+    def _product(self, node: s.Binary, left: s.Node, right: s.Node) -> _Typed:
+        first, second = self.check(left), self.check(right)
+        if isinstance(first.type, VectorType):
+            first, second = second, first
+        factor, type_ = self._as_real(first, "a factor")
+        return self._scale(factor, type_.dimension, second, node.extent)
+
+    def _scale(self, factor: t.Term, dimension: Dimension, typed: _Typed, extent: s.Extent) -> _Typed:
+        if not isinstance(typed.type, RealType | VectorType):
+            raise ExpressionTypeError(
+                "AE203", f"{typed.type} cannot be multiplied", typed.extent, label=str(typed.type)
+            )
+        type_ = replace(typed.type, dimension=typed.type.dimension * dimension)
+        term = self.plain(typed)
+        if isinstance(factor, t.Literal) and isinstance(term, t.Literal):
+            product = cast("Fraction", factor.value) * cast("Fraction", term.value)
+            return _Typed(t.Literal(product, cast("RealType", type_)), type_, extent)
+        return _Typed(t.Multiply(factor, term), type_, extent)
+
+    def _quotient(self, node: s.Binary, left: s.Node, right: s.Node) -> _Typed:
+        divisor, type_ = self._real(right, "a divisor")
+        if not isinstance(divisor, t.Literal) or divisor.value == 0:
+            raise ExpressionTypeError(
+                "AE206",
+                "only a constant other than zero can divide",
+                right.extent,
+                cure="multiply the other side instead: `a / b <= c` is `a <= c * b` where b is positive",
+            )
+        inverse = t.Literal(1 / cast("Fraction", divisor.value), RealType(type_.dimension**-1))
+        return self._scale(inverse, type_.dimension**-1, self.check(left), node.extent)
+
+    def _chain(self, node: s.Chain) -> _Typed:
+        typed: list[_Typed] = []
+        for operand in node.operands:
+            typed.append(self.check(operand, typed[-1].type if typed else self._hint(node.operands[1:])))
+        pairs = zip(node.ops, typed, typed[1:], strict=False)
+        parts = tuple(self._compare(op, left, right) for op, left, right in pairs)
+        return _Typed(parts[0] if len(parts) == 1 else t.And(parts), BOOL, node.extent)
+
+    def _hint(self, operands: tuple[s.Node, ...]) -> Type | None:
+        """The type of the first operand that is a declared name: decides a leading enum member."""
+        for operand in operands:
+            match operand:
+                case s.Name(text=name) if name in self._bound:
+                    return self._bound[name].type
+                case s.Name(text=name) if name in self._scope.variables:
+                    return self._scope.variables[name].type
+                case s.Attribute(base=s.Name(text="inputs"), name=s.Name(text=name)) if (
+                    name in self._scope.inputs
+                ):
+                    return self._scope.inputs[name].type
+        return None
+
+    def _compare(self, op: str, left: _Typed, right: _Typed) -> t.Term:
+        self._same(left, right, "compared with")
+        if op in (">", ">="):
+            op, left, right = op.replace(">", "<"), right, left
+        if op in ("<", "<=") and not isinstance(left.type, RealType):
+            raise ExpressionTypeError(
+                "AE203",
+                f"{left.type} has no order",
+                left.extent,
+                label=str(left.type),
+                cure="compare with `==` or `!=`",
+            )
+        if isinstance(left.type, FamilyType):
+            raise ExpressionTypeError(
+                "AE203",
+                "a whole family cannot be compared",
+                left.extent,
+                cure="compare each: `all(… for j in …)`",
+            )
+        if isinstance(left.term, _Norm) or isinstance(right.term, _Norm):
+            return _compare_norm(op, left.term, right.term)
+        if op == "!=":
+            return t.Not(t.Compare("==", left.term, right.term))
+        return t.Compare(cast('OneOf["<", "<=", "=="]', op), left.term, right.term)
+
+    def _membership(self, node: s.Membership) -> _Typed:
+        if isinstance(node.container, tuple):
+            term = self._in_members(node.operand, node.container)
+        else:
+            term = self._in_volume(node.operand, node.container)
+        return _Typed(t.Not(term) if node.negated else term, BOOL, node.extent)
+
+    def _in_members(self, operand: s.Node, members: tuple[s.Name, ...]) -> t.Term:
+        typed = self.check(operand)
+        if not isinstance(typed.type, EnumType):
+            raise ExpressionTypeError(
+                "AE203", f"{typed.type} is not an enumeration", operand.extent, label=str(typed.type)
+            )
+        term = self.plain(typed)
+        literals = [self._member(member, typed.type) for member in members]
+        return t.Or(tuple(t.Compare("==", term, literal) for literal in literals))
+
+    def _member(self, name: s.Name, enum: EnumType) -> t.Literal:
+        if name.text not in enum.members:
+            raise _not_a_member(name, enum)
+        return t.Literal(name.text, enum)
+
+    def _in_volume(self, operand: s.Node, name: s.Name) -> t.Term:
+        box = self._scope.volumes.get(name.text)
+        if box is None:
+            cure = _near(name.text, self._scope.volumes) or "declare it under the site's `volumes`"
+            raise ExpressionTypeError(
+                "AE202", f"`{name.text}` is not a volume of this site", name.extent, cure=cure
+            )
+        point, type_ = self._vector(operand, "a point")
+        if type_.dimension != LENGTH:
+            raise ExpressionTypeError(
+                "AE204", f"a point is a vec3 [m], not {type_}", operand.extent, label=str(type_)
+            )
+        metres = RealType(LENGTH)
+        parts: list[t.Term] = []
+        for axis in range(3):
+            part = t.Component(point, axis)
+            parts.append(t.Compare("<=", t.Literal(box.lower[axis], metres), part))
+            parts.append(t.Compare("<=", part, t.Literal(box.upper[axis], metres)))
+        return t.And(tuple(parts))
+
+    def _conditional(self, node: s.IfElse, hint: Type | None) -> _Typed:
+        condition = self._bool(node.condition)
+        then = self.check(node.then, hint)
+        if isinstance(then.type, FamilyType):
+            raise ExpressionTypeError(
+                "AE203", "a whole family cannot be chosen", then.extent, cure="choose between its elements"
+            )
+        otherwise = self.check(node.otherwise, then.type)
+        self._same(then, otherwise, "the alternative of")
+        term = t.Conditional(condition, self.plain(then), self.plain(otherwise))
+        return _Typed(term, then.type, node.extent)
+
+    def _quantifier(self, node: s.Quantifier) -> _Typed:
+        members = self._scope.enums.get(node.set.text)
+        if members is None:
+            cure = _near(node.set.text, self._scope.enums) or "declare it under the site's `enums`"
+            raise ExpressionTypeError("AE202", f"`{node.set.text}` is not a set", node.set.extent, cure=cure)
+        name = node.index.text
+        taken = name in self._bound or name in self._scope.variables or name in self._scope.constants
+        member = any(name in enum.members for enum in self._scope.enums.values())
+        if taken or member or name == "inputs":
+            raise ExpressionTypeError(
+                "AE202",
+                f"`{name}` already has a meaning here",
+                node.index.extent,
+                cure="name the index otherwise",
+            )
+        index = t.BoundVariable(name, members)
+        body = _Checker(self._scope, {**self._bound, name: index})._bool(node.body)
+        kind = cast('OneOf["all", "any"]', node.kind)
+        return _Typed(t.Quantified(kind, index, body), BOOL, node.extent)
+
+    def _call(self, node: s.Call) -> _Typed:
+        name, arguments = node.function.text, node.arguments
+        arity = _ARITY.get(name)
+        if arity is None:
+            cure = _near(name, _ARITY) or "the functions are " + ", ".join(sorted(_ARITY))
+            raise ExpressionTypeError(
+                "AE202", f"there is no function `{name}`", node.function.extent, cure=cure
+            )
+        if len(arguments) != arity:
+            raise ExpressionTypeError(
+                "AE205", f"`{name}` takes {arity} argument(s), not {len(arguments)}", node.extent
+            )
+        if name in ("norm", "distance", "dot"):
+            return self._vector_call(name, arguments, node.extent)
+        typed = [self.check(argument) for argument in arguments]
+        for argument in typed:
+            if not isinstance(argument.type, RealType):
+                raise ExpressionTypeError(
+                    "AE203",
+                    f"`{name}` takes real numbers, not {argument.type}",
+                    argument.extent,
+                    label=str(argument.type),
+                )
+            self._same(typed[0], argument, "combined with")
+        reals = [self.plain(argument) for argument in typed]
+        type_ = cast("RealType", typed[0].type)
+        return _Typed(
+            _apply(name, reals), VectorType(type_.dimension) if name == "vec" else type_, node.extent
+        )
+
+    def _vector_call(self, name: str, arguments: tuple[s.Node, ...], extent: s.Extent) -> _Typed:
+        typed = [self.check(argument) for argument in arguments]
+        vectors = [self._as_vector(argument, f"the argument of `{name}`") for argument in typed]
+        (first, type_), (second, other) = vectors[0], vectors[-1]
+        dimension = type_.dimension
+        if name == "dot":
+            product = RealType(dimension * other.dimension)
+            return _Typed(_dot(first, second), product, extent)
+        if name == "distance":
+            self._same(typed[0], typed[1], "compared with")
+            first = t.Add(first, t.Multiply(t.Literal(Fraction(-1), RealType(NUMBER)), second))
+        return _Typed(_Norm(_dot(first, first), dimension), RealType(dimension), extent)
+
+
+def _not_a_member(name: s.Name, enum: EnumType) -> ExpressionTypeError:
+    members = ", ".join(f"`{member}`" for member in enum.members)
+    cure = _near(name.text, enum.members) or f"{enum} is one of {members}"
+    return ExpressionTypeError("AE202", f"`{name.text}` is not a member of {enum}", name.extent, cure=cure)
+
+
+def _near(name: str, candidates: Iterable[str]) -> str | None:
+    candidate = did_you_mean(name, candidates)
+    return None if candidate is None else f"did you mean `{candidate}`?"
+
+
+def _type_of_constant(constant: t.Term) -> Type:
+    match constant:
+        case t.Literal(type=type_) | t.Table(type=type_):
+            return type_
+        case t.Vector(x=t.Literal(type=RealType(dimension=dimension))):
+            return VectorType(dimension)
+    raise AssertionError(f"not a constant: {constant}")
+
+
+def _dot(left: t.Term, right: t.Term) -> t.Term:
+    products = [t.Multiply(t.Component(left, axis), t.Component(right, axis)) for axis in range(3)]
+    return t.Add(t.Add(products[0], products[1]), products[2])
+
+
+def _apply(name: str, arguments: list[t.Term]) -> t.Term:
+    match name:
+        case "abs":
+            return t.Absolute(arguments[0])
+        case "min":
+            return t.Extremum("min", arguments[0], arguments[1])
+        case "max":
+            return t.Extremum("max", arguments[0], arguments[1])
+        case "clamp":
+            return t.Extremum("min", t.Extremum("max", arguments[0], arguments[1]), arguments[2])
+        case _:
+            return t.Vector(arguments[0], arguments[1], arguments[2])
+
+
+def _compare_norm(op: str, left: t.Term | _Norm, right: t.Term | _Norm) -> t.Term:
+    """`sqrt(a) op b` over the reals, without the root; `>` and `>=` were turned round before."""
+    if isinstance(left, _Norm) and isinstance(right, _Norm):
+        squares = t.Compare(
+            cast('OneOf["<", "<=", "=="]', "==" if op == "!=" else op), left.squared, right.squared
+        )
+        return t.Not(squares) if op == "!=" else squares
+    norm, bound = cast("tuple[_Norm, t.Term]", (left, right) if isinstance(left, _Norm) else (right, left))
+    zero = t.Literal(Fraction(0), RealType(norm.dimension))
+    square = t.Multiply(bound, bound)
+    if op in ("==", "!="):
+        equal = t.And((t.Compare("<=", zero, bound), t.Compare("==", norm.squared, square)))
+        return t.Not(equal) if op == "!=" else equal
+    strict = cast('OneOf["<", "<="]', op)
+    if norm is left:  # sqrt(a) < b
+        return t.And((t.Compare(strict, zero, bound), t.Compare(strict, norm.squared, square)))
+    return t.Or((t.Compare("<", bound, zero), t.Compare(strict, square, norm.squared)))  # b < sqrt(a)

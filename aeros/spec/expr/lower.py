@@ -1,0 +1,211 @@
+"""Typed terms → the scalar core: no vectors, families, tables, quantifiers or bound variables left.
+
+What back ends compile is small because this is where the language's conveniences end.  The core is
+a subset of the same terms, so `semantics.evaluate` gives both sides meaning, and the conformance
+suite holds `evaluate(lower(term), scalars_of(env)) == evaluate(term, env)`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from fractions import Fraction
+from typing import cast
+
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.semantics import Environment, Value, evaluate
+from aeros.spec.expr.types import FamilyType, RealType, VectorType
+
+_Indices = Mapping[str, str]  # the member each bound variable stands for
+
+
+def scalar_variables(variable: t.Variable) -> tuple[t.Variable, ...]:
+    """The scalar variables that a variable is made of: `p.x`, `q[j1]`, or itself."""
+    match variable.type:
+        case VectorType(dimension=dimension):
+            type_ = RealType(dimension)
+            return tuple(replace(variable, name=f"{variable.name}.{axis}", type=type_) for axis in "xyz")
+        case FamilyType(index=index, element=element):
+            return tuple(
+                replace(variable, name=f"{variable.name}[{member}]", type=element) for member in index.members
+            )
+        case _:
+            return (variable,)
+
+
+def scalars_of(variables: Mapping[str, t.Variable], env: Environment) -> dict[str, Value]:
+    """`env` by scalar variable."""
+    scalars: dict[str, Value] = {}
+    for name, variable in variables.items():
+        parts = scalar_variables(variable)
+        value = env[name]
+        values = value if isinstance(value, tuple) else (value,)
+        scalars.update(zip((part.name for part in parts), values, strict=True))
+    return scalars
+
+
+def measure(term: t.Term) -> tuple[int, int]:
+    """Bounds on the number of nodes and on the height of `lower(term)`, found without lowering.
+
+    A few characters can stand for more nodes than any machine holds: each `dot` repeats its vectors
+    six times, each quantifier its body once for each member.
+    """
+    return _measured(term, {})
+
+
+def _measured(term: t.Term, known: dict[int, tuple[int, int]]) -> tuple[int, int]:
+    """As `measure`; `known` is by identity, for shared sub-terms are many."""
+    if id(term) in known:
+        return known[id(term)]
+    parts = [_measured(child, known) for child in t.children(term)]
+    size, height = sum(size for size, _ in parts), max((height for _, height in parts), default=0)
+    match term:
+        case t.Select(family=family):
+            members = len(cast("FamilyType", family.type).index.members)
+            size, height = members * (size + 2), members + height
+        case t.Quantified(index=index):
+            size *= len(index.type.members)
+        case _ if _is_vector(term):
+            size *= 3
+    known[id(term)] = (size + 3, height + 1)
+    return known[id(term)]
+
+
+def lower(term: t.Term) -> t.Term:
+    """The scalar core of a boolean or real `term`, with constants folded."""
+    return _scalar(term, {})
+
+
+def _scalar(term: t.Term, indices: _Indices) -> t.Term:
+    match term:
+        case t.Literal() | t.Variable():
+            return term
+        case t.BoundVariable(name=name, type=type_):
+            return t.Literal(indices[name], type_)
+        case t.Select(family=family, index=index):
+            return _select(family, _scalar(index, indices))
+        case t.Component(vector=vector, axis=axis):
+            return _components(vector, indices)[axis]
+        case t.Not(operand=operand):
+            return _negate(_scalar(operand, indices))
+        case t.And(operands=operands):
+            return _join([_scalar(operand, indices) for operand in operands], neutral=True)
+        case t.Or(operands=operands):
+            return _join([_scalar(operand, indices) for operand in operands], neutral=False)
+        case t.Implies(premise=premise, conclusion=conclusion):
+            return _join([_negate(_scalar(premise, indices)), _scalar(conclusion, indices)], neutral=False)
+        case t.Compare(left=left) if _is_vector(left):
+            pairs = zip(_components(left, indices), _components(term.right, indices), strict=True)
+            return _join([_fold(t.Compare("==", a, b)) for a, b in pairs], neutral=True)
+        case t.Compare() | t.Add() | t.Extremum():
+            return _fold(replace(term, left=_scalar(term.left, indices), right=_scalar(term.right, indices)))
+        case t.Multiply(left=left, right=right):
+            return _fold(t.Multiply(_scalar(left, indices), _scalar(right, indices)))
+        case t.Absolute(operand=operand):
+            return _fold(t.Absolute(_scalar(operand, indices)))
+        case t.Conditional(condition=condition, then=then, otherwise=otherwise):
+            parts = (_scalar(then, indices), _scalar(otherwise, indices))
+            return _choose(_scalar(condition, indices), *parts)
+        case t.Quantified(kind=kind, index=index, body=body):
+            each = [_scalar(body, {**indices, index.name: member}) for member in index.type.members]
+            return _join(each, neutral=kind == "all")
+        case t.Vector() | t.Table():
+            raise AssertionError(f"not a scalar: {term}")
+
+
+def _components(term: t.Term, indices: _Indices) -> tuple[t.Term, t.Term, t.Term]:
+    match term:
+        case t.Variable():
+            return _three(scalar_variables(term))
+        case t.Vector(x=x, y=y, z=z):
+            return (_scalar(x, indices), _scalar(y, indices), _scalar(z, indices))
+        case t.Add(left=left, right=right):
+            pairs = zip(_components(left, indices), _components(right, indices), strict=True)
+            return _three(_fold(t.Add(a, b)) for a, b in pairs)
+        case t.Multiply(left=left, right=right):
+            factor = _scalar(left, indices)
+            return _three(_fold(t.Multiply(factor, part)) for part in _components(right, indices))
+        case t.Conditional(condition=condition, then=then, otherwise=otherwise):
+            chosen = _scalar(condition, indices)
+            pairs = zip(_components(then, indices), _components(otherwise, indices), strict=True)
+            return _three(_choose(chosen, a, b) for a, b in pairs)
+        case _:
+            raise AssertionError(f"not a vector: {term}")
+
+
+def _three(parts: Iterable[t.Term]) -> tuple[t.Term, t.Term, t.Term]:
+    x, y, z = parts
+    return (x, y, z)
+
+
+def _is_vector(term: t.Term) -> bool:
+    match term:
+        case t.Variable(type=VectorType()) | t.Vector():
+            return True
+        case t.Add(left=part) | t.Multiply(right=part) | t.Conditional(then=part):
+            return _is_vector(part)
+        case _:
+            return False
+
+
+def _select(family: t.Variable | t.Table, index: t.Term) -> t.Term:
+    type_ = cast("FamilyType", family.type)
+    elements: tuple[t.Term, ...]
+    if isinstance(family, t.Table):
+        elements = tuple(t.Literal(value, type_.element) for value in family.values)
+    else:
+        elements = scalar_variables(family)
+    chosen = elements[-1]
+    for member, element in reversed(list(zip(type_.index.members[:-1], elements[:-1], strict=True))):
+        is_member = _fold(t.Compare("==", index, t.Literal(member, type_.index)))
+        chosen = _choose(is_member, element, chosen)
+    return chosen
+
+
+def _fold(term: t.Term) -> t.Term:
+    """`term` evaluated, if all its operands are constants."""
+    if not all(isinstance(child, t.Literal) for child in t.children(term)):
+        return term
+    value = evaluate(term, {})
+    if isinstance(value, bool):
+        return t.TRUE if value else t.FALSE
+    return t.Literal(cast("Fraction", value), _real_type(term))
+
+
+def _real_type(term: t.Term) -> RealType:
+    match term:
+        case t.Literal(type=RealType() as type_):
+            return type_
+        case t.Multiply(left=left, right=right):
+            return RealType(_real_type(left).dimension * _real_type(right).dimension)
+        case t.Add(left=part) | t.Extremum(left=part) | t.Absolute(operand=part):
+            return _real_type(part)
+        case _:
+            raise AssertionError(f"not a constant real: {term}")
+
+
+def _negate(term: t.Term) -> t.Term:
+    if isinstance(term, t.Not):
+        return term.operand
+    return _fold(t.Not(term))
+
+
+def _join(parts: list[t.Term], *, neutral: bool) -> t.Term:
+    """Conjunction (`neutral` true) or disjunction of `parts`, flattened."""
+    node = t.And if neutral else t.Or
+    flat: list[t.Term] = []
+    for part in parts:
+        flat.extend(part.operands if isinstance(part, node) else (part,))
+    zero, one = (t.FALSE, t.TRUE) if neutral else (t.TRUE, t.FALSE)
+    if zero in flat:
+        return zero
+    kept = tuple(part for part in flat if part != one)
+    if not kept:
+        return one
+    return kept[0] if len(kept) == 1 else node(kept)
+
+
+def _choose(condition: t.Term, then: t.Term, otherwise: t.Term) -> t.Term:
+    if isinstance(condition, t.Literal):
+        return then if condition.value else otherwise
+    return then if then == otherwise else t.Conditional(condition, then, otherwise)

@@ -1,0 +1,319 @@
+"""Expression text → surface syntax.  Recursive descent; each method's docstring is its grammar rule."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+
+from aeros.spec.expr import syntax as s
+from aeros.spec.expr.syntax import Extent
+from aeros.spec.units import DIMENSIONLESS, Unit, match_unit
+
+MAX_LENGTH = 4096  # characters: far beyond any rule a person can review
+MAX_DEPTH = 40  # nesting of the recursive descent, a dozen stack frames each
+MAX_HEIGHT = 100  # height of the syntax tree, a few stack frames each in the passes to come
+
+KEYWORDS = frozenset(
+    ("all", "and", "any", "else", "false", "for", "if", "implies", "in", "not", "or", "then", "true")
+)
+
+_TOKEN = re.compile(
+    r"""(?P<space>[ \t\n]+)
+      | (?P<number>(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?)
+      | (?P<word>[A-Za-z_][A-Za-z0-9_]*)
+      | (?P<symbol><=|>=|==|!=|[-+*/<>()\[\]{},.])""",
+    re.VERBOSE,
+)
+_COMPARISONS = ("<", "<=", "==", "!=", ">=", ">")
+
+
+class ExpressionSyntaxError(Exception):
+    """The text is not an expression; `extent` is where, `help` a cure if one is known."""
+
+    def __init__(self, message: str, extent: Extent, help_: str | None = None) -> None:
+        super().__init__(message)
+        self.message = message
+        self.extent = extent
+        self.help = help_
+
+
+@dataclass(frozen=True, slots=True)
+class _Token:
+    kind: str  # number, word, keyword, symbol, end
+    text: str
+    extent: Extent
+    unit: Unit = DIMENSIONLESS
+
+
+def parse(text: str) -> s.Node:
+    """The syntax tree of `text`; raises `ExpressionSyntaxError` where it is not an expression."""
+    if len(text) > MAX_LENGTH:
+        raise ExpressionSyntaxError(
+            f"this expression has {len(text)} characters; {MAX_LENGTH} are allowed",
+            Extent(MAX_LENGTH, len(text)),
+            "split it into several rules",
+        )
+    root = _Parser(_tokens(text)).whole()
+    _check_height(root)
+    return root
+
+
+def _check_height(root: s.Node) -> None:
+    """Refuse trees that later, recursive passes could not walk; a long sum is as high as it is long."""
+    pending = [(root, 1)]
+    while pending:
+        node, height = pending.pop()
+        if height > MAX_HEIGHT:
+            raise _too_deep(node.extent)
+        pending.extend((child, height + 1) for child in s.children(node))
+
+
+def _too_deep(extent: Extent) -> ExpressionSyntaxError:
+    return ExpressionSyntaxError(
+        "this expression is nested too deeply", extent, "split it into several rules"
+    )
+
+
+def _tokens(text: str) -> list[_Token]:
+    tokens: list[_Token] = []
+    position = 0
+    while position < len(text):
+        found = _TOKEN.match(text, position)
+        if found is None:
+            raise _unexpected_character(text, position)
+        kind, end = found.lastgroup or "", found.end()
+        if kind == "number":
+            unit, end = _unit_after(text, end)
+            tokens.append(_Token("number", found.group(), Extent(position, end), unit))
+        elif kind == "word":
+            actual = "keyword" if found.group() in KEYWORDS else "word"
+            tokens.append(_Token(actual, found.group(), Extent(position, end)))
+        elif kind == "symbol":
+            tokens.append(_Token("symbol", found.group(), Extent(position, end)))
+        position = end
+    tokens.append(_Token("end", "", Extent(len(text), len(text))))
+    return tokens
+
+
+def _unexpected_character(text: str, position: int) -> ExpressionSyntaxError:
+    cures = {"=": "equality is written `==`", "&": "write `and`", "|": "write `or`", "!": "write `not`"}
+    cures |= {"^": "write the product out, `x * x`", "≤": "write `<=`", "≥": "write `>=`"}
+    character = text[position]
+    return ExpressionSyntaxError(
+        f"unexpected character `{character}`", Extent(position, position + 1), cures.get(character)
+    )
+
+
+def _unit_after(text: str, end: int) -> tuple[Unit, int]:
+    """The unit that follows a numeral, after at most one blank, unless it is the head of a longer word."""
+    start = end + 1 if text[end : end + 1] == " " else end
+    if text[start : start + 1] == "%" or text[start : start + 1].isalpha():
+        matched = match_unit(text, start)
+        if matched is not None:
+            return matched
+    return DIMENSIONLESS, end
+
+
+class _Parser:
+    def __init__(self, tokens: list[_Token]) -> None:
+        self._tokens = tokens
+        self._position = 0
+        self._depth = 0
+
+    def whole(self) -> s.Node:
+        """whole := expression end"""
+        node = self._expression()
+        if self._next.kind != "end":
+            raise self._fault("expected an operator or the end of the expression")
+        return node
+
+    def _expression(self) -> s.Node:
+        """expression := 'if' expression 'then' expression 'else' expression | implication"""
+        if (start := self._accept("if")) is None:
+            return self._nested(self._implication)
+        condition = self._nested(self._expression)
+        self._expect("then")
+        then = self._nested(self._expression)
+        self._expect("else")
+        otherwise = self._nested(self._expression)
+        return s.IfElse(condition, then, otherwise, self._since(start))
+
+    def _implication(self) -> s.Node:
+        """implication := disjunction ['implies' implication]"""
+        start = self._next
+        left = self._disjunction()
+        if self._accept("implies") is None:
+            return left
+        right = self._nested(self._implication)
+        return s.Binary("implies", left, right, self._since(start))
+
+    def _disjunction(self) -> s.Node:
+        """disjunction := conjunction ('or' conjunction)*"""
+        return self._junction("or", self._conjunction)
+
+    def _conjunction(self) -> s.Node:
+        """conjunction := negation ('and' negation)*"""
+        return self._junction("and", self._negation)
+
+    def _junction(self, word: str, part: Callable[[], s.Node]) -> s.Node:
+        start = self._next
+        parts = [part()]
+        while self._accept(word):
+            parts.append(part())
+        if len(parts) == 1:
+            return parts[0]
+        return s.Junction(word, tuple(parts), self._since(start))
+
+    def _negation(self) -> s.Node:
+        """negation := 'not' negation | comparison"""
+        if (start := self._accept("not")) is None:
+            return self._comparison()
+        operand = self._nested(self._negation)
+        return s.Unary("not", operand, self._since(start))
+
+    def _comparison(self) -> s.Node:
+        """comparison := sum [['not'] 'in' container] | sum (('<'|'<='|'=='|'!='|'>='|'>') sum)*"""
+        start = self._next
+        first = self._sum()
+        if (negation := self._accept("not")) is not None or self._next.text == "in":
+            self._expect("in")
+            container = self._container()
+            return s.Membership(first, container, negation is not None, self._since(start))
+        operands, ops = [first], []
+        while self._next.kind == "symbol" and self._next.text in _COMPARISONS:
+            ops.append(self._take().text)
+            operands.append(self._sum())
+        if not ops:
+            return first
+        return s.Chain(tuple(operands), tuple(ops), self._since(start))
+
+    def _container(self) -> s.Name | tuple[s.Name, ...]:
+        """container := name | '{' name (',' name)* '}'"""
+        if self._accept("{") is None:
+            return self._name("the name of a volume, or members in braces")
+        members = [self._name("a member")]
+        while self._accept(","):
+            members.append(self._name("a member"))
+        self._expect("}")
+        return tuple(members)
+
+    def _sum(self) -> s.Node:
+        """sum := product (('+' | '-') product)*"""
+        start = self._next
+        node = self._product()
+        while token := self._accept("+") or self._accept("-"):
+            node = s.Binary(token.text, node, self._product(), self._since(start))
+        return node
+
+    def _product(self) -> s.Node:
+        """product := unary (('*' | '/') unary)*"""
+        start = self._next
+        node = self._unary()
+        while token := self._accept("*") or self._accept("/"):
+            node = s.Binary(token.text, node, self._unary(), self._since(start))
+        return node
+
+    def _unary(self) -> s.Node:
+        """unary := '-' unary | postfix"""
+        if (start := self._accept("-")) is None:
+            return self._postfix()
+        operand = self._nested(self._unary)
+        return s.Unary("-", operand, self._since(start))
+
+    def _postfix(self) -> s.Node:
+        """postfix := atom ('.' name | '[' expression ']')*"""
+        start = self._next
+        node = self._atom()
+        while True:
+            if self._accept("."):
+                name = self._name("a component")
+                node = s.Attribute(node, name, self._since(start))
+            elif self._accept("["):
+                index = self._expression()
+                self._expect("]")
+                node = s.Index(node, index, self._since(start))
+            else:
+                return node
+
+    def _atom(self) -> s.Node:
+        """atom := number [unit] | truth | quantifier | name ['(' arguments ')'] | '(' expression ')'"""
+        token = self._take()
+        if token.kind == "number":
+            return s.Number(Fraction(token.text) * token.unit.factor, token.unit, token.extent)
+        if token.text in ("true", "false"):
+            return s.Truth(token.text == "true", token.extent)
+        if token.text in ("all", "any"):
+            return self._quantifier(token)
+        if token.kind == "word":
+            name = s.Name(token.text, token.extent)
+            return self._call(name) if self._accept("(") else name
+        if token.text == "(":
+            inner = self._expression()
+            self._expect(")")
+            return inner
+        self._position -= 1
+        raise self._fault("expected a value")
+
+    def _quantifier(self, word: _Token) -> s.Node:
+        """quantifier := ('all' | 'any') '(' expression 'for' name 'in' name ')'"""
+        self._expect("(")
+        body = self._expression()
+        self._expect("for")
+        index = self._name("the name of the index")
+        self._expect("in")
+        members = self._name("the name of a set")
+        end = self._expect(")").extent.end
+        return s.Quantifier(word.text, body, index, members, Extent(word.extent.start, end))
+
+    def _call(self, function: s.Name) -> s.Node:
+        """arguments := [expression (',' expression)*]"""
+        arguments: list[s.Node] = []
+        if (close := self._accept(")")) is None:
+            arguments.append(self._expression())
+            while self._accept(","):
+                arguments.append(self._expression())
+            close = self._expect(")")
+        return s.Call(function, tuple(arguments), Extent(function.extent.start, close.extent.end))
+
+    def _nested(self, rule: Callable[[], s.Node]) -> s.Node:
+        self._depth += 1
+        if self._depth > MAX_DEPTH:
+            raise _too_deep(self._next.extent)
+        node = rule()
+        self._depth -= 1
+        return node
+
+    def _since(self, start: _Token) -> Extent:
+        """All that was read from `start` on, the brackets around operands included."""
+        return Extent(start.extent.start, self._tokens[self._position - 1].extent.end)
+
+    @property
+    def _next(self) -> _Token:
+        return self._tokens[self._position]
+
+    def _take(self) -> _Token:
+        token = self._next
+        self._position += 1
+        return token
+
+    def _accept(self, text: str) -> _Token | None:
+        return self._take() if self._next.text == text and self._next.kind != "number" else None
+
+    def _expect(self, text: str) -> _Token:
+        token = self._accept(text)
+        if token is None:
+            raise self._fault(f"expected `{text}`")
+        return token
+
+    def _name(self, what: str) -> s.Name:
+        if self._next.kind != "word":
+            raise self._fault(f"expected {what}")
+        token = self._take()
+        return s.Name(token.text, token.extent)
+
+    def _fault(self, expected: str) -> ExpressionSyntaxError:
+        token = self._next
+        found = "the expression ends here" if token.kind == "end" else f"found `{token.text}`"
+        return ExpressionSyntaxError(f"{expected}, but {found}", token.extent)

@@ -1,0 +1,164 @@
+"""Surface syntax of the expression language: what was written, untyped, with offsets into its text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from fractions import Fraction
+
+from aeros.spec.units import Unit
+
+
+@dataclass(frozen=True, slots=True)
+class Extent:
+    """Characters `start` (inclusive) to `end` (exclusive) of the expression's text."""
+
+    start: int
+    end: int
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A numeral and its unit; the value is in SI."""
+
+    value: Fraction
+    unit: Unit
+    extent: Extent
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """`true` or `false`."""
+
+    value: bool
+    extent: Extent
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """A name, resolved by the checker."""
+
+    text: str
+    extent: Extent
+
+
+@dataclass(frozen=True, slots=True)
+class Attribute:
+    """`base.name`."""
+
+    base: Node
+    name: Name
+    extent: Extent
+
+
+@dataclass(frozen=True, slots=True)
+class Index:
+    """`base[index]`."""
+
+    base: Node
+    index: Node
+    extent: Extent
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """`function(arguments)`."""
+
+    function: Name
+    arguments: tuple[Node, ...]
+    extent: Extent
+
+
+@dataclass(frozen=True, slots=True)
+class Unary:
+    """`not operand` or `-operand`."""
+
+    op: str
+    operand: Node
+    extent: Extent
+
+
+@dataclass(frozen=True, slots=True)
+class Binary:
+    """`left op right` for `implies`, `+`, `-`, `*`, `/`."""
+
+    op: str
+    left: Node
+    right: Node
+    extent: Extent
+
+
+@dataclass(frozen=True, slots=True)
+class Junction:
+    """`a and b and …` or `a or b or …`."""
+
+    op: str
+    operands: tuple[Node, ...]
+    extent: Extent
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """A comparison chain, `a <= b < c`: each adjacent pair compared, all required."""
+
+    operands: tuple[Node, ...]
+    ops: tuple[str, ...]
+    extent: Extent
+
+
+@dataclass(frozen=True, slots=True)
+class Membership:
+    """`operand in volume` or `operand in {member, …}`, negated by `not in`."""
+
+    operand: Node
+    container: Name | tuple[Name, ...]
+    negated: bool
+    extent: Extent
+
+
+@dataclass(frozen=True, slots=True)
+class IfElse:
+    """`if condition then one else other`."""
+
+    condition: Node
+    then: Node
+    otherwise: Node
+    extent: Extent
+
+
+@dataclass(frozen=True, slots=True)
+class Quantifier:
+    """`all(body for index in set)` or `any(…)`."""
+
+    kind: str
+    body: Node
+    index: Name
+    set: Name
+    extent: Extent
+
+
+Node = (
+    Number
+    | Truth
+    | Name
+    | Attribute
+    | Index
+    | Call
+    | Unary
+    | Binary
+    | Junction
+    | Chain
+    | Membership
+    | IfElse
+    | Quantifier
+)
+
+
+def children(node: Node) -> Iterator[Node]:
+    """The direct sub-expressions of `node`."""
+    for field in fields(node):
+        value = getattr(node, field.name)
+        if isinstance(value, Node):
+            yield value
+        elif isinstance(value, tuple):
+            yield from (item for item in value if isinstance(item, Node))

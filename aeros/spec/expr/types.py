@@ -1,0 +1,68 @@
+"""The types of the expression language: closed, dimensioned, compared by value."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from aeros.spec.units import Dimension
+
+
+@dataclass(frozen=True, slots=True)
+class BoolType:
+    """True or false."""
+
+    def __str__(self) -> str:
+        """As shown in diagnostics."""
+        return "bool"
+
+
+@dataclass(frozen=True, slots=True)
+class RealType:
+    """An exact real number of SI dimension `dimension`."""
+
+    dimension: Dimension
+
+    def __str__(self) -> str:
+        """As shown in diagnostics: its SI unit."""
+        return f"real [{self.dimension}]"
+
+
+@dataclass(frozen=True, slots=True)
+class VectorType:
+    """Three reals x, y, z of one dimension, in the world frame W."""
+
+    dimension: Dimension
+
+    def __str__(self) -> str:
+        """As shown in diagnostics: the SI unit of its components."""
+        return f"vec3 [{self.dimension}]"
+
+
+@dataclass(frozen=True, slots=True)
+class EnumType:
+    """One of `members`, a closed, ordered set; also the index set of families."""
+
+    name: str
+    members: tuple[str, ...]
+
+    def __str__(self) -> str:
+        """As shown in diagnostics."""
+        return self.name
+
+
+@dataclass(frozen=True, slots=True)
+class FamilyType:
+    """One `element` for each member of `index`."""
+
+    index: EnumType
+    element: BoolType | RealType
+
+    def __str__(self) -> str:
+        """As shown in diagnostics."""
+        return f"{self.element} for each of {self.index}"
+
+
+ScalarType = BoolType | RealType | EnumType
+Type = ScalarType | VectorType | FamilyType
+
+BOOL = BoolType()

@@ -1,0 +1,287 @@
+"""The resolved model: sites and modules with names, types and units settled.  Frozen, and all in SI.
+
+Built by `elaborate` alone; obligations, the gate and planners read it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.check import Box
+from aeros.spec.expr.lower import scalar_variables
+from aeros.spec.expr.types import EnumType, RealType
+from aeros.spec.source import Span
+from aeros.spec.units import DIMENSIONLESS, Unit
+
+Ranges = Mapping[str, tuple[Fraction, Fraction]]
+
+
+class Risk(IntEnum):
+    """Ordered levels of risk; a skill's is at least that of every action kind it asks for."""
+
+    LOW = 1
+    MEDIUM = 2
+    HIGH = 3
+
+
+@dataclass(frozen=True)
+class Declared:
+    """A declared variable: its term, its unit for people, and its bounds.
+
+    range: closed, in SI, of the value, of each component of a vector or of each member of a family;
+        present for reals and vectors.
+    max_age: seconds after which a measured value is unknown; None for parameters and inputs.
+    sensor: what measures it; None for parameters and inputs.
+    default: of an input, in SI; None where a step must give it.
+    """
+
+    variable: t.Variable
+    span: Span
+    unit: Unit = DIMENSIONLESS
+    range: tuple[Fraction, Fraction] | None = None
+    max_age: Fraction | None = None
+    sensor: str | None = None
+    default: Any = None
+
+    @property
+    def name(self) -> str:
+        """As written in expressions; inputs as `inputs.NAME`."""
+        return self.variable.name
+
+
+def ranges_of(declared: Iterable[Declared]) -> dict[str, tuple[Fraction, Fraction]]:
+    """The closed range of each real scalar variable."""
+    return {
+        scalar.name: one.range
+        for one in declared
+        for scalar in scalar_variables(one.variable)
+        if isinstance(scalar.type, RealType) and one.range is not None
+    }
+
+
+@dataclass(frozen=True)
+class ActionKind:
+    """A kind of action, what it moves, the least risk it carries, and its parameters."""
+
+    name: str
+    actuators: frozenset[str]
+    risk: Risk
+    protective: bool
+    parameters: Mapping[str, Declared]
+    span: Span
+
+
+@dataclass(frozen=True)
+class Rule:
+    """An invariant of Φ, as a term for each action kind it governs.
+
+    attenuations: by action kind, the term each reducible parameter is set to when the rule alone
+        stands in the way.
+    """
+
+    id: str
+    text: str
+    rationale: str
+    source: str
+    terms: Mapping[str, t.Term]
+    attenuations: Mapping[str, Mapping[str, t.Term]]
+    span: Span
+    require_span: Span
+
+    def speaks_of_action(self, kind: str) -> bool:
+        """Whether it constrains the action itself, and not only the state in which it is asked for."""
+        roles = {variable.role for variable in t.variables_of(self.terms[kind]).values()}
+        return t.Role.PARAMETER in roles or not roles
+
+
+@dataclass(frozen=True)
+class Access:
+    """Actuators, sensors, channels and computing devices."""
+
+    actuators: frozenset[str] = frozenset()
+    sensors: frozenset[str] = frozenset()
+    channels: frozenset[str] = frozenset()
+    compute: frozenset[str] = frozenset()
+
+    def union(self, other: Access) -> Access:
+        """What either allows."""
+        return Access(
+            self.actuators | other.actuators,
+            self.sensors | other.sensors,
+            self.channels | other.channels,
+            self.compute | other.compute,
+        )
+
+
+@dataclass(frozen=True)
+class Block:
+    """An operator override; a field that is None matches everything."""
+
+    id: str
+    reason: str
+    module: str | None
+    skill: str | None
+    action: str | None
+
+    def matches(self, module: str, skill: str, action: str) -> bool:
+        """Whether an action of this kind, asked for by this skill, is blocked."""
+        pairs = ((self.module, module), (self.skill, skill), (self.action, action))
+        return all(mine is None or mine == theirs for mine, theirs in pairs)
+
+
+@dataclass(frozen=True)
+class Quota:
+    """At most `at_most` actions of `kinds` within any `within` seconds."""
+
+    id: str
+    kinds: frozenset[str]
+    at_most: int
+    within: Fraction
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Bounds on time-outs (seconds), retries of a step and re-plans of a task."""
+
+    skill_timeout: Fraction
+    retries: int
+    replans: int
+
+
+@dataclass(frozen=True)
+class Site:
+    """A site: vocabulary, Φ, Π.  `digest` is the SHA-256 of its file, in hexadecimal."""
+
+    id: str
+    digest: str
+    enums: Mapping[str, EnumType]
+    constants: Mapping[str, t.Term]
+    volumes: Mapping[str, Box]
+    state: Mapping[str, Declared]
+    kinds: Mapping[str, ActionKind]
+    rules: tuple[Rule, ...]
+    access: Access
+    grants: Mapping[str, Access]
+    risk_ceiling: Risk
+    limits: Limits
+    blocks: tuple[Block, ...]
+    quotas: tuple[Quota, ...]
+    resources: Mapping[str, int]
+    span: Span
+
+    def access_of(self, module: str) -> Access:
+        """Everything that `module` may be permitted to touch."""
+        return self.access.union(self.grants.get(module, Access()))
+
+    def rules_on(self, kind: str) -> tuple[Rule, ...]:
+        """The invariants that govern actions of `kind`."""
+        return tuple(rule for rule in self.rules if kind in rule.terms)
+
+    @cached_property
+    def state_variables(self) -> dict[str, t.Variable]:
+        """The term variable of each state variable."""
+        return {name: declared.variable for name, declared in self.state.items()}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One way a skill may end: what is measured then, and whether it counts as failure."""
+
+    id: str
+    effects: Mapping[str, Any]
+    failure: bool
+    probability: Fraction | None
+    duration: Fraction | None
+
+
+@dataclass(frozen=True)
+class Clause:
+    """A condition on actions of one kind: of an envelope or of a permission."""
+
+    term: t.Term
+    text: str
+    span: Span
+
+
+@dataclass(frozen=True)
+class Skill:
+    """A skill with its envelope by action kind.  `timeout` in seconds."""
+
+    id: str
+    module_name: str
+    function: str
+    inputs: Mapping[str, Declared]
+    precondition: Clause | None
+    outcomes: Mapping[str, Outcome]
+    envelope: Mapping[str, Clause]
+    actuators: frozenset[str]
+    resources: frozenset[str]
+    risk: Risk
+    timeout: Fraction
+    gated: Mapping[str, Span]
+    span: Span
+    risk_span: Span
+    entry_span: Span
+
+    @property
+    def success_outcomes(self) -> tuple[Outcome, ...]:
+        """The outcomes that are no failure."""
+        return tuple(outcome for outcome in self.outcomes.values() if not outcome.failure)
+
+
+@dataclass(frozen=True)
+class PlanningRule:
+    """`unless CONDITION do SKILL`, with its retry budget and the skill run between two tries."""
+
+    unless: t.Term
+    text: str
+    skill: str
+    inputs: Mapping[str, Any]
+    retry: int
+    on_failure: str | None
+    span: Span
+
+
+@dataclass(frozen=True)
+class Task:
+    """A task: the words that route to it, its goal and its planning rules in order."""
+
+    id: str
+    words: tuple[str, ...]
+    goal: t.Term
+    goal_text: str
+    rules: tuple[PlanningRule, ...]
+    scene: str | None
+
+
+@dataclass(frozen=True)
+class Ecm:
+    """An Embodied Capability Module.
+
+    manifest_digest, code_digest: SHA-256, in hexadecimal, of the manifest and of its code files.
+    requires: other modules it depends on, by name, with a PEP 440 specifier.
+    runtime: the versions of AEROS it works with, a PEP 440 specifier.
+    """
+
+    id: str
+    version: str
+    folder: str
+    manifest_digest: str
+    code_digest: str
+    capabilities: Mapping[str, tuple[str, ...]]
+    skills: Mapping[str, Skill]
+    tasks: Mapping[str, Task]
+    access: Access
+    permission: Mapping[str, Clause]
+    requires: Mapping[str, str]
+    requires_spans: Mapping[str, Span]
+    runtime: str
+    runtime_span: Span
+    access_span: Span
+    span: Span

@@ -1,0 +1,1 @@
+"""What must be proved: one file for each group of claims."""

@@ -1,0 +1,65 @@
+"""Claims about what a module needs around it: the runtime's version, and other modules."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import networkx as nx
+from packaging.specifiers import SpecifierSet
+from packaging.version import Version
+
+import aeros
+from aeros.spec.diagnostics import Diagnostic, Label
+from aeros.spec.model import Ecm
+from aeros.spec.obligations.obligation import Settled
+
+
+def dependency_obligations(ecm: Ecm, around: Mapping[str, Ecm]) -> Iterator[Settled]:
+    """Every claim of group dependencies about `ecm`, where `around` are the modules beside it."""
+    yield Settled(
+        "dependencies/runtime",
+        None
+        if SpecifierSet(ecm.runtime).contains(aeros.__version__, prereleases=True)
+        else Diagnostic(
+            "AE304",
+            f"`{ecm.id}` works with aeros {ecm.runtime}; this is {aeros.__version__}",
+            Label(ecm.runtime_span),
+        ),
+    )
+    for name, specifier in ecm.requires.items():
+        yield Settled(f"dependencies/{name}", _unmet(ecm, name, specifier, around))
+    cycle = _cycle(ecm, around)
+    yield Settled(
+        "dependencies/acyclic",
+        Diagnostic(
+            "AE303",
+            "modules depend on each other in a circle: " + " → ".join(f"`{name}`" for name in cycle),
+            Label(ecm.span),
+        )
+        if cycle
+        else None,
+    )
+
+
+def _unmet(ecm: Ecm, name: str, specifier: str, around: Mapping[str, Ecm]) -> Diagnostic | None:
+    label = Label(ecm.requires_spans[name])
+    found = around.get(name)
+    if found is None:
+        help_ = (f"put the module beside `{ecm.id}`, or remove the dependency",)
+        return Diagnostic("AE301", f"`{ecm.id}` needs `{name}`, which is not there", label, help=help_)
+    if not SpecifierSet(specifier).contains(Version(found.version), prereleases=True):
+        return Diagnostic(
+            "AE302", f"`{ecm.id}` needs `{name}` {specifier}, but version {found.version} is there", label
+        )
+    return None
+
+
+def _cycle(ecm: Ecm, around: Mapping[str, Ecm]) -> list[str]:
+    """A dependency cycle through `ecm`, closed, or nothing."""
+    graph = nx.DiGraph((one.id, name) for one in {**around, ecm.id: ecm}.values() for name in one.requires)
+    if ecm.id not in graph:
+        return []
+    for name in ecm.requires:
+        if nx.has_path(graph, name, ecm.id):
+            return [ecm.id, *nx.shortest_path(graph, name, ecm.id)]
+    return []

@@ -1,0 +1,74 @@
+"""Claims about skill code that reading it settles: nothing is imported, nothing runs."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Mapping
+
+from aeros.spec.diagnostics import Diagnostic, Label, did_you_mean
+from aeros.spec.model import Ecm, Skill
+from aeros.spec.obligations.obligation import Settled
+
+_Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+def entry_point_obligations(ecm: Ecm, code: Mapping[str, bytes]) -> Iterator[Settled]:
+    """Every skill's entry point exists and is a generator of two arguments.
+
+    code: the module's Python files by path relative to its folder.
+    """
+    for skill in ecm.skills.values():
+        yield Settled(f"form/{skill.id}/entry", _fault(skill, code))
+
+
+def _fault(skill: Skill, code: Mapping[str, bytes]) -> Diagnostic | None:
+    path, label = f"{skill.module_name}.py", Label(skill.entry_span)
+    if path not in code:
+        near = did_you_mean(path, code)
+        help_ = (f"did you mean `{near}`?",) if near else ()
+        return Diagnostic("AE123", f"there is no `{path}` in this module", label, help=help_)
+    try:
+        tree = ast.parse(code[path])
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        where = f" (line {error.lineno})" if isinstance(error, SyntaxError) and error.lineno else ""
+        return Diagnostic("AE123", f"`{path}` is not Python{where}: {_first_line(error)}", label)
+    functions = {node.name: node for node in tree.body if isinstance(node, _Function)}
+    function = functions.get(skill.function)
+    if function is None:
+        near = did_you_mean(skill.function, functions)
+        help_ = (f"did you mean `{near}`?",) if near else ()
+        return Diagnostic("AE123", f"`{path}` has no function `{skill.function}`", label, help=help_)
+    if isinstance(function, ast.AsyncFunctionDef) or not _yields(function):
+        return Diagnostic(
+            "AE124",
+            f"`{skill.function}` is not a generator, so it could ask for no action",
+            label,
+            notes=(f"it is defined at line {function.lineno} of `{path}`",),
+            help=("`yield act(...)` each action and receive the observation measured after it",),
+        )
+    arguments = function.args
+    if len(arguments.posonlyargs) + len(arguments.args) != 2 or arguments.kwonlyargs:
+        return Diagnostic(
+            "AE124",
+            f"`{skill.function}` does not take the observation and the inputs",
+            label,
+            help=(f"def {skill.function}(observed: Observation, inputs: Inputs) -> SkillBody: ...",),
+        )
+    return None
+
+
+def _yields(function: _Function) -> bool:
+    """Whether the function itself, not one nested in it, yields."""
+    pending: list[ast.AST] = list(function.body)
+    while pending:
+        node = pending.pop()
+        if isinstance(node, ast.Yield | ast.YieldFrom):
+            return True
+        if not isinstance(node, _Function | ast.Lambda | ast.ClassDef):
+            pending.extend(ast.iter_child_nodes(node))
+    return False
+
+
+def _first_line(error: Exception) -> str:
+    lines = str(error).splitlines()
+    return lines[0] if lines else type(error).__name__

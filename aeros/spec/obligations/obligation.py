@@ -1,0 +1,94 @@
+"""Obligations: formulas that settle a claim, with everything needed to tell a person about it.
+
+Building a query and running a solver are two things: this package builds, `discharge` runs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from aeros.spec.diagnostics import Diagnostic, Label, Severity
+from aeros.spec.expr import terms as t
+from aeros.spec.model import Declared
+
+
+class Verdict(Enum):
+    """What became of a claim.  Has no truth value on purpose: callers compare."""
+
+    PROVED = "PROVED"
+    REFUTED = "REFUTED"
+    VACUOUS = "VACUOUS"
+    UNKNOWN = "UNKNOWN"
+
+    def __bool__(self) -> bool:
+        raise TypeError("a verdict has no truth value; compare it")
+
+
+class Claim(Enum):
+    """How a formula settles its claim."""
+
+    ALWAYS = "always"  # proved iff (assumptions and not conclusion) is unsatisfiable
+    SOMETIMES = "sometimes"  # proved iff (assumptions and conclusion) is satisfiable
+
+
+@dataclass(frozen=True)
+class Space:
+    """The variables that a family of obligations ranges over, and what it assumes of them.
+
+    Every variable is assumed to be inside its declared range: the gate denies all other values.
+    """
+
+    declared: tuple[Declared, ...]
+    assumptions: tuple[t.Term, ...]
+
+
+@dataclass(frozen=True)
+class Obligation:
+    """One claim, as a formula over a space, and what to say if it fails.
+
+    id: stable and unique in its module, as in `safety/wrap/move_tool/workspace`.
+    code, headline, primary, secondary, help: the diagnostic of a refutation.
+    failing: the verdict of a SOMETIMES claim that fails, REFUTED or VACUOUS.
+    guard: the invariant that the gate may decide where this claim fails, if the manifest or the
+        rule itself leaves it to the gate; None where a refutation is an error.
+    """
+
+    id: str
+    code: str
+    claim: Claim
+    space: Space
+    conclusion: t.Term
+    headline: str
+    primary: Label
+    secondary: tuple[Label, ...] = ()
+    help: tuple[str, ...] = ()
+    failing: Verdict = Verdict.REFUTED
+    guard: str | None = None
+
+    @property
+    def group(self) -> str:
+        """The group of claims it belongs to: `permission`, `safety` or `policy`."""
+        return self.id.partition("/")[0]
+
+
+@dataclass(frozen=True)
+class Settled:
+    """A claim over finite sets that needs no solver: it was settled when it was made.
+
+    diagnostic: None iff it is proved.
+    """
+
+    id: str
+    diagnostic: Diagnostic | None
+
+    @property
+    def group(self) -> str:
+        """The group of claims it belongs to."""
+        return self.id.partition("/")[0]
+
+    @property
+    def verdict(self) -> Verdict:
+        """REFUTED iff its diagnostic is an error; a warning informs and refutes nothing."""
+        refuted = self.diagnostic is not None and self.diagnostic.severity is Severity.ERROR
+        return Verdict.REFUTED if refuted else Verdict.PROVED

@@ -1,0 +1,150 @@
+"""Claims about a site alone: Π and Φ agree, no rule is idle, and the protective stop is always allowed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+
+from aeros.spec.diagnostics import Diagnostic, Label
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import RealType
+from aeros.spec.model import ActionKind, Rule, Site
+from aeros.spec.obligations.obligation import Claim, Obligation, Settled, Space, Verdict
+
+
+def policy_obligations(site: Site) -> Iterator[Obligation | Settled]:
+    """Every claim of group policy, for every action kind of `site`."""
+    for kind in site.kinds.values():
+        rules = site.rules_on(kind.name)
+        if kind.protective:
+            yield from _stop_obligations(site, kind, rules)
+            continue
+        yield _satisfiable(site, kind, rules)
+        for rule in rules:
+            yield _not_vacuous(site, kind, rule)
+            yield _not_shadowed(site, kind, rule, rules)
+            if kind.name in rule.attenuations:
+                yield from _attenuation_obligations(site, kind, rule, rules)
+
+
+def space_of(site: Site, kind: ActionKind, *assumptions: t.Term) -> Space:
+    """All states, and all parameters of `kind`, under `assumptions`."""
+    return Space((*site.state.values(), *kind.parameters.values()), assumptions)
+
+
+def _stop_obligations(
+    site: Site, kind: ActionKind, rules: tuple[Rule, ...]
+) -> Iterator[Obligation | Settled]:
+    """The protective stop is allowed in every state: no rule ever denies it, no override blocks it."""
+    for rule in rules:
+        yield Obligation(
+            id=f"policy/{kind.name}/allowed/{rule.id}",
+            code="AE602",
+            claim=Claim.ALWAYS,
+            space=space_of(site, kind),
+            conclusion=rule.terms[kind.name],
+            headline=f"`{rule.id}` denies the protective stop in some state",
+            primary=Label(rule.require_span, "does not hold in every state"),
+            help=(f"take `{kind.name}` out of the rule's `on`",),
+        )
+    for block in site.blocks:
+        blocked = block.action == kind.name
+        yield Settled(
+            f"policy/{kind.name}/unblocked/{block.id}",
+            Diagnostic(
+                "AE602",
+                f"the operator override `{block.id}` blocks the protective stop",
+                Label(kind.span),
+                help=("block the other action kinds, or the module",),
+            )
+            if blocked
+            else None,
+        )
+
+
+def _satisfiable(site: Site, kind: ActionKind, rules: tuple[Rule, ...]) -> Obligation:
+    """Some action of the kind is allowed in some state."""
+    return Obligation(
+        id=f"policy/{kind.name}/satisfiable",
+        code="AE601",
+        claim=Claim.SOMETIMES,
+        space=space_of(site, kind),
+        conclusion=t.conjunction(*(rule.terms[kind.name] for rule in rules)),
+        headline=f"the invariants contradict each other: no `{kind.name}` is ever allowed",
+        primary=Label(kind.span, "never allowed"),
+        secondary=tuple(Label(rule.require_span, rule.id) for rule in rules),
+    )
+
+
+def _not_vacuous(site: Site, kind: ActionKind, rule: Rule) -> Obligation:
+    """The rule denies something: some state and action inside the declared ranges breaks it."""
+    return Obligation(
+        id=f"policy/{kind.name}/effective/{rule.id}",
+        code="AE603",
+        claim=Claim.SOMETIMES,
+        space=space_of(site, kind),
+        conclusion=t.Not(rule.terms[kind.name]),
+        headline=f"`{rule.id}` can never deny a `{kind.name}`: it holds of every state and action in range",
+        primary=Label(rule.require_span, "always true"),
+        help=("check its numbers and units, or widen the declared ranges to what can really be measured",),
+        failing=Verdict.VACUOUS,
+    )
+
+
+def _not_shadowed(site: Site, kind: ActionKind, rule: Rule, rules: tuple[Rule, ...]) -> Obligation:
+    """The rule denies something that no other rule denies."""
+    others = tuple(other for other in rules if other is not rule)
+    return Obligation(
+        id=f"policy/{kind.name}/unshadowed/{rule.id}",
+        code="AE604",
+        claim=Claim.SOMETIMES,
+        space=space_of(site, kind, *(other.terms[kind.name] for other in others)),
+        conclusion=t.Not(rule.terms[kind.name]),
+        headline=f"`{rule.id}` denies no `{kind.name}` that the other invariants do not deny already",
+        primary=Label(rule.require_span, "implied by the others"),
+        secondary=tuple(Label(other.require_span, other.id) for other in others),
+        help=("remove it, or take the action kind out of its `on`",),
+        failing=Verdict.VACUOUS,
+    )
+
+
+def _attenuation_obligations(
+    site: Site, kind: ActionKind, rule: Rule, rules: tuple[Rule, ...]
+) -> Iterator[Obligation]:
+    """Where this rule alone stands in the way, its attenuation gives an allowed, no larger action."""
+    reduced = rule.attenuations[kind.name]
+    others = [other.terms[kind.name] for other in rules if other is not rule]
+    space = space_of(site, kind, t.Not(rule.terms[kind.name]), *others)
+    yield Obligation(
+        id=f"policy/{kind.name}/attenuation-allowed/{rule.id}",
+        code="AE605",
+        claim=Claim.ALWAYS,
+        space=space,
+        conclusion=t.conjunction(*(t.substitute(one.terms[kind.name], reduced) for one in rules)),
+        headline=f"the attenuation of `{rule.id}` can give a `{kind.name}` that is denied again",
+        primary=Label(rule.span, "attenuates to an action that is still denied"),
+    )
+    yield Obligation(
+        id=f"policy/{kind.name}/attenuation-shrinks/{rule.id}",
+        code="AE606",
+        claim=Claim.ALWAYS,
+        space=space,
+        conclusion=_no_larger(kind, reduced),
+        headline=f"the attenuation of `{rule.id}` can make a parameter of `{kind.name}` larger",
+        primary=Label(rule.span, "enlarges a parameter, or leaves its range"),
+        help=("as in `speed: min(speed, 250 mm/s)`",),
+    )
+
+
+def _no_larger(kind: ActionKind, reduced: Mapping[str, t.Term]) -> t.Term:
+    """Each reduced parameter stays in its range and does not grow in magnitude."""
+    parts: list[t.Term] = []
+    for name, term in reduced.items():
+        parameter = kind.parameters[name]
+        low, high = parameter.range or (Fraction(0), Fraction(0))
+        type_ = parameter.variable.type
+        if isinstance(type_, RealType):
+            parts.append(t.Compare("<=", t.Absolute(term), t.Absolute(parameter.variable)))
+            parts.append(t.Compare("<=", t.Literal(low, type_), term))
+            parts.append(t.Compare("<=", term, t.Literal(high, type_)))
+    return t.conjunction(*parts)

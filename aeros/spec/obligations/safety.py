@@ -1,0 +1,144 @@
+"""Claims about a skill's envelope: every action in it obeys Φ, or the gate is named that decides.
+
+For each skill and each action kind of its envelope, over all states, parameters and inputs in
+range, and *not* assuming the precondition: it holds when the skill starts, while the gate must
+decide every later action too, so a proof that used it could not be relied on at the gate
+(docs/decisions/0003-precondition-is-not-assumed.md).
+
+An invariant that the envelope implies is *proved*; the gate need not evaluate it again.  One that
+it does not imply is *guarded* if it depends on the state and either speaks of the state alone or
+is listed under `gated`: the gate then decides it, every time.  Anything else is an error, as is an
+action kind of which no action is ever allowed: a *dead* one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from aeros.spec.diagnostics import Diagnostic, Label
+from aeros.spec.expr import terms as t
+from aeros.spec.model import Clause, Ecm, Rule, Site, Skill, Task
+from aeros.spec.obligations.obligation import Claim, Obligation, Settled, Space, Verdict
+
+
+def safety_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Settled]:
+    """Every claim of group safety about `ecm` under `site`."""
+    for skill in ecm.skills.values():
+        if skill.precondition is not None:
+            yield _can_start(site, skill, skill.precondition)
+        for kind, clause in skill.envelope.items():
+            space = envelope_space(site, skill, kind, clause)
+            yield _not_empty(skill, kind, clause, space)
+            yield _not_dead(ecm, site, skill, kind, clause, space)
+            for rule in site.rules_on(kind):
+                yield _obeys(skill, kind, clause, rule, space)
+        yield from _gated_rules_read_state(site, skill)
+    for task in ecm.tasks.values():
+        yield _goal_can_hold(site, ecm, task)
+
+
+def envelope_space(site: Site, skill: Skill, kind: str, clause: Clause) -> Space:
+    """All states, inputs of `skill` and parameters of `kind` that its envelope admits."""
+    parameters = site.kinds[kind].parameters.values()
+    return Space((*site.state.values(), *skill.inputs.values(), *parameters), (clause.term,))
+
+
+def guarded_by_gate(rule: Rule, skill: Skill, kind: str) -> bool:
+    """Whether the gate may be left to decide `rule` for this skill's actions of `kind`."""
+    return not rule.speaks_of_action(kind) or (rule.id in skill.gated and _reads_state(rule, kind))
+
+
+def _reads_state(rule: Rule, kind: str) -> bool:
+    return any(one.role is t.Role.STATE for one in t.variables_of(rule.terms[kind]).values())
+
+
+def _can_start(site: Site, skill: Skill, precondition: Clause) -> Obligation:
+    return Obligation(
+        id=f"safety/{skill.id}/can-start",
+        code="AE504",
+        claim=Claim.SOMETIMES,
+        space=Space((*site.state.values(), *skill.inputs.values()), ()),
+        conclusion=precondition.term,
+        headline=f"`{skill.id}` could never start: no state satisfies its precondition",
+        primary=Label(precondition.span, "never true"),
+    )
+
+
+def _not_empty(skill: Skill, kind: str, clause: Clause, space: Space) -> Obligation:
+    return Obligation(
+        id=f"safety/{skill.id}/{kind}/not-empty",
+        code="AE503",
+        claim=Claim.SOMETIMES,
+        space=Space(space.declared, ()),
+        conclusion=clause.term,
+        headline=f"the envelope of `{skill.id}` holds no `{kind}`, so nothing is proved of it",
+        primary=Label(clause.span, "satisfied by no action in range"),
+        help=("remove the action kind, or correct the condition",),
+        failing=Verdict.VACUOUS,
+    )
+
+
+def _not_dead(ecm: Ecm, site: Site, skill: Skill, kind: str, clause: Clause, space: Space) -> Obligation:
+    rules = site.rules_on(kind)
+    permitted = ecm.permission[kind].term if kind in ecm.permission else t.TRUE
+    return Obligation(
+        id=f"safety/{skill.id}/{kind}/not-dead",
+        code="AE502",
+        claim=Claim.SOMETIMES,
+        space=space,
+        conclusion=t.conjunction(permitted, *(rule.terms[kind] for rule in rules)),
+        headline=f"`{skill.id}` is dead: no `{kind}` that it may ask for is ever allowed",
+        primary=Label(clause.span, "all of these are denied, in every state"),
+        secondary=tuple(Label(rule.require_span, rule.id) for rule in rules if rule.speaks_of_action(kind)),
+    )
+
+
+def _obeys(skill: Skill, kind: str, clause: Clause, rule: Rule, space: Space) -> Obligation:
+    help_ = ["tighten the envelope until it implies the invariant"]
+    if _reads_state(rule, kind):
+        help_.append(f"or leave it to the gate, which then decides each action: `gated: [{rule.id}]`")
+    return Obligation(
+        id=f"safety/{skill.id}/{kind}/{rule.id}",
+        code="AE501",
+        claim=Claim.ALWAYS,
+        space=space,
+        conclusion=rule.terms[kind],
+        headline=f"`{skill.id}` may ask for a `{kind}` that breaks the invariant `{rule.id}`",
+        primary=Label(clause.span, "allows it"),
+        secondary=(Label(rule.require_span, f"`{rule.id}` forbids it"),),
+        help=tuple(help_),
+        guard=rule.id if guarded_by_gate(rule, skill, kind) else None,
+    )
+
+
+def _gated_rules_read_state(site: Site, skill: Skill) -> Iterator[Settled]:
+    """A rule that reads no state is broken by the same actions in every state: no gate helps."""
+    for rule in site.rules:
+        if rule.id not in skill.gated:
+            continue
+        governed = [kind for kind in skill.envelope if kind in rule.terms]
+        idle = all(not _reads_state(rule, kind) for kind in governed)
+        yield Settled(
+            f"safety/{skill.id}/gated/{rule.id}",
+            Diagnostic(
+                "AE506",
+                f"`{rule.id}` cannot be left to the gate: what breaks it is allowed in no state",
+                Label(skill.gated[rule.id]),
+                (Label(rule.require_span, "reads no state, or governs none of these actions"),),
+                help=("remove it from `gated` and tighten the envelope",),
+            )
+            if idle
+            else None,
+        )
+
+
+def _goal_can_hold(site: Site, ecm: Ecm, task: Task) -> Obligation:
+    return Obligation(
+        id=f"safety/task/{task.id}/goal",
+        code="AE507",
+        claim=Claim.SOMETIMES,
+        space=Space(tuple(site.state.values()), ()),
+        conclusion=task.goal,
+        headline=f"no state satisfies the goal of `{task.id}`",
+        primary=Label(ecm.span, f"`{task.goal_text}` is never true"),
+    )

@@ -1,0 +1,517 @@
+"""YAML becomes nodes that know their place; whatever YAML offers beyond plain data is refused.
+
+Refused: duplicate keys, aliases and anchors, tags, merge keys, directives, several documents,
+keys that are not text, characters that are invisible or reorder what is shown.  Types are not
+guessed here: `no`, `12:30:00` and `1.10` stay the text that was written.
+
+The nodes are built from parser events without recursion, and building stops at `MAX_DEPTH` and
+`MAX_NODES`, because libyaml's time is quadratic in depth and its composer overflows the stack.
+libyaml counts some characters as line breaks which `Source` does not, so places are taken from
+its character index alone.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import yaml
+
+from aeros.spec.diagnostics import Diagnostic, Diagnostics, Label, quoted
+from aeros.spec.errors import UserError
+from aeros.spec.source import Source, Span
+
+MAX_BYTES: Final = 1 << 20
+MAX_DEPTH: Final = 32
+MAX_NODES: Final = 100_000
+
+_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # PyYAML may be built without libyaml
+
+_NULLS: Final = frozenset({"", "~", "null", "Null", "NULL"})
+
+# Controls, other line separators, bidirectional overrides, byte order marks, surrogates and
+# non-characters: none can be seen, and several change how the text around them is shown.
+_FORBIDDEN: Final = re.compile(
+    "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ufeff\ufffe\uffff\ud800-\udfff]|\r(?!\n)"
+)
+
+_BREAKS: Final = re.compile(r"\r?\n")
+
+
+@dataclass(frozen=True, slots=True)
+class ScalarNode:
+    """One piece of text; `style` is "" when plain, else the sign it opens with: ' " | >."""
+
+    text: str
+    span: Span
+    style: str = ""
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether nothing marks the value as text."""
+        return self.style == ""
+
+    @property
+    def is_null(self) -> bool:
+        """Whether YAML takes it for the absence of a value."""
+        return self.is_plain and self.text in _NULLS
+
+
+@dataclass(frozen=True, slots=True)
+class SequenceNode:
+    """Values in order."""
+
+    items: tuple[Node, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class MappingNode:
+    """Keys with values, in the order written; no two keys have the same text."""
+
+    entries: tuple[tuple[ScalarNode, Node], ...]
+    span: Span
+
+
+Node = ScalarNode | SequenceNode | MappingNode
+
+
+def read_source(path: str | os.PathLike[str]) -> Source:
+    """The text of a regular UTF-8 file of at most `MAX_BYTES`; anything else is a `UserError`.
+
+    A byte order mark is dropped.  At most one byte more than allowed is ever read, and a pipe or
+    device is never opened for long enough to wait on it.
+    """
+    shown = os.fspath(path)
+    try:
+        data = _bytes_of(shown)
+    except (OSError, ValueError) as problem:  # ValueError: a path no file can have
+        reason = problem.strerror if isinstance(problem, OSError) and problem.strerror else str(problem)
+        headline = f"{quoted(shown)} cannot be read: {reason[:1].lower()}{reason[1:]}"
+        raise UserError([Diagnostic("AE002", headline)]) from problem
+    if len(data) > MAX_BYTES:
+        raise UserError([_too_large(shown)])
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as problem:
+        raise UserError([_not_utf8(shown, data, problem.start)]) from problem
+    return Source(shown, text.removeprefix("\ufeff"))
+
+
+def _bytes_of(path: str) -> bytes:
+    """Up to `MAX_BYTES` + 1 bytes of a regular file."""
+    # Asked before opening, as opening a device can already do something.
+    _require_regular(os.stat(path).st_mode)
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    with os.fdopen(descriptor, "rb") as file:
+        _require_regular(os.fstat(descriptor).st_mode)  # it may have been replaced in between
+        return file.read(MAX_BYTES + 1) or b""  # None from a file under /proc that has nothing yet
+
+
+def _require_regular(mode: int) -> None:
+    if stat.S_ISDIR(mode):
+        raise OSError(0, "it is a directory")
+    if not stat.S_ISREG(mode):
+        raise OSError(0, "it is not a regular file")
+
+
+def _too_large(path: str) -> Diagnostic:
+    return Diagnostic(
+        "AE003",
+        f"{quoted(path)} is larger than {MAX_BYTES:,} bytes",
+        help=("split it: manifests are written by hand, data belongs in files of its own",),
+    )
+
+
+def _not_utf8(path: str, data: bytes, offset: int) -> Diagnostic:
+    source = Source(path, data.decode("utf-8", errors="replace"))
+    start = len(data[:offset].decode("utf-8"))
+    return Diagnostic(
+        "AE004",
+        f"byte {offset} (0x{data[offset]:02x}) is not UTF-8",
+        Label(source.span(start, start + 1)),
+        help=("save the file as UTF-8",),
+    )
+
+
+def read_yaml(source: Source, sink: Diagnostics) -> Node | None:
+    """The one document of `source`; None if anything about it was refused, which `sink` then tells."""
+    if len(source.text) > MAX_BYTES:
+        sink.report(_too_large(source.path))
+        return None
+    forbidden = _FORBIDDEN.search(source.text)
+    if forbidden:
+        span = source.span(forbidden.start(), forbidden.end())
+        _refuse_character(forbidden[0], span, sink)
+        return None
+    return _Builder(source, sink).build()
+
+
+def _refuse_character(character: str, at: Span, sink: Diagnostics) -> None:
+    sink.error(
+        "AE005",
+        f"the character U+{ord(character):04X} is not allowed",
+        at,
+        help=("delete it: it cannot be seen, or changes how the text around it is shown",),
+    )
+
+
+class _Refused(Exception):  # noqa: N818  control flow, not an error: it was reported already
+    """Reading on is pointless or dangerous."""
+
+
+@dataclass(slots=True)
+class _Open:
+    """A collection whose end has not been met."""
+
+    is_mapping: bool
+    is_flow: bool
+    start: int
+    items: list[Node] = field(default_factory=list)
+    entries: list[tuple[ScalarNode, Node]] = field(default_factory=list)
+    keys: dict[str, ScalarNode] = field(default_factory=dict)
+    key: Node | None = None
+
+
+class _Builder:
+    """Turns parser events into nodes, reporting what is refused on the way."""
+
+    def __init__(self, source: Source, sink: Diagnostics) -> None:
+        self._source = source
+        self._sink = sink
+        self._open: list[_Open] = []
+        self._root: Node | None = None
+        self._nodes = 0
+        self._refused = False
+
+    def build(self) -> Node | None:
+        try:
+            for event in yaml.parse(self._source.text, Loader=_LOADER):
+                self._take(event)
+        except _Refused:
+            return None
+        except yaml.MarkedYAMLError as problem:
+            self._syntax(problem)
+            return None
+        except yaml.YAMLError as problem:
+            self._refuse("AE007", f"not well-formed YAML: {_one_line(str(problem))}", None)
+            return None
+        if self._root is None and not self._refused:
+            self._refuse("AE006", "the file declares nothing", self._span(0, 0))
+        return None if self._refused else self._root
+
+    def _span(self, start: int, end: int) -> Span:
+        return self._source.span(start, end)
+
+    def _refuse(
+        self,
+        code: str,
+        headline: str,
+        at: Span | None,
+        label: str = "",
+        *,
+        advice: str = "",
+        other: Label | None = None,
+    ) -> None:
+        self._refused = True
+        secondary = () if other is None else (other,)
+        self._sink.error(code, headline, at, label, secondary=secondary, help=(advice,) if advice else ())
+
+    def _take(self, event: Any) -> None:
+        start, end = event.start_mark.index, event.end_mark.index
+        if isinstance(event, yaml.DocumentStartEvent):
+            self._document(event, self._span(start, end))
+        elif isinstance(event, yaml.AliasEvent):
+            span = self._span(start, end)
+            self._refuse(
+                "AE011",
+                f"{quoted(span.text)} refers to a value written elsewhere",
+                span,
+                advice="write the value out",
+            )
+            self._add(ScalarNode("", span, "'"))
+        elif isinstance(event, yaml.ScalarEvent):
+            self._properties(event)
+            self._add(self._scalar(event.value, start, end, event.style or ""))
+        elif isinstance(event, yaml.MappingStartEvent | yaml.SequenceStartEvent):
+            self._properties(event)
+            self._begin(event, start, end)
+        elif isinstance(event, yaml.MappingEndEvent | yaml.SequenceEndEvent):
+            self._add(self._closed(self._open.pop(), end))
+
+    def _document(self, event: yaml.DocumentStartEvent, span: Span) -> None:
+        if self._root is not None:
+            self._refuse(
+                "AE013", "a second document begins here", span, advice="put it into a file of its own"
+            )
+            raise _Refused
+        if event.version or event.tags:
+            self._refuse(
+                "AE016",
+                "directives are not part of a manifest",
+                span,
+                advice="delete the lines that begin with `%`",
+            )
+
+    def _properties(self, event: Any) -> None:
+        """Anchors and tags stand before a value and are refused, whatever the value."""
+        start = event.start_mark.index
+        if event.anchor is not None:
+            sign = self._source.text.find("&" + event.anchor, start)
+            span = self._span(sign, sign + 1 + len(event.anchor))
+            self._refuse(
+                "AE011",
+                f"{quoted(span.text)} names a value to be referred to",
+                span,
+                advice="write the value out wherever it is needed",
+            )
+        # A lone `!` leaves no tag, only the trace that the value was not left to the schema.
+        is_bare = isinstance(event, yaml.ScalarEvent) and not any(event.implicit)
+        if event.tag is not None or is_bare:
+            sign = self._source.text.find("!", start)
+            written = _TAG.match(self._source.text, sign)
+            span = self._span(sign, written.end() if written else sign)
+            self._refuse(
+                "AE012",
+                f"the tag {quoted(span.text)} is not allowed",
+                span,
+                advice="delete it: the schema decides types",
+            )
+
+    def _scalar(self, text: str, start: int, end: int, style: str) -> ScalarNode:
+        if style in ("|", ">"):  # a block's mark lies after the empty lines and indentation that follow it
+            end = start + len(self._source.text[start:end].rstrip())
+        span = self._span(start, end)
+        forbidden = _FORBIDDEN.search(text)
+        if forbidden:  # written as an escape, as the source itself was searched before
+            self._refused = True
+            _refuse_character(forbidden[0], span, self._sink)
+        return ScalarNode(text, span, style)
+
+    def _begin(self, event: Any, start: int, end: int) -> None:
+        if len(self._open) >= MAX_DEPTH:
+            self._refuse("AE010", f"values are nested more than {MAX_DEPTH} deep", self._span(start, end))
+            raise _Refused
+        is_mapping = isinstance(event, yaml.MappingStartEvent)
+        self._open.append(_Open(is_mapping, bool(event.flow_style), start))
+
+    def _closed(self, opened: _Open, mark: int) -> Node:
+        """The finished collection; in block style it ends with its last value, not at the next token."""
+        end = mark
+        if not opened.is_flow:
+            last = opened.entries[-1][1] if opened.entries else opened.items[-1] if opened.items else None
+            end = opened.start if last is None else max(opened.start, last.span.end)
+        span = self._span(opened.start, end)
+        if opened.is_mapping:
+            return MappingNode(tuple(opened.entries), span)
+        return SequenceNode(tuple(opened.items), span)
+
+    def _add(self, node: Node) -> None:
+        self._nodes += 1
+        if self._nodes > MAX_NODES:
+            self._refuse(
+                "AE017",
+                f"the file holds more than {MAX_NODES:,} values",
+                self._span(node.span.start, node.span.start),
+            )
+        if self._nodes > MAX_NODES or self._sink.full:
+            raise _Refused
+        if not self._open:
+            self._root = node
+            return
+        into = self._open[-1]
+        if not into.is_mapping:
+            into.items.append(node)
+        elif into.key is None:
+            into.key = node
+            self._check_key(into, node)
+        else:
+            if isinstance(into.key, ScalarNode):
+                into.entries.append((into.key, node))
+            into.key = None
+
+    def _check_key(self, into: _Open, key: Node) -> None:
+        if not isinstance(key, ScalarNode) or key.is_null:
+            self._refuse("AE014", "a key must be text", key.span, advice="write a name before the `:`")
+        elif key.is_plain and key.text == "<<":
+            self._refuse("AE015", "mappings cannot be merged", key.span, advice="write the entries out")
+        elif key.text in into.keys:
+            first = Label(into.keys[key.text].span, "first written here")
+            self._refuse(
+                "AE001", f"the key {quoted(key.text)} is written twice", key.span, "again here", other=first
+            )
+        else:
+            into.keys[key.text] = key
+
+    def _syntax(self, problem: yaml.MarkedYAMLError) -> None:
+        """What the parser complains of, at the place it names, in its own words unless ours are clearer."""
+        text = self._source.text
+        said, context = _one_line(problem.problem or ""), _one_line(problem.context or "")
+        at = self._mark(problem.problem_mark)
+        if text[at : at + 1] == "\t":
+            span = self._span(at, at + 1)
+            self._refuse("AE008", "a tab cannot indent", span, advice="indent with spaces")
+            return
+        begun = self._mark(problem.context_mark) if problem.context_mark else at
+        if "quoted scalar" in context and ("end of stream" in said or "document indicator" in said):
+            opening = self._span(begun, min(begun + 1, len(text)))
+            self._refuse("AE009", "a quoted text is never closed", opening, "opened here")
+            return
+        end = at + 1 if text[at : at + 1].strip() else at
+        other = Label(self._span(begun, begun), context) if context and begun != at else None
+        self._refuse(
+            "AE007", f"not well-formed YAML: {said}", self._span(at, end), advice=_advice(said), other=other
+        )
+
+    def _mark(self, mark: Any) -> int:
+        """The mark's offset, kept inside the text as an end may be marked behind it."""
+        return min(mark.index, len(self._source.text)) if mark else 0
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _advice(problem: str) -> str:
+    if "mapping values are not allowed" in problem:
+        return "quote a text that holds `: `, or indent what is meant as a field of its own"
+    if "cannot start any token" in problem:
+        return "quote a text that begins with this character"
+    return ""
+
+
+_Piece = tuple[str, int, int]
+"""One character of a scalar's text and the offsets where its writing starts and ends."""
+
+
+def offsets_of(scalar: ScalarNode) -> list[int]:
+    """For each character of the text the offset where it is written; [] if that cannot be told.
+
+    A folded line break counts as written at the break, an escape at its backslash.
+    """
+    return [start for _, start, _ in _pieces(scalar)]
+
+
+def span_within(scalar: ScalarNode, start: int, end: int) -> Span:
+    """Where the characters `start` up to `end` of the text are written; all of it if unknown.
+
+    `start` = `end` = the text's length is the place just after the last character.
+    """
+    pieces = _pieces(scalar)
+    if not pieces or not 0 <= start <= end <= len(pieces):
+        return scalar.span
+    first = pieces[start][1] if start < len(pieces) else pieces[-1][2]
+    last = pieces[end - 1][2] if end > start else first
+    return scalar.span.source.span(first, last)
+
+
+def _pieces(scalar: ScalarNode) -> list[_Piece]:
+    """The text with its places, checked against the text itself: [] rather than a wrong place."""
+    source, start, end = scalar.span.source.text, scalar.span.start, scalar.span.end
+    if scalar.style in ("|", ">"):
+        found = _block_pieces(source, start, scalar.text, scalar.style == ">")
+    elif scalar.style:
+        found = list(_flow_pieces(source, start + 1, end - 1, scalar.style))
+    else:
+        found = list(_flow_pieces(source, start, end, ""))
+    found = found[: len(scalar.text)]
+    return found if "".join(character for character, _, _ in found) == scalar.text else []
+
+
+_TAG: Final = re.compile(r"[^\s,\[\]{}]*")
+_BLANKS: Final = re.compile(r"[ \t]*")
+_FOLD: Final = re.compile(r"(?:\r?\n[ \t]*)+")
+_HEX_DIGITS: Final = {"x": 2, "u": 4, "U": 8}
+_ESCAPES: Final = {
+    "0": "\0", "a": "\a", "b": "\b", "t": "\t", "\t": "\t", "n": "\n", "v": "\v", "f": "\f", "r": "\r",
+    "e": "\x1b", "N": "\x85", "_": "\xa0", "L": "\u2028", "P": "\u2029",
+}  # fmt: skip
+
+
+def _flow_pieces(text: str, at: int, end: int, quote: str) -> Iterator[_Piece]:
+    """A plain or quoted scalar: one line break folds into a space, n + 1 into n breaks."""
+    while at < end:
+        blanks = _BLANKS.match(text, at, end)
+        after = blanks.end() if blanks else at
+        fold = _FOLD.match(text, after, end)
+        if fold:  # blanks before a break are not part of the text
+            yield from _folded(text, *fold.span())
+            at = fold.end()
+            continue
+        yield from ((text[blank], blank, blank + 1) for blank in range(at, after))
+        if after < end:
+            pieces, at = _written(text, after, end, quote)
+            yield from pieces
+        else:
+            at = end
+
+
+def _written(text: str, at: int, end: int, quote: str) -> tuple[list[_Piece], int]:
+    """What one character or escape stands for, and where the next begins."""
+    if quote == "'" and text[at] == "'":
+        return [("'", at, at + 2)], at + 2
+    if quote != '"' or text[at] != "\\":
+        return [(text[at], at, at + 1)], at + 1
+    joined = _FOLD.match(text, at + 1, end)
+    if joined:  # the break is joined away, the empty lines after it are not
+        breaks = list(_BREAKS.finditer(text, *joined.span()))
+        return [("\n", found.start(), found.end()) for found in breaks[1:]], joined.end()
+    escaped = text[at + 1]
+    digits = _HEX_DIGITS.get(escaped, 0)
+    after = at + 2 + digits
+    character = chr(int(text[at + 2 : after], 16)) if digits else _ESCAPES.get(escaped, escaped)
+    return [(character, at, after)], after
+
+
+def _folded(text: str, start: int, end: int) -> Iterator[_Piece]:
+    breaks = list(_BREAKS.finditer(text, start, end))
+    if len(breaks) == 1:
+        yield " ", breaks[0].start(), breaks[0].end()
+    else:
+        yield from (("\n", found.start(), found.end()) for found in breaks[1:])
+
+
+def _block_pieces(text: str, start: int, value: str, is_folding: bool) -> list[_Piece]:
+    """A block scalar: indentation goes; folding joins lines of which neither begins with a blank.
+
+    All trailing breaks are kept here: how many count is the header's choice, and the caller cuts.
+    """
+    header = text.find("\n", start)
+    lines = [] if header < 0 else _block_lines(text, header + 1, value)
+    pieces: list[_Piece] = []
+    held: list[_Piece] = []  # breaks since the last line that holds something
+    was_blank_led = True  # so that nothing folds before the first line
+    for first, last, after in lines:
+        if first < last:
+            is_blank_led = text[first] in " \t"
+            if is_folding and held and not was_blank_led and not is_blank_led:
+                held = [(" ", *held[0][1:])] if len(held) == 1 else held[1:]
+            pieces += held
+            pieces += [(text[at], at, at + 1) for at in range(first, last)]
+            held, was_blank_led = [], is_blank_led
+        held.append(("\n", last, after))
+    return pieces + held
+
+
+def _block_lines(text: str, at: int, value: str) -> Iterator[tuple[int, int, int]]:
+    """(start, end, start of the next line) of each line's content, indentation taken off.
+
+    The indentation is what the first line that holds something has and its text has not.
+    """
+    content = value.lstrip("\n")
+    own = len(content) - len(content.lstrip(" "))
+    indent: int | None = None
+    while at < len(text):
+        found = _BREAKS.search(text, at)
+        end, after = found.span() if found else (len(text), len(text))
+        leading = len(text[at:end]) - len(text[at:end].lstrip(" "))
+        if indent is None and at + leading < end:
+            indent = max(leading - own, 0)
+        if at + leading < end and leading < (indent or 0):
+            return  # less indented: no longer part of the block
+        yield min(at + (leading if indent is None else indent), end), end, after
+        at = after

@@ -1,0 +1,165 @@
+"""Units and dimensions: every quantity is held in SI, exactly, and knows its dimension.
+
+Angle is a dimension of its own, so degrees and radians can be told apart from bare numbers.
+The degree is irrational in radians; here π is the 36-digit decimal below, by definition.
+
+Source of factors: BIPM, The International System of Units, 9th edition, tables 4 and 8.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+
+BASES = ("m", "kg", "s", "rad")
+_PI = Fraction("3.14159265358979323846264338327950288")
+
+
+@dataclass(frozen=True, slots=True)
+class Dimension:
+    """Integer exponents over `BASES`; the empty product is the dimensionless number."""
+
+    exponents: tuple[int, int, int, int] = (0, 0, 0, 0)
+
+    def __mul__(self, other: Dimension) -> Dimension:
+        """The dimension of a product."""
+        m, kg, s, rad = (a + b for a, b in zip(self.exponents, other.exponents, strict=True))
+        return Dimension((m, kg, s, rad))
+
+    def __pow__(self, power: int) -> Dimension:
+        """The dimension of an integer power."""
+        m, kg, s, rad = (a * power for a in self.exponents)
+        return Dimension((m, kg, s, rad))
+
+    def __str__(self) -> str:
+        """The dimension in SI units: `m/s`, `kg*m/s^2` is shown as `N`; `1` for a bare number."""
+        named = _NAMES.get(self)
+        if named is not None:
+            return named
+        over = [_power(b, e) for b, e in zip(BASES, self.exponents, strict=True) if e > 0]
+        under = [_power(b, -e) for b, e in zip(BASES, self.exponents, strict=True) if e < 0]
+        return "/".join(["*".join(over) or "1", *under])
+
+
+def _power(base: str, exponent: int) -> str:
+    return base if exponent == 1 else f"{base}^{exponent}"
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A written unit: `1 unit = factor` in SI units of `dimension`."""
+
+    text: str
+    factor: Fraction
+    dimension: Dimension
+
+
+NUMBER = Dimension()
+LENGTH = Dimension((1, 0, 0, 0))
+TIME = Dimension((0, 0, 1, 0))
+_MASS = Dimension((0, 1, 0, 0))
+_ANGLE = Dimension((0, 0, 0, 1))
+_FORCE = _MASS * LENGTH * TIME**-2
+_NAMES = {
+    NUMBER: "1",
+    _FORCE: "N",
+    _FORCE * LENGTH: "N*m",
+    _FORCE * LENGTH**-2: "Pa",
+    _FORCE * LENGTH * TIME**-1: "W",
+}
+
+_ATOMS: dict[str, tuple[Fraction, Dimension]] = {
+    "1": (Fraction(1), NUMBER),
+    "%": (Fraction(1, 100), NUMBER),
+    "m": (Fraction(1), LENGTH),
+    "km": (Fraction(1000), LENGTH),
+    "cm": (Fraction(1, 100), LENGTH),
+    "mm": (Fraction(1, 1000), LENGTH),
+    "um": (Fraction(1, 10**6), LENGTH),
+    "s": (Fraction(1), TIME),
+    "ms": (Fraction(1, 1000), TIME),
+    "us": (Fraction(1, 10**6), TIME),
+    "h": (Fraction(3600), TIME),
+    "Hz": (Fraction(1), TIME**-1),
+    "kg": (Fraction(1), _MASS),
+    "g": (Fraction(1, 1000), _MASS),
+    "N": (Fraction(1), _FORCE),
+    "kN": (Fraction(1000), _FORCE),
+    "mN": (Fraction(1, 1000), _FORCE),
+    "Nm": (Fraction(1), _FORCE * LENGTH),
+    "Pa": (Fraction(1), _FORCE * LENGTH**-2),
+    "kPa": (Fraction(1000), _FORCE * LENGTH**-2),
+    "J": (Fraction(1), _FORCE * LENGTH),
+    "W": (Fraction(1), _FORCE * LENGTH * TIME**-1),
+    "rad": (Fraction(1), _ANGLE),
+    "deg": (_PI / 180, _ANGLE),
+}
+
+_FACTOR = re.compile(r"([*/]?)(1|%|[A-Za-z]+)(?:\^(-?[1-9]))?(?![A-Za-z0-9_])")
+_NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?")
+_MAX_LENGTH = 200  # characters of a written quantity; Python converts no longer numeral than 4300
+DIMENSIONLESS = Unit("1", Fraction(1), NUMBER)
+
+
+def unit_names() -> tuple[str, ...]:
+    """Every unit that can be written on its own."""
+    return tuple(_ATOMS)
+
+
+def match_unit(text: str, start: int) -> tuple[Unit, int] | None:
+    """The longest unit written at `start` and where it ends, or None.
+
+    unit := atom ['^' int] (('*' | '/') atom ['^' int])*   without spaces, as in `mm/s` or `kg*m/s^2`
+    """
+    factor, dimension, end = Fraction(1), NUMBER, start
+    while (found := _FACTOR.match(text, end)) is not None:
+        sign, name, power = found.groups()
+        if name not in _ATOMS or bool(sign) != (end > start):
+            break
+        exponent = int(power or 1) * (-1 if sign == "/" else 1)
+        atom_factor, atom_dimension = _ATOMS[name]
+        factor *= atom_factor**exponent
+        dimension *= atom_dimension**exponent
+        end = found.end()
+    if end == start:
+        return None
+    return Unit(text[start:end], factor, dimension), end
+
+
+def parse_unit(text: str) -> Unit | None:
+    """The unit that `text` is, whole, or None."""
+    matched = match_unit(text, 0)
+    return matched[0] if matched is not None and matched[1] == len(text) else None
+
+
+def parse_quantity(text: str) -> tuple[Fraction, Unit] | None:
+    """A number and its unit, as in `250 mm/s` or `-0.5`; None where `text` is neither.
+
+    The value returned is in the unit as written; multiply by its factor for SI.
+    """
+    number = _NUMBER.match(text) if len(text) <= _MAX_LENGTH else None
+    if number is None:
+        return None
+    rest = text[number.end() :].strip(" ")
+    unit = parse_unit(rest) if rest else DIMENSIONLESS
+    return None if unit is None else (Fraction(number.group()), unit)
+
+
+def show_quantity(value: Fraction, unit: Unit) -> str:
+    """`value`, given in SI, as a person would write it in `unit`; `≈` where digits were dropped."""
+    scaled = value / unit.factor
+    number = show_number(scaled)
+    return number if unit.text == "1" else f"{number} {unit.text}"
+
+
+def show_number(value: Fraction) -> str:
+    """A decimal if the value has a short one, else a rounded decimal marked with `≈`."""
+    if value.denominator == 1 and abs(value) < 10**12:
+        return str(value.numerator)
+    try:
+        shown = f"{float(value):.9g}"
+    except OverflowError:
+        return f"≈{'-' if value < 0 else ''}10^{math.log10(abs(value.numerator) // value.denominator):.0f}"
+    return shown if Fraction(shown) == value else f"≈{shown}"

@@ -1,0 +1,103 @@
+"""Solver model → witness: values a person can read, replayed through the exact semantics before use."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import cast
+
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import scalar_variables
+from aeros.spec.expr.semantics import Value, holds
+from aeros.spec.expr.types import FamilyType, RealType, VectorType
+from aeros.spec.model import Declared
+from aeros.spec.units import Unit, show_number, show_quantity
+
+Scalar = bool | Fraction | str
+
+
+@dataclass(frozen=True)
+class Witness:
+    """A state, inputs and an action that settle a claim; values in SI by variable name."""
+
+    declared: tuple[Declared, ...]
+    values: Mapping[str, Value]
+
+    def lines(self) -> list[str]:
+        """Each value in the unit of its declaration, as in `speed = 0.5 m/s`."""
+        return [f"{one.name} = {show_value(self.values[one.name], one)}" for one in self.declared]
+
+
+def show_value(value: Value, declared: Declared) -> str:
+    """One value in the unit of its declaration."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return value
+    if isinstance(value, Fraction):
+        return show_quantity(value, declared.unit)
+    shown = ", ".join(_show_part(part, declared.unit) for part in value)
+    return f"[{shown}]" if declared.unit.text == "1" else f"[{shown}] {declared.unit.text}"
+
+
+def _show_part(part: Fraction | bool, unit: Unit) -> str:
+    return str(part).lower() if isinstance(part, bool) else show_number(part / unit.factor)
+
+
+def witness_of(
+    model: Mapping[str, Scalar], declared: tuple[Declared, ...], wanted: tuple[t.Term, ...]
+) -> Witness | None:
+    """The witness that `model` is, in rounded numbers where those do as well; None if it does not replay.
+
+    model: values by scalar variable.
+    wanted: the terms that must all hold of a witness.  An irrational model value was approximated
+        by the solver, so even a faithful solver's model may fail here.
+    """
+    scalars = dict(model)
+    for one in declared:
+        for part in scalar_variables(one.variable):
+            if isinstance(part.type, RealType):
+                scalars[part.name] = _shortest(part.name, scalars, one, declared, wanted)
+    values = _values(scalars, declared)
+    return Witness(declared, values) if _replays(values, declared, wanted) else None
+
+
+def _shortest(
+    name: str,
+    scalars: Mapping[str, Scalar],
+    one: Declared,
+    declared: tuple[Declared, ...],
+    wanted: tuple[t.Term, ...],
+) -> Fraction:
+    """The value with the fewest decimals, in the unit of its declaration, that still is a witness."""
+    value = cast("Fraction", scalars[name])
+    scaled = value / one.unit.factor
+    for digits in range(7):
+        candidate = round(scaled, digits) * one.unit.factor
+        if _replays(_values({**scalars, name: candidate}, declared), declared, wanted):
+            return candidate
+    return value
+
+
+def _values(scalars: Mapping[str, Scalar], declared: tuple[Declared, ...]) -> dict[str, Value]:
+    values: dict[str, Value] = {}
+    for one in declared:
+        parts = [scalars[part.name] for part in scalar_variables(one.variable)]
+        compound = isinstance(one.variable.type, VectorType | FamilyType)
+        values[one.name] = cast("Value", tuple(parts) if compound else parts[0])
+    return values
+
+
+def _replays(values: Mapping[str, Value], declared: tuple[Declared, ...], wanted: tuple[t.Term, ...]) -> bool:
+    return all(_in_range(values[one.name], one) for one in declared) and all(
+        holds(term, values) for term in wanted
+    )
+
+
+def _in_range(value: Value, one: Declared) -> bool:
+    if one.range is None:
+        return True
+    low, high = one.range
+    parts = value if isinstance(value, tuple) else (value,)
+    return all(low <= part <= high for part in cast("tuple[Fraction, ...]", parts))

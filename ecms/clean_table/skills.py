@@ -1,0 +1,159 @@
+"""Cleaning a table: sweep a sponge over it with force control, put clutter into a bin.
+
+All lengths in metres, in the world frame; at yaw 0 the fingers close along y.  Nothing here decides
+whether a step succeeded: what is measured afterwards does.
+"""
+
+from collections.abc import Generator
+from math import hypot
+
+from aeros.skill import Action, Inputs, Observation, SkillBody, act
+
+Task = Generator[Action, Observation, Observation]
+Place = tuple[float, float, float]
+
+SPEED = 0.25
+"""Peak speed of free motion, m/s."""
+
+NEAR_SPEED = 0.10
+"""Peak speed where fingers are near things, m/s."""
+
+WIPE_SPEED = 0.20
+"""Peak speed of a stroke, m/s."""
+
+TRAVEL_HEIGHT = 0.20
+"""Height of sideways motion, m: what is carried clears the bin (0.085 m)."""
+
+CLEARANCE = 0.06
+"""Height above a grasp from which the approach is slow, m."""
+
+OPEN = 0.08
+"""Fingers wide open, m."""
+
+GRIP_FORCE = 10.0
+"""N; by friction it holds what is pressed down with up to 12 N."""
+
+SPONGE_GRASP = 0.007
+"""How far above the sponge's middle it is gripped, m."""
+
+SPONGE_HALF_HEIGHT = 0.025
+
+WIPE_FORCE = 6.0
+"""N on the table."""
+
+STROKES = (0.395, 0.465, 0.535, 0.605)
+"""x of the strokes, m: the sponge is 100 mm long, so they overlap by 30 mm and cover 0.345 to 0.655."""
+
+STROKE_END = 0.14
+"""Strokes go from -y to +y of this and back, m: the sponge is 50 mm wide, so they cover ±0.165."""
+
+HOVER = 0.012
+"""Height of the sponge over the table between strokes, m: a slide begins off the surface."""
+
+CLUTTER_GRASP = 0.004
+"""How far above the middle of clutter it is gripped, m: fingertips stay clear of the table."""
+
+DROP_HEIGHT = 0.045
+"""Height of the tool over the bin's rim when it lets go, m."""
+
+DROPS = (-0.045, 0.045)
+"""Where along the bin successive pieces are let go, m from its middle."""
+
+
+def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Take the sponge, sweep it over the area in overlapping strokes and put it back."""
+    if not _holds_sponge(observed):
+        observed = yield from _take_sponge(observed)
+    height = SPONGE_GRASP + SPONGE_HALF_HEIGHT
+    end = STROKE_END
+    for x in STROKES:
+        observed = yield from _approach(observed, (x, end, height + HOVER), 0.0)
+        observed = yield act("slide", target=(x, -end, height), force=WIPE_FORCE, speed=WIPE_SPEED)
+        end = -end
+    yield from _return_sponge(observed)
+
+
+def organize(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Put every piece of clutter into the bin, then the sponge to its rest if it is not there."""
+    if _holds_sponge(observed):
+        observed = yield from _return_sponge(observed)
+    for offset in DROPS * 2:
+        if observed["clutter_on_table"]:
+            observed = yield from _bin_clutter(observed, offset)
+    if not _sponge_at_rest(observed):
+        observed = yield from _take_sponge(observed)
+        yield from _return_sponge(observed)
+
+
+def recover(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Bring the sponge back to its rest, from the hand or from where it fell, and rise."""
+    if not _holds_sponge(observed):
+        observed = yield from _take_sponge(observed)
+    yield from _return_sponge(observed)
+
+
+def _holds_sponge(observed: Observation) -> bool:
+    (x, y, z), tool = observed["sponge_position"], observed["tool_position"]
+    near = hypot(x - tool[0], y - tool[1]) < 0.02 and abs(z - tool[2]) < 0.02
+    return bool(observed["holding"]) and near
+
+
+def _sponge_at_rest(observed: Observation) -> bool:
+    (x, y, _), rest = observed["sponge_position"], observed["sponge_rest_position"]
+    return hypot(x - rest[0], y - rest[1]) < 0.02
+
+
+def _take_sponge(observed: Observation) -> Task:
+    """Grip the sponge across and lift it."""
+    x, y, z = observed["sponge_position"]
+    observed = yield from _grasp(observed, (x, y, z + SPONGE_GRASP), observed["sponge_yaw"], 0.03)
+    return (yield from _rise(observed, 0.0))
+
+
+def _return_sponge(observed: Observation) -> Task:
+    """Set the held sponge down on its rest, let go and rise."""
+    x, y, z = observed["sponge_rest_position"]
+    observed = yield from _approach(observed, (x, y, z + SPONGE_GRASP + 0.001), 0.0)
+    return (yield from _release(observed))
+
+
+def _bin_clutter(observed: Observation, offset: float) -> Task:
+    """Grip the next piece of clutter and let it go over the bin, `offset` along x from its middle."""
+    x, y, z = observed["clutter_position"]
+    observed = yield from _grasp(observed, (x, y, z + CLUTTER_GRASP), observed["clutter_yaw"], 0.02)
+    observed = yield from _rise(observed, 0.0)
+    x, y, z = observed["bin_position"]
+    observed = yield from _approach(observed, (x + offset, y, z + DROP_HEIGHT), 0.0)
+    observed = yield from _release(observed)
+    return (yield act("wait", duration=0.5))
+
+
+def _grasp(observed: Observation, place: Place, yaw: float, width: float) -> Task:
+    """Come down on `place` with open fingers and close them to `width` or until they hold."""
+    yield act("grip", width=OPEN, force=GRIP_FORCE)
+    yield from _approach(observed, place, yaw)
+    return (yield act("grip", width=width, force=GRIP_FORCE))
+
+
+def _approach(observed: Observation, place: Place, yaw: float) -> Task:
+    """Rise, go over `place`, come down to it, slowly at the end."""
+    x, y, z = place
+    here = observed["tool_position"]
+    if here[2] < TRAVEL_HEIGHT - 0.005 and hypot(x - here[0], y - here[1]) > 0.005:
+        yield act("move_tool", target=(here[0], here[1], TRAVEL_HEIGHT), yaw=yaw, speed=SPEED)
+    yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=SPEED)
+    yield act("move_tool", target=(x, y, z + CLEARANCE), yaw=yaw, speed=SPEED)
+    return (yield act("move_tool", target=(x, y, z), yaw=yaw, speed=NEAR_SPEED))
+
+
+def _release(observed: Observation) -> Task:
+    """Open the fingers and rise."""
+    observed = yield act("grip", width=OPEN, force=GRIP_FORCE)
+    return (yield from _rise(observed, 0.0))
+
+
+def _rise(observed: Observation, yaw: float) -> Task:
+    """Lift the tool straight up to travelling height, slowly at first."""
+    x, y, z = observed["tool_position"]
+    yield act("move_tool", target=(x, y, min(z + CLEARANCE, TRAVEL_HEIGHT)), yaw=yaw, speed=NEAR_SPEED)
+    return (yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=SPEED))

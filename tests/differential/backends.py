@@ -1,0 +1,120 @@
+"""The back ends as the conformance suite sees them, and twins with one deliberate mistake each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import cast
+
+from aeros.spec.backends import closure, smt
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.conformance import Ranges, Raw, exact_environment, raw_scalars
+from aeros.spec.expr.lower import lower, scalars_of
+from aeros.spec.expr.semantics import holds
+
+Variables = Mapping[str, t.Variable]
+Values = Mapping[str, Raw]
+
+
+@dataclass
+class Closure:
+    name: str = "closure"
+
+    def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
+        return closure.compile_condition(term, ranges)(raw_scalars(values))
+
+
+@dataclass
+class Smt:
+    """Asks for the term and for its negation: exactly one may be possible."""
+
+    name: str = "smt"
+    unknown: int = field(default=0)
+
+    def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
+        session = smt.Session(variables.values(), ranges)
+        scalars = scalars_of(variables, exact_environment(values))
+        given = cast("Mapping[str, smt.Scalar]", scalars)
+        results = [session.ask_given(given, question).result for question in (term, t.Not(term))]
+        assert set(results) == {smt.Result.SAT, smt.Result.UNSAT}, results
+        return results[0] is smt.Result.SAT
+
+
+@dataclass
+class Lowered:
+    name: str = "semantics of the lowered term"
+
+    def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
+        return holds(lower(term), scalars_of(variables, exact_environment(values)))
+
+
+@dataclass
+class Floats:
+    """The broken twin that computes in doubles and trusts them."""
+
+    name: str = "floats without a filter"
+
+    def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
+        generator = closure._Generator(ranges)
+        generator._filtered = (  # type: ignore[method-assign]
+            lambda compare, a, b: f"({a.code} {compare.op} {b.code})"
+        )
+        return bool(generator.function(generator.condition(lower(term)))(raw_scalars(values)))
+
+
+@dataclass
+class StrictOrder:
+    """The broken twin that reads `<=` as `<`."""
+
+    name: str = "strict order"
+
+    def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
+        return holds(_strict(lower(term)), scalars_of(variables, exact_environment(values)))
+
+
+@dataclass
+class NarrowBand:
+    """The broken twin whose bound on the rounding error is a thousand times too small."""
+
+    name: str = "narrow band"
+
+    def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
+        generator = closure._Generator(ranges)
+        right = generator._filtered
+        generator._filtered = (  # type: ignore[method-assign]
+            lambda compare, a, b: right(compare, _shrunk(a), _shrunk(b))
+        )
+        return bool(generator.function(generator.condition(lower(term)))(raw_scalars(values)))
+
+
+@dataclass
+class Constant:
+    """The broken twin that allows everything."""
+
+    name: str = "always true"
+
+    def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
+        return True
+
+
+def _shrunk(real: closure._Real) -> closure._Real:
+    return closure._Real(real.code, real.magnitude / 1000, real.error / 1000, real.peak)
+
+
+def _strict(term: t.Term) -> t.Term:
+    match term:
+        case t.Compare(op="<=", left=left, right=right):
+            return t.Compare("<", left, right)
+        case t.Not(operand=operand):
+            return t.Not(_strict(operand))
+        case t.And(operands=operands):
+            return t.And(tuple(map(_strict, operands)))
+        case t.Or(operands=operands):
+            return t.Or(tuple(map(_strict, operands)))
+        case _:
+            return term
+
+
+def fractions_of(values: Values) -> dict[str, Fraction | bool | str]:
+    return {n: Fraction(v) if type(v) is float else v for n, v in raw_scalars(values).items()}

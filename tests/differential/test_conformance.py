@@ -1,0 +1,54 @@
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import pytest
+from backends import Closure, Constant, Floats, Lowered, NarrowBand, Smt, StrictOrder
+
+from aeros.spec.backends import closure
+from aeros.spec.expr.conformance import Backend, ConformanceError, check_backend
+from aeros.spec.expr.semantics import holds
+
+_NIGHTLY = os.environ.get("AEROS_HYPOTHESIS") == "nightly"
+_MORE = 100 if _NIGHTLY else 1
+
+
+def _check(backend: Backend, examples: int) -> None:
+    coverage = check_backend(backend, examples * _MORE, seeded=not _NIGHTLY)
+    assert min(coverage.true, coverage.false, coverage.close) > examples // 20
+
+
+def test_lowering_keeps_the_meaning_of_every_term() -> None:
+    _check(Lowered(), 200)
+
+
+def test_closure_decides_as_the_definition_and_takes_the_exact_path_only_when_it_must(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    taken = 0
+
+    def counted(term: Any, env: Mapping[str, Any]) -> bool:
+        nonlocal taken
+        taken += 1
+        return holds(term, env)
+
+    monkeypatch.setattr(closure, "holds", counted)
+    _check(Closure(), 400)
+    assert taken > 10
+
+
+def test_smt_decides_as_the_definition() -> None:
+    _check(Smt(), 100)
+
+
+@pytest.mark.parametrize("twin", [Floats(), StrictOrder(), NarrowBand(), Constant()], ids=lambda twin: twin.name)
+def test_the_suite_refuses_a_broken_twin(twin: Backend) -> None:
+    with pytest.raises(ConformanceError, match=twin.name):
+        check_backend(twin, 2000, shrink=False)
+
+
+def test_the_suite_refuses_a_run_too_short_to_be_evidence() -> None:
+    with pytest.raises(ConformanceError, match="too few"):
+        check_backend(Lowered(), 1)

@@ -1,0 +1,92 @@
+"""A second solver reads the same SMT-LIB text as Z3 and answers the same."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import cvc5
+import pytest
+import z3
+from hypothesis import HealthCheck, given, settings
+
+from aeros.spec.backends import smt
+from aeros.spec.expr.check import Box, Scope, check
+from aeros.spec.expr.conformance import VARIABLES, Case, cases, exact_environment
+from aeros.spec.expr.lower import scalars_of
+from aeros.spec.expr.parser import parse
+from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.types import BOOL
+
+
+def _answer(text: str) -> str:
+    """What cvc5 makes of an SMT-LIB script that ends in one `(check-sat)`."""
+    terms = cvc5.TermManager()
+    solver = cvc5.Solver(terms)
+    solver.setOption("rlimit", "5000000")
+    parser = cvc5.InputParser(solver)
+    parser.setStringInput(cvc5.InputLanguage.SMT_LIB_2_6, text, "query")
+    answer = ""
+    while not (command := parser.nextCommand()).isNull():
+        answer = command.invoke(solver, parser.getSymbolManager()) or answer
+    return str(answer).strip()
+
+
+def _script(session: smt.Session, *terms: object) -> str:
+    solver = z3.Solver()
+    solver.add(session._solver.assertions(), *terms)
+    return "(set-logic ALL)\n" + solver.to_smt2()
+
+
+@settings(
+    max_examples=30, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
+)
+@given(cases())
+def test_cvc5_decides_random_cases_as_the_definition(case: Case) -> None:
+    session = smt.Session(VARIABLES.values(), case.ranges)
+    scalars = scalars_of(VARIABLES, exact_environment(case.values))
+    fixed = [
+        session._constants[name][1] == smt._value(session._constants[name][0], value)  # type: ignore[arg-type]
+        for name, value in scalars.items()
+    ]
+    expected = "sat" if holds(case.term, exact_environment(case.values)) else "unsat"
+    assert _answer(_script(session, session._encode(smt.lower(case.term)), *fixed)) == expected
+
+
+_RULES = [
+    ("x + y <= 2 m and x > 1 m and y > 1 m", smt.Result.UNSAT),
+    ("x + y <= 2 m and x >= 1 m and y >= 1 m", smt.Result.SAT),
+    ("all(joint[j] <= 1 m for j in Joint) and joint[arm] > 1 m", smt.Result.UNSAT),
+    ("any(joint[j] > 1 m for j in Joint) and joint[arm] <= 1 m", smt.Result.SAT),
+    ("distance(p, q) <= 1 m and p.x - q.x > 1 m", smt.Result.UNSAT),
+    ("distance(p, q) < 1 m and norm(p) >= 9 m", smt.Result.SAT),
+    ("p in cell and norm(p) > 2 m", smt.Result.UNSAT),
+    ("abs(x) < max(x, -x)", smt.Result.UNSAT),
+    ("mode in {idle, stop} and mode != idle and not mode == stop", smt.Result.UNSAT),
+    ("clamp(x, 0 m, 1 m) > 1 m", smt.Result.UNSAT),
+]
+
+
+@pytest.mark.parametrize(("text", "expected"), _RULES)
+def test_both_solvers_agree_on_a_rule_over_all_states(text: str, expected: smt.Result) -> None:
+    ten = Fraction(10)
+    scope = Scope(
+        VARIABLES,
+        enums={"Joint": VARIABLES["arm"].type, "Mode": VARIABLES["mode"].type},  # type: ignore[dict-item]
+        volumes={"cell": Box((-Fraction(1),) * 3, (Fraction(1),) * 3)},
+    )
+    term = check(parse(text), scope, BOOL)
+    names = [s.name for v in VARIABLES.values() for s in smt.scalar_variables(v)]
+    session = smt.Session(VARIABLES.values(), dict.fromkeys(names, (-ten, ten)))
+    answer = session.ask(term)
+    assert answer.result is expected
+    assert _answer(_script(session, session._encode(smt.lower(term)))) == expected.value
+
+
+def test_the_sample_of_values_reaches_both_solvers_with_every_kind_of_number() -> None:
+    for value in (Fraction(1, 3), Fraction(5e-324), Fraction(-(10**40)), Fraction(0)):
+        x = z3.Real("x")
+        solver = z3.Solver()
+        solver.add(x == smt._rational(value), x * 3 == smt._rational(value * 3))
+        assert _answer("(set-logic ALL)\n" + solver.to_smt2()) == "sat"
+
+
