@@ -1,8 +1,8 @@
 """The closed loop of one task: plan, run, measure, and plan again until the goal is measured.
 
 1.  Everything is judged on the measured world.  It is measured at the start, after every plan
-    (planning may take long) and after every submission.  The goal is reached when it is measured as
-    true, at the start or after any submission, even amid a plan; unknown is not reached.
+    (planning may take long) and after every submission.  The goal is reached as soon as one of these
+    measures it as true, even amid a plan; unknown is not reached.
 2.  A plan is verified before its first step.  Its steps run in order; a step whose `unless` is
     measured as true when its turn comes is left out, unknown leaves it in.
 3.  A try of a step: the skill is active, its precondition is measured as true, it is submitted.  It
@@ -97,12 +97,12 @@ class Pursuit:
         if isinstance(graph, _End):
             return graph
         for step in graph.steps:
+            if self._goal_is_measured():
+                break
             if self._is_needless(step):
                 self._journal.tell("step-left-out", f"{step} is not needed any more", step=str(step))
                 continue
             failure = self._try(step)
-            if self._goal_is_measured():
-                return _End("the goal is measured")
             if failure is not None:
                 return failure
         return _End("the plan is exhausted, and the goal is not measured")
@@ -114,9 +114,9 @@ class Pursuit:
         except Exception as error:
             # An untrusted planner may raise anything, and so may what it returned when it is looked at.
             return self._reject([f"the planner failed: {type(error).__name__}: {error}"])
-        self._attempts.observe()
         if problems:
             return self._reject(problems)
+        self._attempts.observe()
         self._rejected = []
         steps = [str(step) for step in graph.steps]
         self._journal.tell(
@@ -125,6 +125,7 @@ class Pursuit:
         return graph
 
     def _reject(self, problems: list[str]) -> _End:
+        self._attempts.observe()
         again, self._rejected = problems == self._rejected, problems
         reason = "the plan is rejected: " + "; ".join(problems)
         self._journal.tell("plan-rejected", reason, planner=self._planner.name, problems=problems)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, cast
 
@@ -35,13 +36,13 @@ def _exact(declared: Declared, type_: Type, value: Any) -> Value:
     match type_:
         case BoolType() if type(value) is bool:
             return value
-        case RealType() if type(value) in (float, Fraction):
+        case RealType() if type(value) in (float, int, Fraction):
             return _real(declared, value)
         case EnumType(members=members) if type(value) is str:
             if value not in members:
                 raise UnusableValueError(f"is {value!r}, which is none of {', '.join(members)}")
             return value
-        case VectorType(dimension=dimension) if type(value) is tuple and len(value) == 3:
+        case VectorType(dimension=dimension) if type(value) in (tuple, list) and len(value) == 3:
             return _tuple(declared, RealType(dimension), value)
         case FamilyType(index=index, element=element) if type(value) is tuple and len(value) == len(
             index.members
@@ -51,14 +52,14 @@ def _exact(declared: Declared, type_: Type, value: Any) -> Value:
 
 
 def _real(declared: Declared, value: float | Fraction) -> Fraction:
-    if not math.isfinite(value):
+    if isinstance(value, float) and not math.isfinite(value):
         raise UnusableValueError("is not finite")
     number = Fraction(value)
     if declared.range is not None and not declared.range[0] <= number <= declared.range[1]:
         low, high = (float(bound) for bound in declared.range)
-        raise UnusableValueError(f"is {float(number):g} in SI, outside {low:g} … {high:g}")
+        raise UnusableValueError(f"is outside {low:g} … {high:g} (SI)")
     return number
 
 
-def _tuple(declared: Declared, element: BoolType | RealType, parts: tuple[Any, ...]) -> Value:
+def _tuple(declared: Declared, element: BoolType | RealType, parts: Sequence[Any]) -> Value:
     return cast("Value", tuple(_exact(declared, element, part) for part in parts))

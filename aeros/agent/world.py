@@ -78,7 +78,7 @@ def measured_world(state: Mapping[str, Declared], readings: Readings, now: float
 def _measured(declared: Declared, reading: Reading | None, now: float) -> Value:
     if reading is None:
         raise UnusableValueError("is not measured")
-    if not (math.isfinite(reading.time) and math.isfinite(now)):
+    if not (_is_time(reading.time) and _is_time(now)):
         raise UnusableValueError("has no usable time stamp")
     age = Fraction(now) - Fraction(reading.time)
     if declared.max_age is None or age > declared.max_age:
@@ -87,6 +87,10 @@ def _measured(declared: Declared, reading: Reading | None, now: float) -> Value:
     if age < 0:
         raise UnusableValueError("is stamped with a time that has not come yet")
     return exact(declared, reading.value)
+
+
+def _is_time(seconds: object) -> bool:
+    return type(seconds) is int or (type(seconds) is float and math.isfinite(seconds))
 
 
 def _is_predicate(declared: Declared) -> bool:

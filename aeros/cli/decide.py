@@ -1,5 +1,91 @@
-"""Being written."""
+"""`aeros decide`: the gate as a filter.  One request per line of JSON in, one decision per line out."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
+
+from aeros.cli.configuration import prove
+from aeros.cli.examples import example_requests
+from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.requests import MAX_LINE, decide_line, decision_json
+from aeros.spec.loading import reference_site
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_EXAMPLES = """\
+The module is proved first; if it cannot be, nothing is decided and the exit code is 1.  Each line is
+decided on its own: it brings the state, the time and the use of quotas.  Denials do not change the
+exit code, which is 0 once every line has its decision.
+
+a request:
+  {"time": 10.0,
+   "action": {"kind": "grip", "parameters": {"width": 0.04, "force": 8}},
+   "state": {"human_distance": {"value": 3.2, "time": 9.98}, ...},
+   "inputs": {}, "usage": {"grip-rate": 0}}
+
+examples:
+  aeros decide --ecm ecms/make_dumplings --skill wrap --example > requests.jsonl
+  aeros decide --ecm ecms/make_dumplings --skill wrap < requests.jsonl
+  aeros decide --site cell.yaml --ecm my_module --skill pick --gate z3 < requests.jsonl
+"""
 
 
-def add_to(c):
-    pass
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = commands.add_parser(
+        "decide",
+        help="decide action requests, one per line of JSON",
+        description=__doc__,
+        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--site", type=Path, help="the site file (default: the reference site, a Panda cell)")
+    parser.add_argument("--ecm", type=Path, required=True, help="the module whose skill asks")
+    parser.add_argument("--skill", required=True, help="the skill that asks")
+    parser.add_argument(
+        "--gate",
+        choices=[mode.value for mode in GateMode],
+        default=GateMode.COMPILED.value,
+        help="how conditions are decided; shadow does both and halts on a disagreement (default: compiled)",
+    )
+    parser.add_argument(
+        "--example", action="store_true", help="print requests that are allowed, and decide nothing"
+    )
+    parser.set_defaults(command=_command)
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    configuration, report = prove([arguments.ecm], arguments.site or reference_site(), certified=False)
+    if len(configuration.modules) != 1:
+        print(f"aeros: `{arguments.ecm}` holds several modules; name one", file=sys.stderr)
+        return Exit.USAGE
+    (ecm,) = configuration.modules.values()
+    if arguments.skill not in ecm.skills:
+        known = ", ".join(ecm.skills)
+        print(f"aeros: `{ecm.id}` has no skill `{arguments.skill}`; it has {known}", file=sys.stderr)
+        return Exit.USAGE
+    gate = Gate(configuration, GateMode(arguments.gate))
+    if arguments.example:
+        for request in example_requests(gate, configuration.site, ecm, ecm.skills[arguments.skill], report):
+            print(request)
+        return Exit.PROVED
+    for line in _lines(sys.stdin.buffer):
+        decision = decide_line(gate, ecm.id, arguments.skill, line)
+        print(json.dumps(decision_json(decision)), flush=True)
+    return Exit.PROVED
+
+
+def _lines(stream: BinaryIO) -> Iterator[bytes]:
+    """Each line; of a line beyond the limit only as much as shows that it is too long."""
+    while line := stream.readline(MAX_LINE + 2):
+        rest = line
+        while rest and not rest.endswith(b"\n"):
+            rest = stream.readline(MAX_LINE)
+        yield line.rstrip(b"\r\n") if len(line) <= MAX_LINE + 1 else line

@@ -30,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # The reader went away; nothing more can be said, and Python must not try at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return Exit.INTERRUPTED
-    except Exception as error:  # noqa: BLE001 - the last line of defence is what this is
+    except Exception as error:
         if os.environ.get("AEROS_DEBUG"):
             traceback.print_exc()
         print(
@@ -44,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="aeros",
-        description="Capability packages proved safe before installation, actions decided safe before motion.",
+        description="Capability packages proved safe before they are installed, actions decided before motion.",
         epilog=EXIT_CODES,
     )
     parser.add_argument("--version", action="version", version=f"aeros {aeros.__version__}")

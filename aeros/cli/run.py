@@ -1,5 +1,125 @@
-"""Being written."""
+"""`aeros run`: one agent pursues an instruction on a plant, every action decided by the gate."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from aeros.agent.errors import RefusedError
+from aeros.agent.loop import awake
+from aeros.agent.routing import Routed, route
+from aeros.cli.configuration import prove
+from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.plants import PLANTS, PlantRefusedError, open_plant
+from aeros.cli.run_report import TraceWriter, summary
+from aeros.runtime.audit import AuditError, AuditLog, verify_log
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.executor import Executor
+from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.skills import load_skill
+from aeros.spec.loading import reference_site
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_EXAMPLES = """\
+All modules are proved before anything moves, and each `ecm.lock` must be the certificate that
+results.  The folder given by --out holds afterwards: run.webp (physics), trace.jsonl (what the agent
+did), audit.jsonl (every decision, chained).  The exit code is 0 when the goal is measured, 1 when not.
+
+examples:
+  aeros run "make dumplings"
+  aeros run "clean the table" --seed 7 --out runs/clean
+  aeros run "make dumplings" --plant symbolic --gate shadow
+"""
 
 
-def add_to(c):
-    pass
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = commands.add_parser(
+        "run",
+        help="pursue an instruction on a plant",
+        description=__doc__,
+        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("instruction", help='what to do, as in "make dumplings"')
+    parser.add_argument("--seed", type=_seed, default=0, help="of everything random (default: 0)")
+    parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
+    parser.add_argument(
+        "--gate",
+        choices=[mode.value for mode in GateMode],
+        default=GateMode.COMPILED.value,
+        help="how conditions are decided; shadow does both and halts on a disagreement (default: compiled)",
+    )
+    parser.add_argument("--site", type=Path, help="the site file (default: the reference site, a Panda cell)")
+    parser.add_argument("--ecms", type=Path, default=Path("ecms"), help="the modules to load (default: ecms)")
+    parser.add_argument(
+        "--out", type=Path, help="a new folder for film, trace and audit log (default: in runs/)"
+    )
+    parser.add_argument(
+        "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
+    )
+    parser.add_argument("--no-record", action="store_true", help="take no film")
+    parser.set_defaults(command=_command)
+
+
+def _seed(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or not int(text) < 2**63:
+        raise argparse.ArgumentTypeError("expected a whole number from 0 to 2^63 - 1")
+    return int(text)
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    configuration, report = prove([arguments.ecms], arguments.site or reference_site(), certified=True)
+    proved = sum(module.obligation_count for module in report.modules)
+    guarded = sum(len(module.guarded) for module in report.modules)
+    print(
+        f"proved {len(report.modules)} modules: {proved} obligations, {guarded} of them guarded by the gate"
+    )
+    try:
+        routed = route(arguments.instruction, configuration.modules)
+        out = _output_folder(arguments.out, routed.task.id)
+        return _run(arguments, configuration, routed, out)
+    except (RefusedError, PlantRefusedError, AuditError) as refusal:
+        print(f"aeros: {refusal}", file=sys.stderr)
+        return Exit.REJECTED
+
+
+def _run(arguments: argparse.Namespace, configuration: Configuration, routed: Routed, out: Path) -> Exit:
+    film = None if arguments.no_record or arguments.plant != "physics" else out / "run.webp"
+    audit_path = out / "audit.jsonl"
+    began = time.perf_counter()
+    with (
+        AuditLog(audit_path) as audit,
+        TraceWriter(out / "trace.jsonl") as trace,
+        open_plant(arguments.plant, configuration, routed.task, arguments.seed, film) as plant,
+    ):
+        executor = Executor(
+            configuration, Gate(configuration, GateMode(arguments.gate)), plant, audit, load_skill
+        )
+        with awake(arguments.state, configuration.site.id, executor, on_event=trace.tell) as agent:
+            report = agent.run(arguments.instruction)
+        simulated = plant.now()
+    print(summary(report, arguments.plant, simulated, time.perf_counter() - began))
+    audited = verify_log(audit_path)
+    sound = "chain sound" if audited.bad_record is None else f"record {audited.bad_record}: {audited.why}"
+    print(f"audit      {audited.records} records, {sound}")
+    print(f"left in    {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
+    return Exit.PROVED if report.reached and audited.bad_record is None else Exit.REJECTED
+
+
+def _output_folder(wanted: Path | None, task: str) -> Path:
+    """A folder that was not there before, or is empty: one run never mixes with another's record."""
+    folder = wanted or Path("runs") / f"{task}-{datetime.now().astimezone():%Y%m%d-%H%M%S-%f}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if any(folder.iterdir()):
+            raise PlantRefusedError(f"`{folder}` is not empty; give a new folder with --out")
+    except OSError as error:
+        raise PlantRefusedError(f"cannot write to `{folder}`: {error.strerror}") from error
+    return folder

@@ -24,7 +24,7 @@ from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Decision, Reason, Verdict
 from aeros.runtime.gate import Gate
 from aeros.runtime.inputs import InputError, settle_inputs
-from aeros.runtime.monitor import compile_monitor
+from aeros.runtime.monitor import MonitorFactory
 from aeros.runtime.observation import observation_for
 from aeros.runtime.ports import Plant, Readings, StepRequest, StepResult, StepStatus
 from aeros.runtime.records import caller_details, decision_details, session_details, spell_reasons
@@ -77,7 +77,7 @@ class Executor:
         self._plant = plant
         self._audit = audit
         self._load = loader
-        self._monitor = compile_monitor(configuration.site)
+        self._monitors = MonitorFactory(configuration.site)
         self._usage = Usage(configuration.site.quotas)
         audit.append("session-opened", session_details(configuration))
 
@@ -199,9 +199,10 @@ class Executor:
             return Ending(StepStatus.DENIED, spell_reasons(decision.reasons))
         if decision.action is None:
             raise InternalError(f"the gate said {decision.verdict.value} and gave no action")
+        monitor = self._monitors.watch(decision.action, readings)
         # Counted before it moves: an action that fails half-way was executed too.
         self._usage.executed(decision.action.kind, now)
-        completion = self._plant.execute(decision.action, self._monitor, step.deadline)
+        completion = self._plant.execute(decision.action, monitor, step.deadline)
         if completion.completed:
             return None
         if completion.reason == "deadline":

@@ -20,7 +20,7 @@ def settle_inputs(declared: Mapping[str, Declared], given: Mapping[str, Any]) ->
     """A value of the declared type, in SI, for every declared input; raises `InputError`.
 
     Reals become float (from float, int or Fraction; a Fraction on its bound stays inside), vectors
-    and families tuples.  Immutable all the way down, so what was checked is what is used.
+    and families (tuple or list) tuples.  Immutable all the way down, so what was checked is what is used.
     """
     try:
         asked = dict(given)
@@ -46,8 +46,8 @@ def _settle(name: str, declared: Declared, asked: Mapping[str, Any]) -> Any:
 
 
 def _several(name: str, declared: Declared, value: Any, count: int) -> tuple[Any, ...]:
-    if type(value) is not tuple or len(value) != count:
-        raise InputError(f"the input `{name}` is not a tuple of {count}")
+    if type(value) not in (tuple, list) or len(value) != count:
+        raise InputError(f"the input `{name}` is not a list of {count} values")
     type_ = declared.variable.type
     element = type_.element if isinstance(type_, FamilyType) else None
     return tuple(_one(name, declared, element, item) for item in value)

@@ -65,7 +65,11 @@ def _snapshot(yielded: object) -> Action | Ending:
     if type(yielded) is not Action:
         return Ending(StepStatus.RAISED, f"the skill yielded a `{type_name(yielded)}`, not an action")
     try:
-        parameters = dict(yielded.parameters)
+        # Lists too are copied, to tuples; what is nested deeper no action kind has, so the gate denies it.
+        parameters = {
+            name: tuple(value) if type(value) is list else value
+            for name, value in dict(yielded.parameters).items()
+        }
     except Exception as failure:
         return Ending(StepStatus.RAISED, f"the skill yielded parameters that are no mapping: {told(failure)}")
     if type(yielded.kind) is not str or not all(type(name) is str for name in parameters):

@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 
 from aeros.sim.kinematics import solve_one, track
-from aeros.sim.limits import FINGER_GAP_MAX, GRIP_FORCE_MAX, QD_MAX, TOOL_SPEED_MAX, Vector
+from aeros.sim.limits import FINGER_GAP_MAX, GRIP_FORCE_MAX, QD_MAX, QDD_MAX, TOOL_SPEED_MAX, Vector
 from aeros.sim.panda import BASE_ACCELERATION_MAX, Panda
 from aeros.sim.parameters import Parameters, RefusedError
 from aeros.sim.profile import TICK, UnreachableError, minimum_jerk, minimum_jerk_ticks, straight_profile
@@ -32,14 +32,20 @@ REST_SPEED: Final = 0.01
 ARRIVAL: Final = 0.01
 """Distance from the target beyond which a move did not arrive, m."""
 
-_DESCENT: Final = 0.02
+_DESCENT: Final = 0.006
 """Speed of approach to a surface and greatest speed of force control, m/s."""
+
+_DESCENT_CHANGE: Final = 0.5 * TICK
+"""Greatest change of that speed per tick, m/s (0.5 m/s²)."""
+
+_SERVO_GAIN: Final = 0.6
+"""Share of the way to the servo target made per tick: smooth, and lags by about a tick."""
 
 _FORCE_GAIN: Final = 0.0005
 """Integral force control: m/s of z per N of error."""
 
-_FORCE_FILTER: Final = 0.1
-"""Weight of a new reading of the wrist's force sensor per tick (4 Hz): it also feels the hand accelerate."""
+_FORCE_FILTER: Final = 0.3
+"""Weight of a new reading of the wrist's force sensor per tick (14 Hz): it also feels the hand accelerate."""
 
 _SEARCH: Final = 0.02
 """How far below its target a slide looks for the surface, m."""
@@ -131,7 +137,8 @@ def plan_slide(robot: Panda, parameters: Parameters) -> Motion:
     """`slide {target: m, force: N, speed: m/s}`: along x and y, pressing down with `force`.
 
     First descends until the wrist feels half the force, at most 20 mm below the target's z, then
-    moves while integral control on z holds the force, at least half a second.
+    moves while integral control on z holds the force, at least half a second.  The descent is slow
+    (6 mm/s, so that contact peaks near 10 N): start it close to the surface.
     """
     p_WT = parameters.triple("target")
     force = parameters.number("force", 0.5, 60.0)
@@ -159,7 +166,7 @@ def _slide(robot: Panda, target: Vector, force: float, ticks: int, lowest: float
     p_BT = start.copy()
     pressed = pace = 0.0
     while pressed < force / 2.0:
-        pace = min(_DESCENT, pace + _DESCENT / 24)
+        pace = min(_DESCENT, pace + _DESCENT_CHANGE)
         p_BT[2] -= pace * TICK
         if p_BT[2] < lowest:
             raise BlockedError("no contact: the surface is not where the target says")
@@ -169,8 +176,9 @@ def _slide(robot: Panda, target: Vector, force: float, ticks: int, lowest: float
     share, _, _ = minimum_jerk(np.arange(1, ticks + 1) / ticks)
     for part in share:
         pressed += _FORCE_FILTER * (robot.wrist_load() - tare - pressed)
-        wanted = _FORCE_GAIN * (force - pressed)
-        p_BT[2] -= float(np.clip(wanted, -_DESCENT, _DESCENT)) * TICK
+        wanted = min(_DESCENT, max(-_DESCENT, _FORCE_GAIN * (force - pressed)))
+        pace = min(pace + _DESCENT_CHANGE, max(pace - _DESCENT_CHANGE, wanted))
+        p_BT[2] -= pace * TICK
         if p_BT[2] < lowest:
             raise BlockedError("no contact: the surface fell away")
         p_BT[:2] = start[:2] + part * (target[:2] - start[:2])
@@ -181,11 +189,12 @@ def _slide(robot: Panda, target: Vector, force: float, ticks: int, lowest: float
 
 
 def _follow(robot: Panda, p_BT: Vector, yaw: float) -> None:
-    """One tick of straight servoing, at most half of any joint's speed limit."""
-    q = track(p_BT, yaw, robot.q_command)
-    largest = QD_MAX * TICK / 2.0
-    change = np.clip(q - robot.q_command, -largest, largest)
-    robot.command(robot.q_command + change, change / TICK)
+    """One tick of servoing, at most half of any joint's speed and acceleration limit."""
+    rate = _SERVO_GAIN * (track(p_BT, yaw, robot.q_command) - robot.q_command) / TICK
+    rate = np.clip(rate, -QD_MAX / 2.0, QD_MAX / 2.0)
+    change = QDD_MAX * TICK / 2.0
+    rate = np.clip(rate, robot.qd_command - change, robot.qd_command + change)
+    robot.command(robot.q_command + rate * TICK, rate)
 
 
 def plan_move_base(robot: Panda, parameters: Parameters) -> Motion:

@@ -16,9 +16,8 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
-import pybullet as bullet
-import pybullet_data
 
+from aeros.sim.bullet import DATA, bullet
 from aeros.sim.kinematics import FLANGE_TO_TOOL, READY, forward
 from aeros.sim.limits import FINGER_GAP_MAX, FINGER_SPEED, QD_MAX, QDD_MAX, TAU_MAX, Vector
 from aeros.sim.profile import TICK
@@ -279,7 +278,7 @@ def _load(world: World, options: RobotOptions) -> int:
     The stock file glues what the fingers touch (`friction_anchor`) and puts the tool centre at 0.105 m.
     Its soft finger pads (30 kN/m) stay: force control through rigid pads bounces.
     """
-    folder = os.path.join(pybullet_data.getDataPath(), "franka_panda")
+    folder = os.path.join(DATA, "franka_panda")
     with open(os.path.join(folder, "panda.urdf"), encoding="utf-8") as stock:
         text = stock.read()
     text = text.replace("package://", folder + "/").replace("<friction_anchor/>", "")

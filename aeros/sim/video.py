@@ -16,7 +16,7 @@ FRAMES_MAX: Final = 90
 class Recorder:
     """Takes a picture every `period` simulated seconds and writes the film on `close`."""
 
-    def __init__(self, path: Path, camera: Camera, period: float = 0.5) -> None:
+    def __init__(self, path: Path, camera: Camera, period: float = 0.75) -> None:
         self._path = path
         self._camera = camera
         self._period = period

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-import pybullet as bullet
 from numpy.typing import NDArray
 
+from aeros.sim.bullet import bullet
 from aeros.sim.profile import TICK
 
 Triple = tuple[float, float, float]

@@ -6,8 +6,24 @@ exactly on its bound is rounded inwards, or it would be denied.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
 from math import inf, nextafter
+from typing import Any
+
+
+def neighbours(value: Fraction) -> tuple[float, float]:
+    """The largest double <= value and the smallest double >= value; infinite beyond the doubles."""
+    try:
+        nearest = float(value)
+    except OverflowError:
+        largest = nextafter(inf, 0.0)
+        return (largest, inf) if value > 0 else (-inf, -largest)
+    if Fraction(nearest) == value:
+        return nearest, nearest
+    if Fraction(nearest) < value:
+        return nearest, nextafter(nearest, inf)
+    return nextafter(nearest, -inf), nearest
 
 
 def double_within(value: Fraction, bounds: tuple[Fraction, Fraction] | None) -> float:
@@ -23,3 +39,14 @@ def double_within(value: Fraction, bounds: tuple[Fraction, Fraction] | None) -> 
         if Fraction(nearest) < lower <= value:
             return nextafter(nearest, inf)
     return nearest
+
+
+def as_doubles(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Exact values by name as code outside the proofs takes them: every rational as the nearest double."""
+    return {name: _as_double(value) for name, value in values.items()}
+
+
+def _as_double(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return tuple(_as_double(part) for part in value)
+    return float(value) if isinstance(value, Fraction) else value

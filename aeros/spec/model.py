@@ -250,13 +250,18 @@ class PlanningRule:
 
 @dataclass(frozen=True)
 class Task:
-    """A task: the words that route to it, its goal and its planning rules in order."""
+    """A task: the words that route to it, its goal and its planning rules in order.
+
+    initial: what is typically measured at the start, by state variable, SI; what a plant without
+        physics starts from.
+    """
 
     id: str
     words: tuple[str, ...]
     goal: t.Term
     goal_text: str
     rules: tuple[PlanningRule, ...]
+    initial: Mapping[str, Any]
     scene: str | None
 
 

@@ -31,21 +31,21 @@ OPEN = 0.08
 """Fingers wide open, m."""
 
 GRIP_FORCE = 10.0
-"""N; by friction it holds what is pressed down with up to 12 N."""
+"""N."""
 
-SPONGE_GRASP = 0.007
-"""How far above the sponge's middle it is gripped, m."""
+SPONGE_GRASP = 0.034
+"""How far above the foam's middle the sponge is gripped, m: in the middle of its block, 10 mm off the foam."""
 
-SPONGE_HALF_HEIGHT = 0.025
+FOAM_HALF_HEIGHT = 0.015
 
-WIPE_FORCE = 6.0
+WIPE_FORCE = 4.0
 """N on the table."""
 
-STROKES = (0.395, 0.465, 0.535, 0.605)
-"""x of the strokes, m: the sponge is 100 mm long, so they overlap by 30 mm and cover 0.345 to 0.655."""
+STROKES = (-0.108, -0.054, 0.0, 0.054, 0.108)
+"""y of the strokes, m: the sponge is 90 mm wide, so they overlap by 36 mm and cover ±0.153."""
 
-STROKE_END = 0.14
-"""Strokes go from -y to +y of this and back, m: the sponge is 50 mm wide, so they cover ±0.165."""
+STROKE_ENDS = (0.375, 0.625)
+"""x of the ends of a stroke, m: the sponge is 60 mm long, so strokes cover 0.345 to 0.655."""
 
 HOVER = 0.012
 """Height of the sponge over the table between strokes, m: a slide begins off the surface."""
@@ -64,12 +64,14 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
     """Take the sponge, sweep it over the area in overlapping strokes and put it back."""
     if not _holds_sponge(observed):
         observed = yield from _take_sponge(observed)
-    height = SPONGE_GRASP + SPONGE_HALF_HEIGHT
-    end = STROKE_END
-    for x in STROKES:
-        observed = yield from _approach(observed, (x, end, height + HOVER), 0.0)
-        observed = yield act("slide", target=(x, -end, height), force=WIPE_FORCE, speed=WIPE_SPEED)
-        end = -end
+    height = SPONGE_GRASP + FOAM_HALF_HEIGHT
+    start, end = STROKE_ENDS
+    yield from _approach(observed, (start, STROKES[0], height + HOVER), 0.0)
+    for y in STROKES:
+        yield act("move_tool", target=(start, y, height + HOVER), yaw=0.0, speed=NEAR_SPEED)
+        yield act("slide", target=(end, y, height), force=WIPE_FORCE, speed=WIPE_SPEED)
+        observed = yield act("move_tool", target=(end, y, height + HOVER), yaw=0.0, speed=NEAR_SPEED)
+        start, end = end, start
     yield from _return_sponge(observed)
 
 
@@ -94,7 +96,7 @@ def recover(observed: Observation, inputs: Inputs) -> SkillBody:
 
 def _holds_sponge(observed: Observation) -> bool:
     (x, y, z), tool = observed["sponge_position"], observed["tool_position"]
-    near = hypot(x - tool[0], y - tool[1]) < 0.02 and abs(z - tool[2]) < 0.02
+    near = hypot(x - tool[0], y - tool[1]) < 0.02 and abs(z + SPONGE_GRASP - tool[2]) < 0.02
     return bool(observed["holding"]) and near
 
 
@@ -106,7 +108,7 @@ def _sponge_at_rest(observed: Observation) -> bool:
 def _take_sponge(observed: Observation) -> Task:
     """Grip the sponge across and lift it."""
     x, y, z = observed["sponge_position"]
-    observed = yield from _grasp(observed, (x, y, z + SPONGE_GRASP), observed["sponge_yaw"], 0.03)
+    observed = yield from _grasp(observed, (x, y, z + SPONGE_GRASP), observed["sponge_yaw"], 0.02)
     return (yield from _rise(observed, 0.0))
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from fractions import Fraction
 from typing import cast
 
 from aeros.spec.backends import closure, smt
@@ -58,7 +57,7 @@ class Floats:
     def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
         generator = closure._Generator(ranges)
         generator._filtered = (  # type: ignore[method-assign]
-            lambda compare, a, b: f"({a.code} {compare.op} {b.code})"
+            lambda term, a, b: f"({a.code} {term.op} {b.code})"
         )
         return bool(generator.function(generator.condition(lower(term)))(raw_scalars(values)))
 
@@ -75,7 +74,7 @@ class StrictOrder:
 
 @dataclass
 class NarrowBand:
-    """The broken twin whose bound on the rounding error is a thousand times too small."""
+    """The broken twin whose bound on the rounding error is a million times too small."""
 
     name: str = "narrow band"
 
@@ -83,7 +82,7 @@ class NarrowBand:
         generator = closure._Generator(ranges)
         right = generator._filtered
         generator._filtered = (  # type: ignore[method-assign]
-            lambda compare, a, b: right(compare, _shrunk(a), _shrunk(b))
+            lambda term, a, b: right(term, _shrunk(a), _shrunk(b))
         )
         return bool(generator.function(generator.condition(lower(term)))(raw_scalars(values)))
 
@@ -99,7 +98,7 @@ class Constant:
 
 
 def _shrunk(real: closure._Real) -> closure._Real:
-    return closure._Real(real.code, real.magnitude / 1000, real.error / 1000, real.peak)
+    return closure._Real(real.code, real.magnitude / 10**6, real.error / 10**6, real.peak)
 
 
 def _strict(term: t.Term) -> t.Term:
@@ -114,7 +113,3 @@ def _strict(term: t.Term) -> t.Term:
             return t.Or(tuple(map(_strict, operands)))
         case _:
             return term
-
-
-def fractions_of(values: Values) -> dict[str, Fraction | bool | str]:
-    return {n: Fraction(v) if type(v) is float else v for n, v in raw_scalars(values).items()}

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import pytest
-from backends import Closure, Constant, Floats, Lowered, NarrowBand, Smt, StrictOrder
+from tests.differential.backends import Closure, Constant, Floats, Lowered, NarrowBand, Smt, StrictOrder
 
 from aeros.spec.backends import closure
 from aeros.spec.expr.conformance import Backend, ConformanceError, check_backend
@@ -43,7 +43,9 @@ def test_smt_decides_as_the_definition() -> None:
     _check(Smt(), 100)
 
 
-@pytest.mark.parametrize("twin", [Floats(), StrictOrder(), NarrowBand(), Constant()], ids=lambda twin: twin.name)
+@pytest.mark.parametrize(
+    "twin", [Floats(), StrictOrder(), NarrowBand(), Constant()], ids=lambda twin: twin.name
+)
 def test_the_suite_refuses_a_broken_twin(twin: Backend) -> None:
     with pytest.raises(ConformanceError, match=twin.name):
         check_backend(twin, 2000, shrink=False)

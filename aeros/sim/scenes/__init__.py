@@ -7,12 +7,14 @@ from typing import Final
 
 from aeros.sim.scenes.bare import Bare
 from aeros.sim.scenes.dumpling_bench import DumplingBench
+from aeros.sim.scenes.fetch import Fetch
 from aeros.sim.scenes.scene import Scene
 from aeros.sim.scenes.table import Table
 
 SCENES: Final[dict[str, Callable[[], Scene]]] = {
     "bare": Bare,
     "table": Table,
+    "fetch": Fetch,
     "dumpling_bench": DumplingBench,
 }
 """Scene constructors by name."""

@@ -64,7 +64,7 @@ class DumplingBench:
     """The bench.  Channels of chance: tray, wrapper, stand."""
 
     robot = RobotOptions()
-    view = Camera(eye=(1.15, 0.55, 0.62), target=(0.42, 0.03, 0.1), field_of_view=45.0)
+    view = Camera(eye=(1.15, 0.55, 0.62), target=(0.42, 0.03, 0.1), field_of_view=40.0)
 
     def build(self, world: World, robot: Panda, chance: Chance) -> None:
         """Place tray and stand by chance, the wrapper on its tray and the filling on its stand."""
@@ -174,7 +174,7 @@ _FOLD: Final = 0
 """Joint of models/wrapper.urdf; plate B is its link."""
 
 _BELONGS: Final[Triple] = (PRESS[0], PRESS[1], PRESS[2] - 0.011)
-"""Where wrapper_position is when the wrapper's hinge is the press's hinge (8 mm half gap + 3 mm half plate)."""
+"""Where wrapper_position belongs: the hinges meet (8 mm half gap + 3 mm half plate)."""
 
 
 def _inside_pot(place: Triple) -> bool:

@@ -16,14 +16,18 @@ from numpy.typing import NDArray
 from aeros.sim.panda import Panda, RobotOptions
 from aeros.sim.randomness import Chance
 from aeros.sim.scenes.dirt import DirtMap
-from aeros.sim.scenes.furniture import add_open_box, add_table
+from aeros.sim.scenes.furniture import MODELS, add_open_box, add_table
 from aeros.sim.world import Camera, Pose, Triple, World, turned, yaw_of
 
 AREA: Final = ((0.35, -0.15), (0.65, 0.15))
 """Lowest and highest corner (x, y) of the area to wipe, m."""
 
-SPONGE: Final = (0.10, 0.05, 0.05)
-"""Edges of the sponge, m: it is gripped across its y."""
+SPONGE: Final = (0.06, 0.09, 0.03)
+"""Edges of the sponge's foam, m (models/sponge.urdf)."""
+
+FOAM_FRICTION: Final = 0.3
+RUBBER_FRICTION: Final = 1.0
+"""Friction of the wet foam and of the grip block: with 0.6 on both the sponge creeps up in the fingers."""
 
 REST: Final = (0.45, 0.34)
 """Nominal middle of the sponge's rest, m."""
@@ -71,9 +75,10 @@ class Table:
         add_open_box(world, BIN_INNER, BIN)
         dx, dy, turn = (float(part) for part in chance.on("rest").uniform(-1.0, 1.0, 3))
         self._rest: Triple = (REST[0] + SPREAD * dx, REST[1] + SPREAD * dy, SPONGE[2] / 2)
-        yellow = (0.95, 0.80, 0.15, 1.0)
         place = (*self._rest[:2], self._rest[2] + 0.001)
-        self._sponge = world.add_box(SPONGE, place, turned(0.1 * turn), mass=0.04, colour=yellow)
+        self._sponge = world.add_urdf(str(MODELS / "sponge.urdf"), place, turned(0.1 * turn))
+        world.set_friction(self._sponge, -1, FOAM_FRICTION)
+        world.set_friction(self._sponge, _BLOCK, RUBBER_FRICTION)
         self._clutter = _lay_clutter(world, chance)
 
     def tick(self) -> None:
@@ -114,6 +119,10 @@ class Table:
         near = dist(sponge.position, self._rest) < 0.03
         still = self._world.speed(self._sponge) < AT_REST
         return near and still and not self._world.contacts(self._sponge, self._robot.body)
+
+
+_BLOCK: Final = 0
+"""Link of the grip block (models/sponge.urdf)."""
 
 
 def _lay_clutter(world: World, chance: Chance) -> tuple[int, int]:

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, cast
 
+from aeros.spec.doubles import neighbours
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower
 from aeros.spec.expr.semantics import holds
@@ -188,7 +189,7 @@ def _either(code: str, a: _Real, b: _Real) -> _Real:
 def _against_constant(variable: t.Variable, op: str, constant: Fraction, *, flipped: bool) -> str:
     """A double against a rational, exactly: the rational is rounded so that the answer is the same."""
     code = f"v[{variable.name!r}]"
-    below, above = _rounded(constant)
+    below, above = neighbours(constant)
     if op == "==":
         return f"({code} == {below!r})" if below == above else "False"
     if op == "<=":
@@ -196,22 +197,8 @@ def _against_constant(variable: t.Variable, op: str, constant: Fraction, *, flip
     return f"({code} > {below!r})" if flipped else f"({code} < {above!r})"
 
 
-def _rounded(value: Fraction) -> tuple[float, float]:
-    """The largest double <= value and the smallest double >= value; infinite beyond the range."""
-    try:
-        nearest = float(value)
-    except OverflowError:
-        largest = math.nextafter(math.inf, 0.0)
-        return (largest, math.inf) if value > 0 else (-math.inf, -largest)
-    if Fraction(nearest) == value:
-        return nearest, nearest
-    if Fraction(nearest) < value:
-        return nearest, math.nextafter(nearest, math.inf)
-    return math.nextafter(nearest, -math.inf), nearest
-
-
 def _at_least(value: Fraction) -> float:
-    return _rounded(value)[1]
+    return neighbours(value)[1]
 
 
 def _is_real(term: t.Term) -> bool:

@@ -98,6 +98,10 @@ class Task:
     words: tuple[Text, ...] = field(metadata={"doc": "the words that route an instruction to this task"})
     goal: Expression = field(metadata={"doc": "what must be measured at the end"})
     rules: tuple[PlanningRule, ...] = field(metadata={"doc": "the planning rules, in order"})
+    initial: Named[Expression] = field(
+        default=Entries(),
+        metadata={"doc": "what is typically measured at the start, as in `door_open: true`"},
+    )
     scene: Identifier | None = field(
         default=None, metadata={"doc": "the simulated scene in which the task can be rehearsed"}
     )

@@ -16,7 +16,7 @@ from aeros.spec.elaborate.expressions import elaborate_constant, elaborate_expre
 from aeros.spec.elaborate.site import elaborate_access, kind_scope, state_scope
 from aeros.spec.elaborate.vocabulary import check_name, elaborate_variable
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.types import BOOL, EnumType, RealType
+from aeros.spec.expr.types import FamilyType, VectorType
 from aeros.spec.model import (
     Clause,
     Declared,
@@ -196,23 +196,30 @@ class _EcmElaborator:
         return outcomes
 
     def _outcome(self, name: str, one: declared.Outcome) -> Outcome:
-        effects: dict[str, Any] = {}
-        for variable, expression in one.effects:
-            found = self._known(variable, self._site.state, "a state variable of this site")
-            if found is None:
-                continue
-            type_ = found.variable.type
-            if not isinstance(type_, RealType | EnumType) and type_ != BOOL:
-                self._sink.error("AE203", f"an effect on a {type_} cannot be declared", variable.span)
-                continue
-            value = elaborate_constant(expression, state_scope(self._site), self._sink, type_)
-            self._check_range(found, value, expression)
-            effects[variable.value] = value
+        effects = self._values(one.effects)
+        for variable, _ in one.effects:
+            found = self._site.state.get(variable.value)
+            if found is not None and isinstance(found.variable.type, VectorType | FamilyType):
+                self._sink.error(
+                    "AE203", f"an effect on a {found.variable.type} cannot be declared", variable.span
+                )
         probability = None if one.probability is None else one.probability.value
         if probability is not None and not 0 <= probability <= 1 and one.probability is not None:
             self._sink.error("AE127", "a probability is between 0 and 1", one.probability.span)
         duration = None if one.duration is None else elaborate_quantity(one.duration, TIME, self._sink)
         return Outcome(name, effects, one.failure is not None and one.failure.value, probability, duration)
+
+    def _values(self, entries: Entries[Expression]) -> dict[str, Any]:
+        """The constant that each state variable is given."""
+        values: dict[str, Any] = {}
+        for variable, expression in entries:
+            found = self._known(variable, self._site.state, "a state variable of this site")
+            if found is not None:
+                scope = state_scope(self._site)
+                value = elaborate_constant(expression, scope, self._sink, found.variable.type)
+                self._check_range(found, value, expression)
+                values[variable.value] = value
+        return values
 
     def _clauses(self, entries: Entries[Expression], inputs: Mapping[str, Declared]) -> dict[str, Clause]:
         clauses: dict[str, Clause] = {}
@@ -234,7 +241,8 @@ class _EcmElaborator:
         rules = tuple(rule for one in task.rules if (rule := self._planning_rule(one, skills)) is not None)
         words = tuple(word.value.casefold() for word in task.words)
         scene = None if task.scene is None else task.scene.value
-        return Task(name.value, words, goal or t.FALSE, task.goal.value, rules, scene)
+        initial = self._values(task.initial)
+        return Task(name.value, words, goal or t.FALSE, task.goal.value, rules, initial, scene)
 
     def _planning_rule(self, one: declared.PlanningRule, skills: Mapping[str, Skill]) -> PlanningRule | None:
         unless = elaborate_expression(one.unless, state_scope(self._site), self._sink)

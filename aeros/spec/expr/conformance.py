@@ -14,6 +14,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache
 from typing import Any, Protocol, cast
 
 from hypothesis import HealthCheck, Phase, given, settings
@@ -249,20 +250,26 @@ def _value(variable: t.Variable, ranges: Ranges, special: set[Fraction]) -> st.S
 def _double(low: Fraction, high: Fraction, special: set[Fraction]) -> st.SearchStrategy[float]:
     """Doubles in the closed range: any, its ends, and those nearest to the special values."""
     least, greatest = _inside(low, math.inf), _inside(high, -math.inf)
-    near = {
-        neighbour
-        for value in (low, high, *special)
-        if abs(value) <= Fraction(10) ** 308
-        for double in [float(value)]
-        for neighbour in (double, math.nextafter(double, math.inf), math.nextafter(double, -math.inf))
-        if low <= Fraction(neighbour) <= high
-    }
+    near = {double for value in (low, high, *special) for double in _around(value)}
+    near = {double for double in near if least <= double <= greatest}
     zeros = [0.0, -0.0] if low <= 0 <= high else []
-    spread = st.integers(0, 2**53).map(lambda k: min(greatest, max(least, float(low + (high - low) * k / 2**53))))
+    spread = st.integers(0, 2**53).map(
+        lambda k: min(greatest, max(least, float(low + (high - low) * k / 2**53)))
+    )
     ends = [*sorted(near - {0.0}), *zeros, least, greatest]
     return st.one_of(spread, spread, st.floats(least, greatest), st.sampled_from(ends))
 
 
+@cache
+def _around(value: Fraction) -> tuple[float, ...]:
+    """The double nearest to `value` and the two beside it."""
+    if abs(value) > Fraction(10) ** 308:
+        return ()
+    double = float(value)
+    return double, math.nextafter(double, math.inf), math.nextafter(double, -math.inf)
+
+
+@cache
 def _inside(end: Fraction, inwards: float) -> float:
     """The double nearest to `end` that is not outside it."""
     nearest = float(end)
@@ -300,7 +307,9 @@ class _Terms:
         """A condition."""
         if depth <= 0:
             return self._one_of(
-                lambda: self._draw(st.sampled_from((VARIABLES["a"], VARIABLES["b"], t.TRUE, t.FALSE))),
+                lambda: VARIABLES["a"],
+                lambda: VARIABLES["b"],
+                lambda: self._draw(st.sampled_from((t.TRUE, t.FALSE))),
                 lambda: t.Select(VARIABLES["ready"], self.enum(0, JOINT)),
             )
         below = depth - 1
@@ -345,8 +354,9 @@ class _Terms:
             t.Multiply(factor, t.Add(one, two)),
             t.Add(t.Multiply(factor, one), t.Multiply(factor, two)),
         )
-        left, right = self._draw(st.sampled_from((sums, products, (one, one), (sums[0], None))))
-        if right is None:
+        pairs: list[tuple[t.Term, t.Term]] = [sums, products, (one, one)]
+        left, right = self._draw(st.sampled_from(pairs))
+        if self._draw(st.integers(0, 3)) == 0:
             right = t.Literal(self._beside(cast("Fraction", evaluate(left, env))), RealType(LENGTH))
         elif self._draw(st.booleans()):
             tiny = self._draw(
@@ -359,7 +369,7 @@ class _Terms:
 
     def _beside(self, value: Fraction) -> Fraction:
         """`value`, or a number so near that rounding can hide the difference."""
-        relative = self._draw(st.sampled_from((0, 0, Fraction(1, 2**53), Fraction(-1, 2**60))))
+        relative = self._draw(st.sampled_from((Fraction(0), Fraction(1, 2**53), Fraction(-1, 2**60))))
         return value + value * relative
 
     def real(self, depth: int, dimension: Dimension) -> t.Term:
@@ -387,9 +397,8 @@ class _Terms:
             *(
                 (
                     lambda: t.Component(self.vector(below), self._draw(st.integers(0, 2))),
-                    lambda: t.Select(
-                        self._draw(st.sampled_from((VARIABLES["joint"], _TABLE))), self.enum(below, JOINT)
-                    ),
+                    lambda: t.Select(VARIABLES["joint"], self.enum(below, JOINT)),
+                    lambda: t.Select(_TABLE, self.enum(below, JOINT)),
                 )
                 if dimension == LENGTH
                 else ()

@@ -65,7 +65,7 @@ def _measured(term: t.Term, known: dict[int, tuple[int, int]]) -> tuple[int, int
             size, height = members * (size + 2), members + height
         case t.Quantified(index=index):
             size *= len(index.type.members)
-        case _ if _is_vector(term):
+        case t.Compare(left=left) if _is_vector(left):
             size *= 3
     known[id(term)] = (size + 3, height + 1)
     return known[id(term)]

@@ -1,0 +1,36 @@
+"""Site and module files → a proved configuration, as `run` and `decide` need it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from aeros.runtime.configuration import Configuration, configure
+from aeros.spec.certificate import check_lock
+from aeros.spec.diagnostics import Diagnostic
+from aeros.spec.errors import UserError
+from aeros.spec.verify import Conclusion, Report, verify
+
+
+def prove(paths: Iterable[Path], site: Path, *, certified: bool) -> tuple[Configuration, Report]:
+    """The configuration of all modules at `paths`, proved here and now.
+
+    certified: require that each module's `ecm.lock` is the certificate that results.
+    Raises `UserError` with every reason why the configuration is refused.
+    """
+    report = verify(paths, site)
+    subjects = (report.site, *report.modules)
+    problems: list[Diagnostic] = []
+    if report.conclusion is not Conclusion.PROVED or report.site_model is None:
+        problems = [problem for subject in subjects for problem in subject.diagnostics]
+        raise UserError(problems)
+    modules = {}
+    for module in report.modules:
+        if module.ecm is None or module.certificate is None:
+            continue
+        problem = check_lock(module.path, module.certificate) if certified else None
+        problems += [] if problem is None else [problem]
+        modules[module.ecm.id] = (module.ecm, module.certificate)
+    if problems:
+        raise UserError(problems)
+    return configure(report.site_model, modules), report

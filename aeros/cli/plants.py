@@ -1,0 +1,53 @@
+"""Plants by name.  PyBullet is imported only where physics is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.ports import Plant
+from aeros.spec.doubles import as_doubles
+from aeros.spec.model import Task
+
+PLANTS = ("physics", "symbolic")
+
+
+class PlantRefusedError(Exception):
+    """The plant or its output cannot be had; the message says why and what to do."""
+
+
+@contextmanager
+def open_plant(
+    name: str, configuration: Configuration, task: Task, seed: int, film: Path | None
+) -> Iterator[Plant]:
+    """The plant `name`, ready for `task`, closed again however the block ends."""
+    plant = _physics(task.scene, seed, film) if name == "physics" else _symbolic(configuration, task, seed)
+    try:
+        yield plant
+    finally:
+        plant.close()
+
+
+def _symbolic(configuration: Configuration, task: Task, seed: int) -> Plant:
+    from aeros.sim.symbolic import SymbolicPlant
+
+    return SymbolicPlant(configuration.site, configuration.modules, seed, as_doubles(task.initial))
+
+
+def _physics(scene: str | None, seed: int, film: Path | None) -> Plant:
+    try:
+        from aeros.sim.physics import make_plant
+        from aeros.sim.scenes import SCENES
+    except ImportError as error:
+        raise PlantRefusedError(
+            f"the physics plant needs `pip install 'aeros[sim]'` ({error.name} is missing); "
+            "or use `--plant symbolic`"
+        ) from error
+    if scene not in SCENES:
+        known = ", ".join(SCENES)
+        raise PlantRefusedError(
+            f"the task's scene is `{scene}`, but there is only {known}; or use `--plant symbolic`"
+        )
+    return make_plant(scene, seed, film)

@@ -1,0 +1,58 @@
+"""What a run says: progress while it goes on, its trace, and the summary at its end."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from aeros.agent.journal import Event
+from aeros.agent.report import RunReport
+from aeros.spec.render import safe
+
+
+class TraceWriter:
+    """Writes each event of the agent as a line of JSON, and prints it as a line for people."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("w", encoding="utf-8")
+
+    def tell(self, event: Event) -> None:
+        """Write and print one event."""
+        line = {"time": event.time, "kind": event.kind, "text": event.text, "details": event.details}
+        self._file.write(json.dumps(line, default=str) + "\n")
+        self._file.flush()
+        print(f"{event.time:7.2f} s  {safe(event.text)}", flush=True)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._file.close()
+
+
+def summary(report: RunReport, plant: str, simulated: float, real: float) -> str:
+    """The end of a run in a few lines."""
+    measured = _measured(report.measured)
+    outcome = "goal reached" if report.reached else f"goal not reached: {report.reason}"
+    return "\n".join(
+        (
+            "",
+            f"{report.module}.{report.task}: {outcome}",
+            f"goal       {report.goal}; measured on the {plant} plant: {measured}",
+            f"steps      {len(report.steps)} run, {report.retries} retries, {report.recoveries} recoveries, "
+            f"{report.replans} re-plans",
+            f"decisions  {report.allowed} allowed, {report.attenuated} attenuated, {report.denied} denied",
+            f"time       {simulated:.1f} s simulated, {real:.1f} s real",
+        )
+    )
+
+
+def _measured(values: Mapping[str, Any]) -> str:
+    return ", ".join(
+        f"{name} = {'unknown' if value is None else json.dumps(value)}" for name, value in values.items()
+    )

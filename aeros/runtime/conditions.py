@@ -1,0 +1,81 @@
+"""Deciding conditions at given values: by compiled functions, or by asking Z3 every time.
+
+Both answer exactly as `semantics.py` does, so which one a gate uses changes its speed alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from enum import Enum
+from fractions import Fraction
+from typing import Any, Protocol
+
+from aeros.spec.backends.closure import compile_condition
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import scalar_variables
+from aeros.spec.model import Declared, ranges_of
+
+
+class Truth(Enum):
+    """Whether a condition holds; UNDECIDED denies."""
+
+    HOLDS = "holds"
+    FAILS = "fails"
+    UNDECIDED = "undecided"
+
+
+class Condition(Protocol):
+    """One condition, ready to be decided.
+
+    names: the scalar variables it depends on.
+    """
+
+    names: frozenset[str]
+
+    def decide(self, values: Mapping[str, Any]) -> Truth:
+        """Whether it holds at `values`: float, bool or str by scalar variable, all in range."""
+
+
+class CompiledCondition:
+    """A condition as a generated function; never undecided."""
+
+    def __init__(self, term: t.Term, declared: Iterable[Declared]) -> None:
+        mentioned = _mentioned(term, declared)
+        self.names = _scalar_names(mentioned)
+        self.holds = compile_condition(term, ranges_of(mentioned))
+
+    def decide(self, values: Mapping[str, Any]) -> Truth:
+        """See `Condition`."""
+        return Truth.HOLDS if self.holds(values) else Truth.FAILS
+
+
+class SolverCondition:
+    """A condition that Z3 decides, with the values as exact rationals."""
+
+    def __init__(self, term: t.Term, declared: Iterable[Declared]) -> None:
+        # z3 takes 80 ms to import, which the compiled gate need not pay.
+        from aeros.spec.backends.smt import Session
+
+        self._term = term
+        mentioned = _mentioned(term, declared)
+        self.names = _scalar_names(mentioned)
+        self._session = Session((one.variable for one in mentioned), ranges_of(mentioned))
+
+    def decide(self, values: Mapping[str, Any]) -> Truth:
+        """See `Condition`."""
+        given = {name: _exact(values[name]) for name in self.names}
+        result = self._session.ask_given(given, self._term).result.value
+        return {"sat": Truth.HOLDS, "unsat": Truth.FAILS}.get(result, Truth.UNDECIDED)
+
+
+def _mentioned(term: t.Term, declared: Iterable[Declared]) -> list[Declared]:
+    used = t.variables_of(term)
+    return [one for one in declared if one.name in used]
+
+
+def _scalar_names(declared: Iterable[Declared]) -> frozenset[str]:
+    return frozenset(scalar.name for one in declared for scalar in scalar_variables(one.variable))
+
+
+def _exact(value: Any) -> Any:
+    return Fraction(value) if type(value) is float else value

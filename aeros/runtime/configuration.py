@@ -1,0 +1,37 @@
+"""A configuration: a site and the modules that are proved and active under it.  Frozen; swapped whole."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from aeros.spec.certificate import Certificate
+from aeros.spec.model import Ecm, Site
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """What governs: the site's policy and the certified, active modules.
+
+    certificates: by module; says which invariants the proof left to the gate.
+    digest: SHA-256 over site and certificates, in hexadecimal; audit records name it.
+    """
+
+    site: Site
+    modules: Mapping[str, Ecm]
+    certificates: Mapping[str, Certificate]
+    digest: str
+
+
+def configure(site: Site, certified: Mapping[str, tuple[Ecm, Certificate]]) -> Configuration:
+    """The configuration of `site` with these certified modules, all active."""
+    certificates = {name: certificate for name, (_, certificate) in sorted(certified.items())}
+    canonical = json.dumps([site.digest, {name: one.text() for name, one in certificates.items()}])
+    return Configuration(
+        site,
+        {name: ecm for name, (ecm, _) in sorted(certified.items())},
+        certificates,
+        hashlib.sha256(canonical.encode()).hexdigest(),
+    )

@@ -1,0 +1,125 @@
+"""The form of a value: exact type, finite, in range, fresh.  Everything else is a reason to deny.
+
+Types are compared exactly: a `bool` is no number, and a subclass of `float` could bring its own
+operators.  A double is the rational it denotes, and ranges are compared exactly.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from typing import Any
+
+from aeros.runtime.decision import Reason
+from aeros.runtime.ports import Reading
+from aeros.spec.doubles import neighbours
+from aeros.spec.expr.lower import scalar_variables
+from aeros.spec.expr.types import BoolType, EnumType, FamilyType, RealType, VectorType
+from aeros.spec.model import Declared
+from aeros.spec.units import show_quantity
+
+_EXACT_INTEGERS = 2**53  # every whole number up to here is a double
+
+Scalars = dict[str, Any]
+"""float, bool or str by scalar variable, as the back ends take them."""
+
+
+class Form:
+    """Checks values of one declared variable and takes them apart into scalars."""
+
+    def __init__(self, declared: Declared) -> None:
+        self.declared = declared
+        self.names = tuple(scalar.name for scalar in scalar_variables(declared.variable))
+        self._is_compound = isinstance(declared.variable.type, VectorType | FamilyType)
+        self._check = _scalar_check(declared)
+
+    def take(self, value: Any, into: Scalars) -> Reason | None:
+        """Put the scalars of `value` into `into`, or say why it is not a value of this variable."""
+        name = self.declared.name
+        parts = value if self._is_compound else (value,)
+        if type(parts) not in (tuple, list) or len(parts) != len(self.names):
+            return Reason("AE704", name, f"`{name}` is not a list of {len(self.names)} values")
+        for scalar, part in zip(self.names, parts, strict=True):
+            checked, fault = self._check(part)
+            if fault is not None:
+                return Reason(fault[0], name, f"`{scalar}` {fault[1]}")
+            into[scalar] = checked
+        return None
+
+
+_Checked = tuple[Any, tuple[str, str] | None]
+
+
+def _scalar_check(declared: Declared) -> Callable[[Any], _Checked]:
+    type_ = declared.variable.type
+    element = type_.element if isinstance(type_, FamilyType) else type_
+    match element:
+        case BoolType():
+            return _check_bool
+        case EnumType():
+            return lambda value: _check_member(value, element)
+        case RealType() | VectorType():
+            return _real_check(declared)
+
+
+def _check_bool(value: Any) -> _Checked:
+    return (value, None) if type(value) is bool else (None, ("AE704", "is not true or false"))
+
+
+def _check_member(value: Any, enum: EnumType) -> _Checked:
+    if type(value) is str and value in enum.members:
+        return value, None
+    return None, ("AE704", f"is not a member of {enum.name}")
+
+
+def _real_check(declared: Declared) -> Callable[[Any], _Checked]:
+    low, high = declared.range or (Fraction(0), Fraction(0))
+    # A double is inside the exact range iff it is inside the doubles just inside it.
+    least, most = neighbours(low)[1], neighbours(high)[0]
+    bounds = f"{show_quantity(low, declared.unit)} to {show_quantity(high, declared.unit)}"
+
+    def check(value: Any) -> _Checked:
+        if type(value) is int and -_EXACT_INTEGERS <= value <= _EXACT_INTEGERS:
+            value = float(value)
+        if type(value) is not float:
+            return None, ("AE704", "is not a number")
+        if not math.isfinite(value):
+            return None, ("AE704", "is not finite")
+        if not least <= value <= most:
+            return None, ("AE705", f"is outside {bounds}")
+        return value, None
+
+    return check
+
+
+def check_now(now: Any) -> Reason | None:
+    """Why `now` is not a time, or None if it is one."""
+    if type(now) is float and math.isfinite(now):
+        return None
+    if type(now) is int and -_EXACT_INTEGERS <= now <= _EXACT_INTEGERS:
+        return None
+    return Reason("AE704", "time", "the time of the request is not a finite number of seconds")
+
+
+def check_age(form: Form, reading: Reading, now: float, required: bool) -> Reason | None:
+    """Why the reading's time does not serve, or None.  Age matters only where a rule reads the value."""
+    name, time = form.declared.name, reading.time
+    if check_now(time) is not None:
+        return Reason("AE704", name, f"the time of `{name}` is not a finite number of seconds")
+    limit = form.declared.max_age
+    if time <= now and (not required or limit is None or now - time < limit / 2):
+        return None  # far from both bounds: rounding cannot matter
+    age = Fraction(now) - Fraction(time)
+    if age < 0:
+        return Reason("AE707", name, f"`{name}` was measured in the future")
+    if required and limit is not None and age > limit:
+        return Reason(
+            "AE706", name, f"`{name}` is {float(age):.3g} s old; after {float(limit):g} s it is unknown"
+        )
+    return None
+
+
+def forms_of(declared: Mapping[str, Declared]) -> dict[str, Form]:
+    """A form for each declared variable, by its name in expressions (inputs as `inputs.NAME`)."""
+    return {one.name: Form(one) for one in declared.values()}

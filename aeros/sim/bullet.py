@@ -1,0 +1,25 @@
+"""The one place that imports PyBullet: its banner, printed on import, goes to standard error.
+
+The library writes the banner through C's standard output, where it would spoil what a command prints.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+
+_stdout = os.dup(1)
+try:
+    os.dup2(2, 1)
+    import pybullet as bullet
+    import pybullet_data
+
+    ctypes.CDLL(None).fflush(None)
+finally:
+    os.dup2(_stdout, 1)
+    os.close(_stdout)
+
+DATA: str = pybullet_data.getDataPath()
+"""Folder of the models that come with PyBullet."""
+
+__all__ = ["DATA", "bullet"]

@@ -1,0 +1,120 @@
+"""Fetching an object: drive to it, find it in pictures, grasp it, bring it to where it belongs.
+
+All lengths in metres, in the world frame; at yaw 0 the fingers close along y.  Nothing here decides
+whether a step succeeded: what is measured afterwards does.
+"""
+
+from collections.abc import Generator
+
+from aeros.skill import Action, Inputs, Observation, SkillBody, act
+
+Task = Generator[Action, Observation, Observation]
+Place = tuple[float, float, float]
+
+SPEED = 0.25
+"""Peak speed of free motion, m/s."""
+
+NEAR_SPEED = 0.10
+"""Peak speed where fingers are near things, m/s."""
+
+BASE_SPEED = 0.40
+"""Peak speed of the base, m/s."""
+
+CARRY = (0.42, 0.0, 0.36)
+"""Where the tool is while the base drives, from the arm's base, m: over the stands, close to the body."""
+
+ASIDE = (0.30, -0.40, 0.40)
+"""Where the tool is out of the mast camera's sight of the stand, from the arm's base, m."""
+
+REACH = 0.50
+"""How far ahead of the arm's base things are put down, m."""
+
+LOOK_HEIGHT = 0.17
+"""Height of the tool over the object's middle from which the hand camera looks, m."""
+
+LIFT = 0.13
+"""How far the object is lifted before it is carried, m."""
+
+CLEARANCE = 0.08
+"""Height above a place to put down from which the approach is slow, m."""
+
+GRASP = 0.012
+"""How far above its middle the object is gripped, m."""
+
+OPEN = 0.08
+"""Fingers wide open, m."""
+
+CLOSED = 0.03
+"""Gap the fingers close to when they meet nothing, m: the object is 44 mm wide."""
+
+GRIP_FORCE = 10.0
+"""N."""
+
+
+def navigate(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Tuck the arm and drive to the station."""
+    observed = yield from _carry(observed)
+    x, y, _ = observed["station_position"]
+    yield act("move_base", x=x, y=y, speed=BASE_SPEED)
+
+
+def detect(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Move the arm out of sight and look from the mast."""
+    yield act("move_tool", target=_from_base(observed, ASIDE), yaw=0.0, speed=SPEED)
+    yield act("look", camera="mast")
+
+
+def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Look again from above with the hand camera, grip the object and lift it."""
+    yield act("grip", width=OPEN, force=GRIP_FORCE)
+    yield from _over(observed, observed["object_position"], LOOK_HEIGHT)
+    observed = yield act("look", camera="hand")
+    x, y, z = observed["object_position"]
+    yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=0.0, speed=NEAR_SPEED)
+    yield act("move_tool", target=(x, y, z + GRASP), yaw=0.0, speed=NEAR_SPEED)
+    yield act("grip", width=CLOSED, force=GRIP_FORCE)
+    yield act("move_tool", target=(x, y, z + GRASP + LIFT), yaw=0.0, speed=NEAR_SPEED)
+
+
+def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Carry the object to the other stand, put it down where it belongs and draw back."""
+    observed = yield from _carry(observed)
+    x, y, z = observed["delivery_position"]
+    observed = yield act("move_base", x=x - REACH, y=y, speed=BASE_SPEED)
+    yield from _over(observed, (x, y, z), GRASP + CLEARANCE)
+    yield act("move_tool", target=(x, y, z + GRASP + 0.001), yaw=0.0, speed=NEAR_SPEED)
+    yield act("grip", width=OPEN, force=GRIP_FORCE)
+    yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=0.0, speed=NEAR_SPEED)
+
+
+def recover(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Let go, rise, go back to the station if away from it, and look from the mast again."""
+    yield act("grip", width=OPEN, force=GRIP_FORCE)
+    observed = yield from _carry(observed)
+    if not observed["robot_at_target"]:
+        x, y, _ = observed["station_position"]
+        observed = yield act("move_base", x=x, y=y, speed=BASE_SPEED)
+    yield from detect(observed, inputs)
+
+
+def _from_base(observed: Observation, offset: Place) -> Place:
+    """Where a point given from the arm's base is in the world."""
+    x, y, z = observed["base_position"]
+    return (x + offset[0], y + offset[1], z + offset[2])
+
+
+def _carry(observed: Observation) -> Task:
+    """Raise the tool to carrying height, then draw it in."""
+    target = _from_base(observed, CARRY)
+    x, y, z = observed["tool_position"]
+    if z < target[2]:
+        yield act("move_tool", target=(x, y, target[2]), yaw=0.0, speed=SPEED)
+    return (yield act("move_tool", target=target, yaw=0.0, speed=SPEED))
+
+
+def _over(observed: Observation, place: Place, height: float) -> Task:
+    """Go over `place` at carrying height, then down to `height` above it."""
+    x, y, z = place
+    carrying = observed["base_position"][2] + CARRY[2]
+    yield act("move_tool", target=(x, y, carrying), yaw=0.0, speed=SPEED)
+    return (yield act("move_tool", target=(x, y, z + height), yaw=0.0, speed=SPEED))

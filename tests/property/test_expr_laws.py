@@ -1,0 +1,113 @@
+"""Laws that hold for every term and every text."""
+
+from __future__ import annotations
+
+import os
+
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.conformance import VARIABLES, Case, cases, conditions, exact_environment
+from aeros.spec.expr.lower import lower, measure, scalars_of
+from aeros.spec.expr.parser import KEYWORDS, ExpressionSyntaxError, parse
+from aeros.spec.expr.semantics import holds
+from aeros.spec.units import parse_quantity, show_quantity, unit_names
+
+_NIGHTLY = os.environ.get("AEROS_HYPOTHESIS") == "nightly"
+_SETTINGS = settings(
+    max_examples=10_000 if _NIGHTLY else 100,
+    derandomize=not _NIGHTLY,
+    database=None,
+    deadline=None,
+    suppress_health_check=list(HealthCheck),
+)
+_WORDS = [
+    *sorted(KEYWORDS),
+    "x",
+    "p",
+    "(",
+    ")",
+    "[",
+    "]",
+    "{",
+    "}",
+    ",",
+    ".",
+    "<=",
+    "<",
+    "==",
+    "+",
+    "-",
+    "*",
+    "/",
+]
+_SCALAR_CORE = (
+    t.Literal,
+    t.Variable,
+    t.Not,
+    t.And,
+    t.Or,
+    t.Compare,
+    t.Add,
+    t.Multiply,
+    t.Extremum,
+    t.Absolute,
+    t.Conditional,
+)
+
+
+def _size(term: t.Term) -> int:
+    return 1 + sum(map(_size, t.children(term)))
+
+
+@_SETTINGS
+@given(cases())
+def test_de_morgan_and_double_negation(case: Case) -> None:
+    env = exact_environment(case.values)
+    other = VARIABLES["a"]
+    both = t.And((case.term, other))
+    assert holds(t.Not(both), env) is holds(t.Or((t.Not(case.term), t.Not(other))), env)
+    assert holds(t.Not(t.Not(case.term)), env) is holds(case.term, env)
+    assert holds(t.Implies(other, case.term), env) is holds(t.Or((t.Not(other), case.term)), env)
+
+
+@_SETTINGS
+@given(cases())
+def test_evaluation_is_total_and_lowering_twice_is_lowering_once_in_meaning(case: Case) -> None:
+    env = exact_environment(case.values)
+    scalars = scalars_of(VARIABLES, env)
+    core = lower(case.term)
+    assert type(holds(case.term, env)) is bool
+    assert holds(core, scalars) is holds(lower(core), scalars) is holds(case.term, env)
+
+
+@_SETTINGS
+@given(conditions())
+def test_the_core_is_scalar_and_no_larger_than_foretold(term: t.Term) -> None:
+    core = lower(term)
+    assert _size(core) <= measure(term)[0]
+    pending = [core]
+    while pending:
+        node = pending.pop()
+        assert isinstance(node, _SCALAR_CORE)
+        pending.extend(t.children(node))
+
+
+@_SETTINGS
+@given(st.one_of(st.text(max_size=80), st.lists(st.sampled_from(_WORDS), max_size=40).map(" ".join)))
+def test_any_text_is_an_expression_or_a_syntax_error_inside_it(text: str) -> None:
+    try:
+        extent = parse(text).extent
+    except ExpressionSyntaxError as fault:
+        extent = fault.extent
+    assert 0 <= extent.start <= extent.end <= len(text)
+
+
+@_SETTINGS
+@given(st.integers(-(10**6), 10**6), st.integers(0, 3), st.sampled_from(unit_names()))
+def test_a_shown_quantity_reads_back(digits: int, places: int, unit: str) -> None:
+    parsed = parse_quantity(f"{digits / 10**places:.{places}f} {unit}")
+    assert parsed is not None
+    value, read = parsed
+    assert parse_quantity(show_quantity(value * read.factor, read)) == (value, read)

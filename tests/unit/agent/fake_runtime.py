@@ -1,0 +1,78 @@
+"""A runtime in memory: skills change the state as their script or their first success outcome says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from aeros.runtime.ports import Reading, Readings, StepRequest, StepResult, StepStatus
+from aeros.spec.model import Ecm, Site
+from tests.unit.agent.dumplings import DUMPLING, PREDICATES, site
+
+Ending = str | StepStatus | Mapping[str, Any] | BaseException
+"""The outcome measured, how the step is halted, a state set that may be undeclared, or what is raised."""
+
+
+class FakeRuntime:
+    """Implements `ports.Runtime`.
+
+    endings: what becomes of the next submissions of a skill, in order; then its first success outcome.
+    chance: if given, chooses the outcome of every submission instead.
+    """
+
+    def __init__(
+        self,
+        modules: Mapping[str, Ecm] | None = None,
+        endings: Mapping[str, list[Ending]] | None = None,
+        chance: Callable[[str, list[str]], str] | None = None,
+        at: Site | None = None,
+    ) -> None:
+        self.modules = dict(modules or {"dumpling": DUMPLING})
+        self.endings = {name: list(listed) for name, listed in (endings or {}).items()}
+        self.chance = chance
+        self.state: dict[str, Any] = dict.fromkeys(PREDICATES, False)
+        self.ages: dict[str, float] = {}
+        self.submitted: list[str] = []
+        self.requests: list[StepRequest] = []
+        self.notes: list[tuple[str, dict[str, Any]]] = []
+        self.clock = 100.0
+        self._site = at or site()
+
+    @property
+    def site(self) -> Site:
+        return self._site
+
+    def active_modules(self) -> Mapping[str, Ecm]:
+        return self.modules
+
+    def now(self) -> float:
+        return self.clock
+
+    def observe(self) -> Readings:
+        return {
+            name: Reading(value, self.clock - self.ages.get(name, 0.0)) for name, value in self.state.items()
+        }
+
+    def submit(self, request: StepRequest) -> StepResult:
+        self.submitted.append(request.skill)
+        self.requests.append(request)
+        self.clock += 1.0
+        skill = self.modules[request.module].skills[request.skill]
+        ending: Ending
+        if self.chance is not None:
+            ending = self.chance(request.skill, list(skill.outcomes))
+        else:
+            script = self.endings.get(request.skill)
+            ending = script.pop(0) if script else skill.success_outcomes[0].id
+        if isinstance(ending, BaseException):
+            raise ending
+        if isinstance(ending, StepStatus):
+            return StepResult(ending, "as scripted", allowed=1, denied=int(ending is StepStatus.DENIED))
+        self.state |= skill.outcomes[ending].effects if isinstance(ending, str) else ending
+        return StepResult(StepStatus.FINISHED, "", allowed=2, attenuated=1)
+
+    def note(self, event: str, details: Mapping[str, Any]) -> None:
+        self.notes.append((event, dict(details)))
+
+    def kinds(self) -> list[str]:
+        return [kind for kind, _ in self.notes]

@@ -1,0 +1,99 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+import pytest
+
+from aeros.agent.dispatcher import Dispatcher, UndispatchableError
+from aeros.agent.identity import Identity
+from aeros.agent.memory import open_memory
+from aeros.agent.supervisor import Judgement, judge, precondition_problem
+from aeros.agent.world import World, measured_world
+from aeros.runtime.ports import Reading, StepResult, StepStatus
+from tests.unit.agent.dumplings import DUMPLING, STATE, outcome, skill
+from tests.unit.agent.fake_runtime import FakeRuntime
+
+FINISHED = StepResult(StepStatus.FINISHED, "")
+BOIL = DUMPLING.skills["boil"]
+WRAP = DUMPLING.skills["wrap"]
+
+
+def world(**values: Any) -> World:
+    return measured_world(STATE, {name: Reading(value, 0.0) for name, value in values.items()}, 0.0)
+
+
+def test_success_is_preferred_to_an_outcome_without_effects() -> None:
+    assert judge(BOIL, FINISHED, world(dumpling_cooked=True)) == Judgement("cooked", False, False, "")
+
+
+@pytest.mark.parametrize("measured", [{"dumpling_cooked": False}, {}])
+def test_nothing_changed_is_what_remains(measured: dict[str, bool]) -> None:
+    judged = judge(BOIL, FINISHED, world(**measured))
+    assert (judged.outcome, judged.failed, judged.undeclared) == ("nothing_changed", True, False)
+
+
+def test_the_outcome_that_says_most_is_preferred() -> None:
+    both = skill(
+        "both",
+        outcome("some", {"wrapper_aligned": True}),
+        outcome("more", {"wrapper_aligned": True, "dumpling_wrapped": False}, failure=True),
+    )
+    assert judge(both, FINISHED, world(wrapper_aligned=True, dumpling_wrapped=False)).outcome == "more"
+    assert judge(both, FINISHED, world(wrapper_aligned=True, dumpling_wrapped=True)).outcome == "some"
+
+
+def test_among_equals_success_is_preferred() -> None:
+    tied = skill(
+        "tied",
+        outcome("bad", {"wrapper_aligned": True}, failure=True),
+        outcome("good", {"dumpling_wrapped": True}),
+    )
+    assert judge(tied, FINISHED, world(wrapper_aligned=True, dumpling_wrapped=True)).outcome == "good"
+
+
+@pytest.mark.parametrize("measured", [{}, {"wrapper_aligned": True, "dumpling_wrapped": False}])
+def test_no_declared_outcome_measured_is_undeclared_and_failed(measured: dict[str, bool]) -> None:
+    judged = judge(WRAP, FINISHED, world(**measured))
+    assert (judged.outcome, judged.failed, judged.undeclared) == (None, True, True)
+
+
+@pytest.mark.parametrize("status", [one for one in StepStatus if one is not StepStatus.FINISHED])
+def test_a_step_that_did_not_finish_has_failed_whatever_is_measured(status: StepStatus) -> None:
+    judged = judge(WRAP, StepResult(status, ""), world(dumpling_wrapped=True))
+    assert judged.failed
+    assert judged.reason
+    assert judged.outcome == (None if status is StepStatus.REFUSED else "wrapped")
+    assert not judged.undeclared
+
+
+def test_a_precondition_must_be_measured_as_true() -> None:
+    ready = dict.fromkeys(("dough_on_workspace", "filling_on_workspace", "wrapper_aligned"), True)
+    assert precondition_problem(WRAP, world(**ready), {}) is None
+    false = precondition_problem(WRAP, world(**ready | {"wrapper_aligned": False}), {})
+    assert false is not None
+    assert "`wrapper_aligned` = False" in false
+    unknown = precondition_problem(WRAP, world(dough_on_workspace=False, wrapper_aligned=True), {})
+    assert unknown is not None
+    assert "`filling_on_workspace` is not measured" in unknown
+    assert precondition_problem(DUMPLING.skills["prepare"], world(), {}) is None
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "inputs", "why"),
+    [
+        ("pizza", "bake", {}, "the module `pizza` is not active"),
+        ("dumpling", "bake", {}, "has no skill `bake`"),
+        ("dumpling", "boil", {"salt": 1.0}, "`salt` is no input of it"),
+        ("dumpling", "boil", {"force": 2.0}, "outside 0 … 1"),
+    ],
+)
+def test_a_step_that_does_not_fit_now_is_not_dispatched(
+    tmp_path: Path, module: str, name: str, inputs: dict[str, Any], why: str
+) -> None:
+    with open_memory(tmp_path / "memory.sqlite3", Identity(uuid4(), "chef", "", 1)) as memory:
+        dispatcher = Dispatcher(FakeRuntime(), memory)
+        with pytest.raises(UndispatchableError, match=why):
+            dispatcher.dispatch(module, name, inputs)
+        assert dispatcher.dispatch("dumpling", "boil", {"force": 0.25}).inputs == {"inputs.force": 0.25}

@@ -1,0 +1,142 @@
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from aeros.agent.world import World, measured_world
+from aeros.runtime.ports import Reading
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import BOOL
+from tests.unit.agent.dumplings import STATE, state, term
+
+NOW = 100.0
+
+
+class Sly(float):
+    """Looks like a number and could compare as it likes."""
+
+
+def world(**values: Any) -> World:
+    return measured_world(STATE, {name: Reading(value, NOW) for name, value in values.items()}, NOW)
+
+
+def test_known_values_are_exact() -> None:
+    seen = world(fill_level=0.1, tool=(0.1, 0.0, 1.0), joint=(1.0, -3.0), area="pot", wrapper_aligned=True)
+    assert seen.known == {
+        "fill_level": Fraction(0.1),
+        "tool": (Fraction(0.1), Fraction(0), Fraction(1)),
+        "joint": (Fraction(1), Fraction(-3)),
+        "area": "pot",
+        "wrapper_aligned": True,
+    }
+    # The double 0.1 is a little more than one tenth, and that decides.
+    assert seen.evaluate(term("fill_level <= 0.1")) is False
+    assert seen.evaluate(term("fill_level > 0.1 and area == pot and joint[j2] == -3")) is True
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "why"),
+    [
+        ("wrapper_aligned", 1, "is of type int, which is not bool"),
+        ("wrapper_aligned", "true", "is of type str"),
+        ("fill_level", True, "is of type bool"),
+        ("fill_level", 10**400, "outside 0 … 1"),
+        ("fill_level", Sly(0.5), "is of type Sly"),
+        ("fill_level", math.nan, "is not finite"),
+        ("fill_level", math.inf, "is not finite"),
+        ("fill_level", 1.0000001, "outside 0 … 1"),
+        ("fill_level", None, "is of type NoneType"),
+        ("area", "floor", "none of table, pot"),
+        ("tool", (0.0, 0.0), "is of type tuple"),
+        ("tool", {0.0: 0.0}, "is of type dict"),
+        ("tool", (0.0, 0.0, 1.5), "outside -1 … 1"),
+        ("joint", (0.0,), "is of type tuple"),
+        ("joint", (0.0, math.nan), "is not finite"),
+    ],
+)
+def test_an_unusable_value_is_unknown_with_the_reason(name: str, value: Any, why: str) -> None:
+    seen = world(**{name: value})
+    assert name not in seen.known
+    assert why in seen.unknown[name]
+
+
+@pytest.mark.parametrize(
+    ("time", "known"),
+    [
+        (NOW, True),
+        (NOW - 5.0, True),
+        (math.nextafter(NOW - 5.0, 0), False),
+        (math.nextafter(NOW, math.inf), False),
+        (math.nan, False),
+        ("noon", False),
+        (True, False),
+        (-math.inf, False),
+    ],
+)
+def test_a_value_is_known_up_to_its_maximum_age_and_not_from_the_future(time: Any, *, known: bool) -> None:
+    seen = measured_world(STATE, {"wrapper_aligned": Reading(True, time)}, NOW)
+    assert ("wrapper_aligned" in seen.known) is known
+
+
+def test_a_variable_without_a_maximum_age_is_unknown() -> None:
+    seen = measured_world({"lid": state("lid", max_age=None)}, {"lid": Reading(True, NOW)}, NOW)
+    assert "lid" in seen.unknown
+
+
+def test_whole_numbers_and_lists_are_taken_as_what_they_denote() -> None:
+    assert world(fill_level=1, tool=[0, 0.5, 1]).known == {
+        "fill_level": Fraction(1),
+        "tool": (Fraction(0), Fraction(1, 2), Fraction(1)),
+    }
+
+
+def test_what_is_not_declared_is_left_out() -> None:
+    assert "weather" not in world(weather=True).known
+
+
+@pytest.mark.parametrize(
+    "condition",
+    [
+        "dumpling_cooked",
+        "not dumpling_cooked",
+        # Whatever the other operand is: unknown is a matter of the whole condition.
+        "wrapper_aligned or dumpling_cooked",
+        "not wrapper_aligned and dumpling_cooked",
+        "dumpling_cooked == dumpling_cooked",
+    ],
+)
+def test_a_condition_over_anything_unknown_is_unknown(condition: str) -> None:
+    seen = world(wrapper_aligned=True)
+    assert seen.evaluate(term(condition)) is None
+    assert "`dumpling_cooked` is not measured" in seen.why_not(term(condition))
+
+
+def test_a_condition_without_variables_is_known() -> None:
+    assert world().evaluate(t.TRUE) is True
+    assert world().evaluate(t.FALSE) is False
+
+
+def test_inputs_are_known_only_where_they_are_given() -> None:
+    condition = term("inputs.force > 0")
+    assert world().evaluate(condition) is None
+    assert world().evaluate(condition, {"inputs.force": Fraction(1)}) is True
+    assert world().why_not(condition) == "`inputs.force` has no value"
+
+
+def test_an_action_parameter_is_never_known() -> None:
+    assert world().evaluate(t.Variable("speed", BOOL, t.Role.PARAMETER)) is None
+
+
+def test_why_not_shows_what_was_measured() -> None:
+    assert world(fill_level=0.25).why_not(term("fill_level > 0.5")) == "`fill_level` = 0.25"
+
+
+def test_predicates_are_bools_and_enums_with_unknown_as_none() -> None:
+    predicates = world(area="pot", wrapper_aligned=True, fill_level=0.5).predicates
+    assert predicates["area"] == "pot"
+    assert predicates["wrapper_aligned"] is True
+    assert predicates["dumpling_cooked"] is None
+    assert "fill_level" not in predicates

@@ -1,0 +1,81 @@
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+from math import inf, nan
+from random import Random
+from typing import Any
+
+import pytest
+
+from aeros.runtime.canonical import MOST_SIZE, canonical, digest_of
+
+
+class _Hostile(float):
+    def __repr__(self) -> str:
+        raise RuntimeError
+
+    __str__ = __repr__
+
+
+class _Secretive(type):
+    @property
+    def __name__(cls) -> str:  # type: ignore[override]
+        raise RuntimeError
+
+
+class _Unnamed(metaclass=_Secretive):
+    pass
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (nan, b'{"float":"nan"}'),
+        (-inf, b'{"float":"-inf"}'),
+        (-0.0, b"-0.0"),
+        (0.1, b"0.1"),
+        (5e-324, b"5e-324"),
+        (10**400, b'{"unencodable":"int"}'),
+        ((1, [True, None]), b"[1,[true,null]]"),
+        ("é\ud800", b'"\\u00e9\\ud800"'),
+        ({1: 2}, b'{"unencodable":"dict with keys that are no text"}'),
+        (Fraction(1, 3), b'{"unencodable":"Fraction"}'),
+        ({"b": 1, "a": 2}, b'{"a":2,"b":1}'),
+    ],
+)
+def test_any_value_is_encoded(value: Any, text: bytes) -> None:
+    assert canonical(value) == text
+
+
+def test_values_that_refuse_to_be_told_are_named() -> None:
+    assert (
+        canonical([_Hostile(1.0), _Unnamed()]) == b'[{"unencodable":"_Hostile"},{"unencodable":"_Unnamed"}]'
+    )
+
+
+def test_a_list_that_contains_itself_ends() -> None:
+    endless: list[Any] = []
+    endless.extend([endless] * 50)
+    assert b"too large" in canonical(endless)
+
+
+def test_nothing_endless_is_encoded() -> None:
+    long = "x" * (MOST_SIZE + 1)
+    assert canonical(long) == canonical({long: 1}) == b'{"unencodable":"too large"}'
+
+
+def test_what_comes_first_survives_what_is_too_large() -> None:
+    assert b'"verdict":"DENY"' in canonical({"verdict": "DENY", "asked": ["x" * 1000] * MOST_SIZE})
+
+
+def test_doubles_read_back_as_they_were() -> None:
+    chance = Random(2)  # noqa: S311 - a test, the same every time
+    for _ in range(2000):
+        value = chance.uniform(-1, 1) * 10.0 ** chance.randint(-300, 300)
+        assert json.loads(canonical(value)) == value
+
+
+def test_equal_values_have_equal_digests_and_others_do_not() -> None:
+    assert digest_of({"a": 1.0, "b": 2}) == digest_of({"b": 2, "a": 1.0})
+    assert len({digest_of(value) for value in (1, 1.0, True, "1", None, [1], nan, "nan", 0.0, -0.0)}) == 10

@@ -1,0 +1,510 @@
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from fractions import Fraction
+from math import nan
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from aeros.runtime import executor as module
+from aeros.runtime.audit import AuditError, AuditLog, verify_log
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.decision import Caller, Decision, Reason, Verdict
+from aeros.runtime.executor import Executor
+from aeros.runtime.gate import Gate
+from aeros.runtime.ports import Completion, Readings, Runtime, StepRequest, StepResult, StepStatus
+from aeros.runtime.skills import load_skill
+from aeros.sim.fake import FakePlant
+from aeros.skill import Action, Inputs, Observation, SkillBody, act
+from aeros.spec.errors import InternalError
+from aeros.spec.model import Ecm, Site, Skill
+
+STEP = StepRequest("handling", "lift", {})
+VALUES = {"tool_position": (0.3, 0.0, 0.5), "human_distance": 20.0, "holding": False}
+DENIAL = Decision(Verdict.DENY, None, (Reason("AE750", "workspace", "outside"),))
+
+
+class FakeGate:
+    """Allows everything, unless told otherwise; remembers what it was asked."""
+
+    def __init__(self) -> None:
+        self.answers: list[Decision | BaseException] = []
+        self.asked: list[tuple[Caller, Readings, Action, float, Mapping[str, int]]] = []
+
+    def decide(
+        self, caller: Caller, readings: Readings, action: Action, now: float, usage: Mapping[str, int]
+    ) -> Decision:
+        self.asked.append((caller, readings, action, now, usage))
+        answer = self.answers.pop(0) if self.answers else Decision(Verdict.ALLOW, action, ())
+        if isinstance(answer, BaseException):
+            raise answer
+        return answer
+
+
+class Bench:
+    """An executor with everything around it fake but the audit log."""
+
+    def __init__(self, site: Site, ecm: Ecm, log_path: Path, body: Callable[..., Any] | None) -> None:
+        self.plant = FakePlant(VALUES)
+        self.gate = FakeGate()
+        self.log_path = log_path
+        self.audit = AuditLog(log_path)
+        configuration = Configuration(site=site, modules={"handling": ecm}, certificates={}, digest="c" * 64)
+
+        def load(ecm: Ecm, skill: Skill) -> Callable[..., Any]:
+            return load_skill(ecm, skill) if body is None else body
+
+        self.executor = Executor(configuration, cast("Gate", self.gate), self.plant, self.audit, load)
+
+    def submit(self, request: StepRequest = STEP) -> StepResult:
+        return self.executor.submit(request)
+
+    def records(self, event: str | None = None) -> list[dict[str, Any]]:
+        assert verify_log(self.log_path).sound
+        every = [json.loads(line) for line in self.log_path.read_bytes().splitlines()]
+        return [record for record in every if event in (None, record["event"])]
+
+    def assert_cleaned_up(self, *, finished: bool) -> None:
+        """Exactly once, in order, whatever happened."""
+        assert self.plant.count("stop") == (0 if finished else 1)
+        assert self.plant.count("skill_ended") == 1
+        assert self.plant.calls[-1] == ("skill_ended", "handling.lift", finished)
+
+
+MakeBench = Callable[..., Bench]
+
+
+@pytest.fixture
+def make_bench(site: Site, make_ecm: Any, tmp_path: Path) -> Iterator[MakeBench]:
+    made: list[Bench] = []
+
+    def make(body: Callable[..., Any] | None = None, code: str = "") -> Bench:
+        bench = Bench(site, make_ecm(code), tmp_path / "audit.jsonl", body)
+        made.append(bench)
+        return bench
+
+    yield make
+    for bench in made:
+        bench.audit.close()
+
+
+def twice(observed: Observation, inputs: Inputs) -> SkillBody:
+    yield act("move", speed=0.1)
+    yield act("move", speed=0.2)
+
+
+def watched(ends: list[str]) -> Callable[[Observation, Inputs], SkillBody]:
+    """A skill that goes on for ever and notes each time it is closed."""
+
+    def body(observed: Observation, inputs: Inputs) -> SkillBody:
+        try:
+            while True:
+                yield act("move", speed=0.1)
+        finally:
+            ends.append("closed")
+
+    return body
+
+
+def test_a_skill_runs_to_its_end(make_bench: MakeBench) -> None:
+    bench = make_bench(twice)
+    assert bench.submit() == StepResult(StepStatus.FINISHED, "", allowed=2)
+    assert bench.plant.executed == [act("move", speed=0.1), act("move", speed=0.2)]
+    bench.assert_cleaned_up(finished=True)
+    events = [record["event"] for record in bench.records()]
+    assert events == ["session-opened", "step-began", "decision", "decision", "step-ended"]
+
+
+def test_certified_code_is_run_from_its_folder(make_bench: MakeBench) -> None:
+    code = "from aeros.skill import act\ndef lift(_, inputs):\n    yield act('move', h=inputs['height'])\n"
+    bench = make_bench(code=code)
+    assert bench.submit(StepRequest("handling", "lift", {"height": 0.05})).status is StepStatus.FINISHED
+    assert bench.plant.executed == [act("move", h=0.05)]
+
+
+def test_code_that_was_changed_is_refused(make_bench: MakeBench, tmp_path: Path) -> None:
+    bench = make_bench(code="def lift(observed, inputs):\n    yield\n")
+    (tmp_path / "handling" / "skills.py").write_text("def lift(observed, inputs):\n    yield 1\n")
+    result = bench.submit()
+    assert result.status is StepStatus.REFUSED
+    assert "is not what was certified" in result.reason
+
+
+def test_what_was_reduced_is_what_is_executed(make_bench: MakeBench) -> None:
+    bench = make_bench(twice)
+    slower = act("move", speed=0.05)
+    bench.gate.answers = [Decision(Verdict.ATTENUATE, slower, (Reason("AE750", "speed", "too fast"),))]
+    assert bench.submit() == StepResult(StepStatus.FINISHED, "", allowed=1, attenuated=1)
+    assert bench.plant.executed[0] == slower
+    first = bench.records("decision")[0]["details"]
+    assert (first["asked"]["parameters"], first["decided"]["parameters"]) == ({"speed": 0.1}, {"speed": 0.05})
+
+
+def test_a_denied_action_halts_the_skill_and_nothing_moves(make_bench: MakeBench) -> None:
+    ends: list[str] = []
+    bench = make_bench(watched(ends))
+    bench.gate.answers = [Decision(Verdict.ALLOW, act("move", speed=0.1), ()), DENIAL]
+    expected = StepResult(StepStatus.DENIED, "AE750 workspace: outside", allowed=1, denied=1)
+    assert bench.submit() == expected
+    assert (ends, len(bench.plant.executed)) == (["closed"], 1)
+    bench.assert_cleaned_up(finished=False)
+    assert bench.records("decision")[-1]["details"]["reasons"] == [["AE750", "workspace", "outside"]]
+
+
+@pytest.mark.parametrize(
+    ("completion", "status", "reason"),
+    [
+        (Completion(False, "unreachable: too far"), StepStatus.STOPPED, "unreachable: too far"),
+        (Completion(False), StepStatus.STOPPED, "the plant gave no reason"),
+        (Completion(False, "deadline"), StepStatus.TIMED_OUT, "the skill's time-out passed during a motion"),
+    ],
+)
+def test_a_motion_that_does_not_complete_halts_the_skill(
+    make_bench: MakeBench, completion: Completion, status: StepStatus, reason: str
+) -> None:
+    ends: list[str] = []
+    bench = make_bench(watched(ends))
+    bench.plant.script([completion])
+    assert bench.submit() == StepResult(status, reason, allowed=1)
+    assert ends == ["closed"]
+    bench.assert_cleaned_up(finished=False)
+
+
+def test_the_monitor_stops_a_motion(make_bench: MakeBench) -> None:
+    bench = make_bench(twice)
+    bench.plant.during = [{}, {"human_distance": 0.5}]
+    assert bench.submit() == StepResult(StepStatus.STOPPED, "monitor:separation", allowed=1)
+    bench.assert_cleaned_up(finished=False)
+
+
+def test_a_skill_is_halted_at_its_time_out(make_bench: MakeBench) -> None:
+    ends: list[str] = []
+    bench = make_bench(watched(ends))
+    bench.plant.duration = 4.0
+    result = bench.submit()
+    assert (result.status, result.allowed) == (StepStatus.TIMED_OUT, 3)
+    assert (bench.plant.time, ends) == (10.0, ["closed"])
+    bench.assert_cleaned_up(finished=False)
+
+
+def test_a_skill_that_thinks_past_its_time_out_moves_nothing(make_bench: MakeBench) -> None:
+    def slow(observed: Observation, inputs: Inputs) -> SkillBody:
+        bench.plant.time = 10.5
+        yield act("move")
+
+    bench = make_bench(slow)
+    assert bench.submit() == StepResult(StepStatus.TIMED_OUT, "the skill's time-out has passed")
+    assert bench.plant.executed == []
+    bench.assert_cleaned_up(finished=False)
+
+
+def test_a_skill_that_finishes_late_has_timed_out(make_bench: MakeBench) -> None:
+    def late(observed: Observation, inputs: Inputs) -> SkillBody:
+        yield act("move")
+        bench.plant.time = 10.5
+
+    bench = make_bench(late)
+    assert bench.submit().status is StepStatus.TIMED_OUT
+    bench.assert_cleaned_up(finished=False)
+
+
+def _raises(failure: BaseException) -> Callable[..., Any]:
+    def body(observed: Observation, inputs: Inputs) -> SkillBody:
+        yield act("move")
+        raise failure
+
+    return body
+
+
+def _yields(what: object) -> Callable[..., Any]:
+    def body(observed: Observation, inputs: Inputs) -> Iterator[Any]:
+        yield act("move")
+        yield what
+
+    return body
+
+
+class _Mimic(Action):
+    pass
+
+
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        (_raises(ValueError("no")), "ValueError: no"),
+        (_raises(SystemExit(0)), "SystemExit: 0"),
+        (_raises(GeneratorExit()), "GeneratorExit: "),
+        (_raises(StopIteration()), "RuntimeError: generator raised StopIteration"),
+        (_raises(AuditError("spoof")), "AuditError: spoof"),
+        (_raises(InternalError("spoof")), "InternalError: spoof"),
+        (_yields(None), "the skill yielded a `NoneType`, not an action"),
+        (_yields(("move", {})), "the skill yielded a `tuple`, not an action"),
+        (_yields(_Mimic("move", {})), "the skill yielded a `_Mimic`, not an action"),
+        (_yields(Action("move", cast("Any", 3))), "the skill yielded parameters that are no mapping"),
+        (_yields(Action(cast("Any", 3), {})), "the skill yielded a kind or a parameter name that is no text"),
+        (_yields(Action("move", cast("Any", {3: 1}))), "the skill yielded a kind or a parameter name"),
+    ],
+)
+def test_code_that_fails_halts_the_skill(
+    make_bench: MakeBench, body: Callable[..., Any], reason: str
+) -> None:
+    bench = make_bench(body)
+    result = bench.submit()
+    assert (result.status, result.allowed) == (StepStatus.RAISED, 1)
+    assert result.reason.startswith(reason)
+    bench.assert_cleaned_up(finished=False)
+    assert bench.records("step-ended")[0]["details"]["status"] == "raised"
+
+
+def test_code_that_does_not_take_its_arguments_is_halted(make_bench: MakeBench) -> None:
+    bench = make_bench(lambda: None)
+    assert bench.submit().status is StepStatus.RAISED
+    bench.assert_cleaned_up(finished=False)
+
+
+def test_a_skill_that_floods_is_halted(make_bench: MakeBench, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "MOST_ACTIONS", 20)
+    ends: list[str] = []
+    bench = make_bench(watched(ends))
+    bench.plant.duration = 0.0
+    result = bench.submit()
+    assert (result.status, result.allowed, ends) == (StepStatus.RAISED, 20, ["closed"])
+    assert "floods" in result.reason
+    bench.assert_cleaned_up(finished=False)
+
+
+def test_clean_up_that_raises_is_told_and_stops_nothing_else(make_bench: MakeBench) -> None:
+    def stubborn(observed: Observation, inputs: Inputs) -> SkillBody:
+        try:
+            yield act("move")
+        finally:
+            raise ValueError("mine")
+
+    bench = make_bench(stubborn)
+    bench.gate.answers = [DENIAL]
+    result = bench.submit()
+    assert result.status is StepStatus.DENIED
+    assert result.reason.endswith("and its own clean-up raised ValueError: mine")
+    bench.assert_cleaned_up(finished=False)
+
+
+def test_a_decision_is_durable_before_its_motion(
+    make_bench: MakeBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench = make_bench(twice)
+    seen: list[int] = []
+    execute = bench.plant.execute
+
+    def checked(*arguments: Any) -> Completion:
+        seen.append(len(bench.records("decision")))
+        return execute(*arguments)
+
+    monkeypatch.setattr(bench.plant, "execute", checked)
+    bench.submit()
+    assert seen == [1, 2]
+
+
+def test_without_a_record_nothing_moves(make_bench: MakeBench, monkeypatch: pytest.MonkeyPatch) -> None:
+    ends: list[str] = []
+    bench = make_bench(watched(ends))
+    append = bench.audit.append
+
+    def broken(event: str, details: Mapping[str, Any]) -> int:
+        if event == "step-began":
+            return append(event, details)
+        raise AuditError("disk full")
+
+    monkeypatch.setattr(bench.audit, "append", broken)
+    with pytest.raises(AuditError, match="disk full") as caught:
+        bench.submit()
+    assert caught.value.__notes__ == ["the end of the step is not in the record: disk full"]
+    assert (bench.plant.executed, ends) == ([], ["closed"])
+    bench.assert_cleaned_up(finished=False)
+
+
+def test_a_step_whose_beginning_cannot_be_recorded_does_not_begin(
+    make_bench: MakeBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench = make_bench(twice)
+    bench.audit.close()
+    with pytest.raises(AuditError):
+        bench.submit()
+    assert bench.plant.calls == []
+
+
+def test_a_gate_that_contradicts_itself_stops_everything(make_bench: MakeBench) -> None:
+    ends: list[str] = []
+    bench = make_bench(watched(ends))
+    bench.gate.answers = [InternalError("closure allows, z3 denies")]
+    with pytest.raises(InternalError, match="z3 denies"):
+        bench.submit()
+    assert (bench.plant.executed, ends) == ([], ["closed"])
+    bench.assert_cleaned_up(finished=False)
+    assert bench.records()[-1]["event"] == "step-broken"
+    assert "closure allows, z3 denies" in bench.records()[-1]["details"]["reason"]
+
+
+def test_an_allowance_without_an_action_is_an_internal_error(make_bench: MakeBench) -> None:
+    bench = make_bench(twice)
+    bench.gate.answers = [Decision(Verdict.ALLOW, None, ())]
+    with pytest.raises(InternalError):
+        bench.submit()
+    assert bench.plant.executed == []
+    bench.assert_cleaned_up(finished=False)
+
+
+@pytest.mark.parametrize("method", ["execute", "observe", "skill_began", "stop"])
+def test_a_plant_that_raises_is_stopped_and_told(make_bench: MakeBench, method: str) -> None:
+    ends: list[str] = []
+    bench = make_bench(watched(ends))
+    bench.gate.answers = [Decision(Verdict.ALLOW, act("move"), ()), DENIAL]
+    bench.plant.failing[method] = OSError("link lost")
+    with pytest.raises(OSError, match="link lost"):
+        bench.submit()
+    bench.assert_cleaned_up(finished=False)
+    assert bench.records()[-1]["event"] == "step-broken"
+
+
+def test_an_interrupt_by_the_operator_stops_the_plant(make_bench: MakeBench) -> None:
+    bench = make_bench(twice)
+    bench.plant.failing["execute"] = KeyboardInterrupt()
+    with pytest.raises(KeyboardInterrupt):
+        bench.submit()
+    bench.assert_cleaned_up(finished=False)
+
+
+@pytest.mark.parametrize(
+    ("request_", "reason"),
+    [
+        (StepRequest("absent", "lift", {}), "no module `absent` is active"),
+        (StepRequest("handling", "absent", {}), "module `handling` has no skill `absent`"),
+        (StepRequest(cast("Any", []), "lift", {}), "module and skill are not both names"),
+        (StepRequest("handling", "lift", cast("Any", 3)), "the inputs are not a mapping"),
+        (StepRequest("handling", "lift", {"depth": 1.0}), "the skill has no input `depth`"),
+        (StepRequest("handling", "lift", cast("Any", {1: 1})), "the skill has no input that is no text"),
+        (StepRequest("handling", "lift", {"height": None}), "the input `height` is missing"),
+        (StepRequest("handling", "lift", {"height": nan}), "the input `height` is not a finite number"),
+        (StepRequest("handling", "lift", {"height": True}), "the input `height` is not a finite number"),
+        (StepRequest("handling", "lift", {"height": "1"}), "the input `height` is not a finite number"),
+        (StepRequest("handling", "lift", {"height": 0.11}), "outside its range [0, 0.1]"),
+        (StepRequest("handling", "lift", {"height": -1}), "outside its range [0, 0.1]"),
+        (StepRequest("handling", "lift", {"careful": 1}), "the input `careful` is not a truth value"),
+        (StepRequest("handling", "lift", {"side": "up"}), "the input `side` is none of left, right"),
+    ],
+)
+def test_a_bad_request_is_refused_and_recorded(
+    make_bench: MakeBench, request_: StepRequest, reason: str
+) -> None:
+    bench = make_bench(twice)
+    result = bench.submit(request_)
+    assert result.status is StepStatus.REFUSED
+    assert reason in result.reason
+    assert bench.plant.calls == []
+    assert bench.records("step-refused")[0]["details"]["reason"] == result.reason
+
+
+def test_defaults_are_filled_in_inside_their_range(make_bench: MakeBench) -> None:
+    bench = make_bench(twice)
+    bench.submit(StepRequest("handling", "lift", {"side": "right"}))
+    inputs = bench.gate.asked[0][0].inputs
+    # The double nearest to 1/10 is above 1/10.
+    assert inputs == {"height": 0.09999999999999999, "careful": True, "side": "right"}
+    assert Fraction(inputs["height"]) <= Fraction(1, 10)
+
+
+def test_a_skill_cannot_change_what_it_is_judged_by(
+    make_bench: MakeBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = [0.1, 0.2, 0.3]
+    parameters: dict[str, Any] = {"speed": 0.1, "target": target}
+
+    def sly(observed: Observation, inputs: Inputs) -> SkillBody:
+        cast("dict[str, Any]", inputs)["height"] = 99.0
+        cast("dict[str, Any]", observed)["holding"] = True
+        yield Action("move", parameters)
+
+    bench = make_bench(sly)
+    decide = bench.gate.decide
+
+    def meanwhile(*arguments: Any) -> Decision:
+        parameters["speed"] = target[2] = 99.0
+        return decide(*arguments)
+
+    monkeypatch.setattr(bench.gate, "decide", meanwhile)
+    assert bench.submit().status is StepStatus.FINISHED
+    caller, readings, action, _, _ = bench.gate.asked[0]
+    assert caller.inputs["height"] < 1
+    assert readings["holding"].value is False
+    assert bench.plant.executed == [action] == [act("move", speed=0.1, target=(0.1, 0.2, 0.3))]
+
+
+def test_a_skill_sees_what_its_module_may_sense_while_it_is_fresh(make_bench: MakeBench) -> None:
+    seen: list[Observation] = []
+
+    def looking(observed: Observation, inputs: Inputs) -> SkillBody:
+        seen.append(observed)
+        for stale in (0.0625, 0.11, -0.01):
+            bench.plant.stale = stale
+            seen.append((yield act("move")))
+
+    bench = make_bench(looking)
+    bench.submit()
+    allowed = {"tool_position": (0.3, 0.0, 0.5), "holding": False}
+    assert seen == [allowed, allowed, {}, {}]
+
+
+def test_the_gate_is_asked_with_readings_of_now_and_the_usage_so_far(make_bench: MakeBench) -> None:
+    bench = make_bench(twice)
+    bench.submit()
+    assert [usage for *_, usage in bench.gate.asked] == [{"move-rate": 0}, {"move-rate": 1}]
+    for _, readings, _, now, _ in bench.gate.asked:
+        assert readings["holding"].time == now
+
+
+def test_a_clock_that_goes_back_denies(make_bench: MakeBench) -> None:
+    def rewinding(observed: Observation, inputs: Inputs) -> SkillBody:
+        yield act("move")
+        bench.plant.time = -1.0
+        yield act("move")
+
+    bench = make_bench(rewinding)
+    result = bench.submit()
+    assert (result.status, result.allowed, result.denied) == (StepStatus.DENIED, 1, 1)
+    assert "the clock went back" in result.reason
+    bench.assert_cleaned_up(finished=False)
+
+
+def test_strange_parameters_are_recorded_and_denied(make_bench: MakeBench) -> None:
+    bench = make_bench(_yields(act("move", speed=nan, more=[object()], huge="x" * 2_000_000)))
+    bench.gate.answers = [Decision(Verdict.ALLOW, act("move"), ()), DENIAL]
+    assert bench.submit().status is StepStatus.DENIED
+    details = bench.records("decision")[-1]["details"]
+    assert details["verdict"] == "DENY"
+    assert details["asked"]["parameters"]["speed"] == {"float": "nan"}
+    assert details["asked"]["parameters"]["huge"] == {"unencodable": "too large"}
+
+
+def test_a_decision_record_holds_what_was_decided_on(make_bench: MakeBench) -> None:
+    bench = make_bench(twice)
+    bench.submit()
+    details = bench.records("decision")[0]["details"]
+    assert details["configuration"] == "c" * 64
+    assert (details["module"], details["skill"], details["verdict"]) == ("handling", "lift", "ALLOW")
+    assert details["state"]["tool_position"] == [[0.3, 0.0, 0.5], 0.0]
+    assert len(details["state_digest"]) == 64
+
+
+def test_it_is_the_runtime_that_the_agent_sees(make_bench: MakeBench, site: Site) -> None:
+    bench = make_bench(twice)
+    runtime: Runtime = bench.executor
+    assert runtime.site is site
+    assert list(runtime.active_modules()) == ["handling"]
+    assert runtime.now() == 0.0
+    assert runtime.observe()["holding"].value is False
+    runtime.note("decision", {"verdict": "ALLOW"})
+    note = bench.records("note")[0]["details"]
+    assert note == {"event": "decision", "details": {"verdict": "ALLOW"}}
+    assert verify_log(bench.log_path).decisions.allowed == 0

@@ -1,0 +1,76 @@
+"""The executor with the real gate, monitor and symbolic plant: what the fakes stand in for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.runtime.audit import AuditLog, DecisionCounts, verify_log
+from aeros.runtime.configuration import configure
+from aeros.runtime.executor import Executor
+from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.ports import StepRequest, StepResult, StepStatus
+from aeros.runtime.skills import load_skill
+from aeros.sim.symbolic import SymbolicPlant
+from aeros.spec.certificate import certificate_for
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import RealType
+from aeros.spec.model import Access, Clause, Declared, Ecm, Site
+from aeros.spec.units import NUMBER
+
+CODE = """
+from aeros.skill import act
+
+def lift(observed, inputs):
+    speed = 2 * inputs["height"]
+    for _ in range(3):
+        observed = yield act("move", speed=speed)
+        speed = 2 * speed
+"""
+
+
+@pytest.fixture
+def executor(site: Site, make_ecm: Any, tmp_path: Path) -> Iterator[Executor]:
+    speed = Declared(
+        t.Variable("speed", RealType(NUMBER), t.Role.PARAMETER), site.span, range=(Fraction(0), Fraction(1))
+    )
+    everything = Clause(t.TRUE, "true", site.span)
+    slow = Clause(t.Compare("<=", speed.variable, t.Literal(Fraction(1, 2), RealType(NUMBER))), "", site.span)
+    arm = Access(actuators=frozenset({"arm"}))
+    move = replace(site.kinds["move"], parameters={"speed": speed})
+    governed = replace(site, kinds={**site.kinds, "move": move}, access=arm)
+    made: Ecm = make_ecm(CODE)
+    skill = replace(made.skills["lift"], envelope={"move": slow})
+    ecm = replace(made, skills={"lift": skill}, permission={"move": everything}, access=arm)
+    certificate = certificate_for(ecm, governed, {"safety/lift/move/separation": "GUARDED"})
+    configuration = configure(governed, {"handling": (ecm, certificate)})
+    plant = SymbolicPlant(governed, configuration.modules, seed=0)
+    with AuditLog(tmp_path / "audit.jsonl") as audit:
+        yield Executor(configuration, Gate(configuration, GateMode.SHADOW), plant, audit, load_skill)
+
+
+def test_a_step_is_carried_out_and_its_outcome_measured(executor: Executor, tmp_path: Path) -> None:
+    request = StepRequest("handling", "lift", {"height": 0.0625})
+    assert executor.submit(request) == StepResult(StepStatus.FINISHED, "", allowed=3)
+    assert executor.observe()["holding"].value is True
+    assert verify_log(tmp_path / "audit.jsonl").decisions == DecisionCounts(allowed=3)
+
+
+def test_an_action_outside_the_envelope_ends_the_step_without_an_outcome(executor: Executor) -> None:
+    result = executor.submit(StepRequest("handling", "lift", {}))
+    assert (result.status, result.allowed, result.denied) == (StepStatus.DENIED, 2, 1)
+    assert result.reason.startswith("AE730 move")
+    assert executor.observe()["holding"].value is False
+
+
+def test_the_quota_runs_out(executor: Executor) -> None:
+    request = StepRequest("handling", "lift", {"height": 0.0625})
+    assert executor.submit(request).status is StepStatus.FINISHED
+    result = executor.submit(request)
+    assert (result.status, result.allowed) == (StepStatus.DENIED, 2)
+    assert "AE742 move-rate" in result.reason

@@ -1,0 +1,57 @@
+"""Driving a physics plant from tests: no gate, no agent, a monitor that allows."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from aeros.runtime.ports import Completion
+from aeros.sim.physics import PhysicsPlant
+
+Skills = Callable[[PhysicsPlant, str], list[Completion]]
+
+
+def _observed(plant: PhysicsPlant) -> dict[str, Any]:
+    return {name: reading.value for name, reading in plant.observe().items()}
+
+
+def _allow(values: Mapping[str, Any]) -> str | None:
+    return None
+
+
+@pytest.fixture
+def dumpling_skills() -> ModuleType:
+    """The skills of ecms/make_dumplings, as a module."""
+    path = Path(__file__).parents[3] / "ecms" / "make_dumplings" / "skills.py"
+    spec = importlib.util.spec_from_file_location("dumpling_skills", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def run_dumpling_skill(dumpling_skills: ModuleType) -> Skills:
+    """Runs one skill to its end, or to the first action that does not complete."""
+
+    def run(plant: PhysicsPlant, skill: str) -> list[Completion]:
+        body = getattr(dumpling_skills, skill)(_observed(plant), {})
+        ended: list[Completion] = []
+        action = next(body, None)
+        while action is not None:
+            ended.append(plant.execute(action, _allow, plant.now() + 60.0))
+            if not ended[-1].completed:
+                break
+            try:
+                action = body.send(_observed(plant))
+            except StopIteration:
+                action = None
+        return ended
+
+    return run

@@ -1,0 +1,229 @@
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from aeros.sim.limits import Q_MAX, Q_MIN, QD_MAX, QDD_MAX, TAU_MAX
+from aeros.sim.panda import Panda, RobotOptions
+from aeros.sim.physics import PhysicsPlant, make_plant
+from aeros.sim.profile import TICK
+from aeros.sim.randomness import Chance
+from aeros.sim.scenes.bare import Bare
+from aeros.sim.world import World
+from aeros.skill import Action, act
+
+pytestmark = pytest.mark.physics
+
+FOREVER = 1e9
+
+
+class CubeOnBlock(Bare):
+    """A 4 cm cube of 100 g on a block, for a fixed robot or for one on a carriage."""
+
+    def __init__(self, *, carriage: bool = False) -> None:
+        if carriage:
+            self.robot = RobotOptions(carriage=True, base=(0.0, 0.0, 0.3))
+
+    def build(self, world: World, robot: Panda, chance: Chance) -> None:
+        world.add_box((0.10, 0.03, 0.05), (0.5, 0.1, 0.025))
+        world.add_box((0.04, 0.04, 0.04), (0.5, 0.1, 0.07), mass=0.1)
+
+
+@pytest.fixture
+def plant() -> Iterator[PhysicsPlant]:
+    plant = make_plant("bare", 0)
+    yield plant
+    plant.close()
+
+
+def allow(values: Mapping[str, Any]) -> str | None:
+    return None
+
+
+def recording(log: list[Mapping[str, Any]]) -> Callable[[Mapping[str, Any]], str | None]:
+    def monitor(values: Mapping[str, Any]) -> str | None:
+        log.append(values)
+        return None
+
+    return monitor
+
+
+def move(x: float, y: float, z: float, yaw: float = 0.0, speed: float = 0.25) -> Action:
+    return act("move_tool", target=(x, y, z), yaw=yaw, speed=speed)
+
+
+def test_the_arm_arrives_within_half_a_millimetre_inside_every_limit(plant: PhysicsPlant) -> None:
+    log: list[Mapping[str, Any]] = []
+    for action in (move(0.5, 0.2, 0.1), move(0.4, -0.3, 0.3, yaw=1.0), move(0.55, 0.1, 0.02, speed=1.0)):
+        assert plant.execute(action, recording(log), FOREVER).completed
+        assert math.dist(log[-1]["tool_position"], action.parameters["target"]) < 5e-4
+    q = np.array([values["joint_position"] for values in log])
+    assert (q > Q_MIN).all()
+    assert (q < Q_MAX).all()
+    assert (np.abs([values["joint_velocity"] for values in log]) < QD_MAX).all()
+    assert (np.abs([values["joint_torque"] for values in log]) <= TAU_MAX).all()
+
+
+def test_the_monitor_sees_every_tick(plant: PhysicsPlant) -> None:
+    log: list[Mapping[str, Any]] = []
+    plant.execute(act("wait", duration=0.5), recording(log), FOREVER)
+    assert len(log) == 1 + 120
+
+
+def test_a_named_rule_stops_the_arm_within_that_tick_and_inside_the_limits(plant: PhysicsPlant) -> None:
+    robot = plant._robot
+    sent: list[tuple[Any, Any]] = []
+    command = robot.command
+
+    def spy(q: Any, qd: Any) -> None:
+        sent.append((q, qd))
+        command(q, qd)
+
+    robot.command = spy  # type: ignore[method-assign]
+    seen = 0
+
+    def trip(values: Mapping[str, Any]) -> str | None:
+        nonlocal seen
+        seen += 1
+        return "too_close" if seen == 200 else None
+
+    ended = plant.execute(move(0.5, -0.4, 0.2, speed=0.5), trip, FOREVER)
+    assert ended.reason == "monitor:too_close"
+    # 199 ticks of motion; from then on every set point is slower than the one before.
+    rates = np.array([qd for _, qd in sent])
+    assert (np.linalg.norm(np.diff(rates[:150], axis=0), axis=1) > 0).any()
+    falling = np.linalg.norm(rates[198:], axis=1)
+    assert (np.diff(falling) <= 1e-12).all()
+    assert falling[1] < falling[0]
+    assert falling[-1] == 0.0
+    places = np.array([q for q, _ in sent])
+    assert (np.abs(np.diff(places, n=2, axis=0)) / TICK**2 <= 1.01 * QDD_MAX).all()
+    assert max(map(abs, plant.observe()["joint_velocity"].value)) < 0.02
+
+
+def test_a_rule_that_is_violated_at_rest_prevents_motion(plant: PhysicsPlant) -> None:
+    before = plant.observe()["tool_position"].value
+    ended = plant.execute(move(0.5, 0.2, 0.1), lambda values: "no_entry", FOREVER)
+    assert ended.reason == "monitor:no_entry"
+    assert math.dist(plant.observe()["tool_position"].value, before) < 1e-4
+
+
+def test_motion_ends_at_the_deadline(plant: PhysicsPlant) -> None:
+    ended = plant.execute(move(0.5, 0.3, 0.1), allow, plant.now() + 0.5)
+    assert ended.reason == "deadline"
+    assert plant.now() < 0.9
+
+
+@pytest.mark.parametrize(
+    ("action", "reason"),
+    [
+        (move(0.9, 0.4, 0.3), "unreachable"),
+        (move(math.nan, 0.0, 0.3), "bad parameter"),
+        (move(0.5, 0.0, 0.3, speed=math.inf), "bad parameter"),
+        (move(0.5, 0.0, 0.3, speed=-1.0), "out of range"),
+        (act("move_tool", target=(0.5, 0.0, 0.3), yaw=0.0), "missing parameter: `speed`"),
+        (act("wait", duration=1.0, haste=True), "unknown parameter: `haste`"),
+        (act("grip", width=True, force=10.0), "bad parameter"),
+        (act("grip", width=0.02, force=500.0), "out of range"),
+        (act("look", camera="mast"), "unknown camera"),
+        (act("move_base", x=1.0, y=0.0, speed=0.2), "unknown kind"),
+        (act("dance"), "unknown kind"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_before_motion(
+    plant: PhysicsPlant, action: Action, reason: str
+) -> None:
+    ended = plant.execute(action, allow, FOREVER)
+    assert not ended.completed
+    assert ended.reason is not None
+    assert ended.reason.startswith(reason)
+    assert plant.now() == 0.0
+
+
+def test_a_cube_is_carried_by_friction_and_falls_when_released() -> None:
+    plant = PhysicsPlant(CubeOnBlock(), 0)
+    for action in (
+        move(0.5, 0.1, 0.15),
+        move(0.5, 0.1, 0.07),
+        act("grip", width=0.03, force=10.0),
+        move(0.5, -0.1, 0.25),
+        act("wait", duration=2.0),
+    ):
+        assert plant.execute(action, allow, FOREVER).completed
+    readings = plant.observe()
+    assert readings["holding"].value
+    assert 9.0 < readings["grip_force"].value < 11.0
+    assert 0.038 < readings["finger_gap"].value < 0.043
+    plant.execute(act("grip", width=0.08, force=10.0), allow, FOREVER)
+    assert not plant.observe()["holding"].value
+    plant.close()
+
+
+def test_a_slide_holds_the_asked_force(plant: PhysicsPlant) -> None:
+    for action in (act("grip", width=0.0, force=10.0), move(0.5, 0.0, 0.013, speed=0.1)):
+        assert plant.execute(action, allow, FOREVER).completed
+    forces: list[float] = []
+
+    def press(values: Mapping[str, Any]) -> str | None:
+        forces.append(sum(plant._robot.finger_forces()))
+        return None
+
+    assert plant.execute(act("slide", target=(0.5, 0.1, 0.0), force=6.0, speed=0.1), press, FOREVER).completed
+    touched = next(tick for tick, force in enumerate(forces) if force > 0.0)
+    assert max(forces) < 15.0
+    assert max(abs(force - 6.0) for force in forces[touched + 72 :]) < 1.0
+
+
+def test_a_slide_over_nothing_ends_blocked(plant: PhysicsPlant) -> None:
+    plant.execute(move(0.5, 0.0, 0.30), allow, FOREVER)
+    ended = plant.execute(act("slide", target=(0.5, 0.1, 0.30), force=6.0, speed=0.1), allow, FOREVER)
+    assert ended.reason is not None
+    assert ended.reason.startswith("no contact")
+
+
+def test_an_obstacle_ends_a_move_and_the_arm_stops_pushing(plant: PhysicsPlant) -> None:
+    plant.execute(move(0.5, 0.0, 0.05), allow, FOREVER)
+    ended = plant.execute(move(0.5, 0.0, -0.05), allow, FOREVER)
+    assert ended.reason is not None
+    assert ended.reason.startswith("blocked")
+    assert plant.execute(move(0.5, 0.0, 0.2), allow, FOREVER).completed
+
+
+def test_the_carriage_drives_to_its_target() -> None:
+    plant = PhysicsPlant(CubeOnBlock(carriage=True), 0)
+    assert plant.execute(act("move_base", x=-0.6, y=0.3, speed=0.4), allow, FOREVER).completed
+    assert math.dist(plant.observe()["base_position"].value, (-0.6, 0.3, 0.3)) < 0.002
+    assert plant.execute(move(-0.1, 0.3, 0.5), allow, FOREVER).completed
+    plant.close()
+
+
+def test_the_same_seed_repeats_bit_for_bit_and_another_does_not() -> None:
+    def digest(seed: int) -> str:
+        plant = make_plant("dumpling_bench", seed)
+        values = hashlib.sha256()
+        x, y, _ = plant.observe()["wrapper_position"].value
+        for action in (move(x, y, 0.2), move(x, y, 0.063), act("grip", width=0.046, force=5.0)):
+            plant.execute(action, allow, FOREVER)
+            readings = {name: reading.value for name, reading in plant.observe().items()}
+            values.update(repr(sorted(readings.items())).encode())
+        plant.close()
+        return values.hexdigest()
+
+    assert digest(7) == digest(7)
+    assert digest(7) != digest(8)
+
+
+def test_a_film_is_written(tmp_path: Path) -> None:
+    plant = make_plant("bare", 0, record=tmp_path / "film.webp")
+    plant.execute(move(0.5, 0.2, 0.3), allow, FOREVER)
+    plant.close()
+    plant.close()
+    with Image.open(tmp_path / "film.webp") as film:
+        assert getattr(film, "n_frames", 1) >= 3

@@ -1,0 +1,41 @@
+"""A small vocabulary for tests of the expression language."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.check import Box, Scope, check
+from aeros.spec.expr.conformance import JOINT, MODE, VARIABLES
+from aeros.spec.expr.parser import parse
+from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
+from aeros.spec.units import LENGTH, NUMBER, TIME
+
+GRIP = EnumType("Grip", ("open", "stop"))
+SPEED = RealType(LENGTH * TIME**-1)
+_METRES = RealType(LENGTH)
+_ZERO = t.Literal(Fraction(0), _METRES)
+SCOPE = Scope(
+    variables={
+        **VARIABLES,
+        "speed": t.Variable("speed", SPEED, t.Role.PARAMETER),
+        "k": t.Variable("k", RealType(NUMBER), t.Role.STATE),
+        "v": t.Variable("v", VectorType(SPEED.dimension), t.Role.STATE),
+        "grip": t.Variable("grip", GRIP, t.Role.STATE),
+    },
+    inputs={
+        "pace": t.Variable("inputs.pace", SPEED, t.Role.INPUT),
+        "grip": t.Variable("inputs.grip", GRIP, t.Role.INPUT),
+    },
+    constants={
+        "reach": t.Literal(Fraction(85, 100), _METRES),
+        "home": t.Vector(_ZERO, _ZERO, _ZERO),
+        "limit": t.Table("limit", FamilyType(JOINT, _METRES), (Fraction(1), Fraction(2), Fraction(3))),
+    },
+    enums={"Joint": JOINT, "Mode": MODE, "Grip": GRIP},
+    volumes={"cell": Box((Fraction(-1),) * 3, (Fraction(1),) * 3)},
+)
+
+
+def term_of(text: str, expected: Type = BOOL) -> t.Term:
+    return check(parse(text), SCOPE, expected)

@@ -1,0 +1,62 @@
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.semantics import evaluate
+from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType
+from aeros.spec.units import NUMBER
+
+_REAL = RealType(NUMBER)
+_SET = EnumType("Set", ("i", "j"))
+A = t.Variable("a", BOOL, t.Role.STATE)
+F = t.Variable("f", FamilyType(_SET, _REAL), t.Role.STATE)
+B = t.BoundVariable("e", _SET)
+
+
+def _number(value: Fraction | int) -> t.Literal:
+    return t.Literal(Fraction(value), _REAL)
+
+
+@pytest.mark.parametrize("a", [False, True])
+def test_connectives_are_those_of_logic(a: bool) -> None:
+    env = {"a": a}
+    assert evaluate(t.Not(A), env) is (not a)
+    assert evaluate(t.Implies(A, t.FALSE), env) is (not a)
+    assert evaluate(t.Implies(t.FALSE, A), env) is True
+    assert evaluate(t.And((A, t.TRUE)), env) is a
+    assert evaluate(t.Or((A, t.FALSE)), env) is a
+
+
+def test_an_empty_conjunction_is_true_and_an_empty_disjunction_false() -> None:
+    assert evaluate(t.And(()), {}) is True
+    assert evaluate(t.Or(()), {}) is False
+    assert evaluate(t.conjunction(), {}) is True
+
+
+def test_arithmetic_is_exact() -> None:
+    third = _number(Fraction(1, 3))
+    assert evaluate(t.Add(third, t.Add(third, third)), {}) == 1
+    assert evaluate(t.Multiply(third, _number(3)), {}) == 1
+
+
+def test_a_double_is_the_rational_it_denotes() -> None:
+    x = t.Variable("x", _REAL, t.Role.STATE)
+    assert evaluate(t.Compare("==", x, _number(Fraction(1, 10))), {"x": Fraction(0.1)}) is False
+    assert evaluate(t.Compare("==", x, _number(0)), {"x": Fraction(-0.0)}) is True
+
+
+def test_the_index_chooses_by_its_place_in_the_set() -> None:
+    env = {"f": (Fraction(1), Fraction(5))}
+    chosen = t.Select(F, B)
+    assert evaluate(chosen, {**env, "e": "j"}) == 5
+    above = t.Compare("<", _number(2), chosen)
+    assert evaluate(t.Quantified("any", B, above), env) is True
+    assert evaluate(t.Quantified("all", B, above), env) is False
+
+
+def test_free_variables_come_in_order_of_occurrence() -> None:
+    term = t.And((t.Compare("<", t.Select(F, B), _number(1)), A, t.Not(A)))
+    assert list(t.variables_of(term)) == ["f", "a"]

@@ -1,0 +1,29 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+from aeros.spec.digests import code_digest, code_files, file_digest
+
+
+def test_digests_tell_names_contents_and_borders_apart() -> None:
+    variants: list[dict[str, bytes]] = [
+        {},
+        {"a.py": b""},
+        {"b.py": b""},
+        {"a.py": b"x"},
+        {"a.py": b"x", "b.py": b"y"},
+        {"a.py": b"xb.pyy"},
+        {"a.py": b"y", "b.py": b"x"},
+    ]
+    assert len({code_digest(files) for files in variants}) == len(variants)
+    assert code_digest({"a.py": b"x", "b.py": b"y"}) == code_digest({"b.py": b"y", "a.py": b"x"})
+    assert file_digest(b"").startswith("e3b0c442")
+
+
+def test_only_python_files_are_code(tmp_path: Path) -> None:
+    (tmp_path / "below").mkdir()
+    (tmp_path / "folder.py").mkdir()
+    for name in ("b.py", "a.py", "notes.txt", "below/c.py"):
+        (tmp_path / name).write_text(name)
+    assert code_files(tmp_path) == {"a.py": b"a.py", "b.py": b"b.py", "below/c.py": b"below/c.py"}
+    assert list(code_files(tmp_path)) == ["a.py", "b.py", "below/c.py"]
