@@ -6,9 +6,9 @@ import argparse
 import json
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
+from aeros.cli.arguments import existing_path
 from aeros.cli.configuration import prove
 from aeros.cli.examples import example_requests
 from aeros.cli.exit_codes import EXIT_CODES, Exit
@@ -46,8 +46,10 @@ def add_to(commands: Subparsers) -> None:
         epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--site", type=Path, help="the site file (default: the reference site, a Panda cell)")
-    parser.add_argument("--ecm", type=Path, required=True, help="the module whose skill asks")
+    parser.add_argument(
+        "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
+    )
+    parser.add_argument("--ecm", type=existing_path, required=True, help="the module whose skill asks")
     parser.add_argument("--skill", required=True, help="the skill that asks")
     parser.add_argument(
         "--gate",

@@ -44,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="aeros",
-        description="Capability packages proved safe before they are installed, actions decided before motion.",
+        description="Capability packages proved safe before installation, actions decided before motion.",
         epilog=EXIT_CODES,
     )
     parser.add_argument("--version", action="version", version=f"aeros {aeros.__version__}")

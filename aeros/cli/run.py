@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from aeros.agent.errors import RefusedError
 from aeros.agent.loop import awake
 from aeros.agent.routing import Routed, route
+from aeros.cli.arguments import existing_path
 from aeros.cli.configuration import prove
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.plants import PLANTS, PlantRefusedError, open_plant
@@ -22,6 +23,7 @@ from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate, GateMode
 from aeros.runtime.skills import load_skill
 from aeros.spec.loading import reference_site
+from aeros.spec.verify import Report
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -56,8 +58,12 @@ def add_to(commands: Subparsers) -> None:
         default=GateMode.COMPILED.value,
         help="how conditions are decided; shadow does both and halts on a disagreement (default: compiled)",
     )
-    parser.add_argument("--site", type=Path, help="the site file (default: the reference site, a Panda cell)")
-    parser.add_argument("--ecms", type=Path, default=Path("ecms"), help="the modules to load (default: ecms)")
+    parser.add_argument(
+        "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
+    )
+    parser.add_argument(
+        "--ecms", type=existing_path, default="ecms", help="the modules to load (default: ecms)"
+    )
     parser.add_argument(
         "--out", type=Path, help="a new folder for film, trace and audit log (default: in runs/)"
     )
@@ -76,21 +82,18 @@ def _seed(text: str) -> int:
 
 def _command(arguments: argparse.Namespace) -> Exit:
     configuration, report = prove([arguments.ecms], arguments.site or reference_site(), certified=True)
-    proved = sum(module.obligation_count for module in report.modules)
-    guarded = sum(len(module.guarded) for module in report.modules)
-    print(
-        f"proved {len(report.modules)} modules: {proved} obligations, {guarded} of them guarded by the gate"
-    )
     try:
         routed = route(arguments.instruction, configuration.modules)
         out = _output_folder(arguments.out, routed.task.id)
-        return _run(arguments, configuration, routed, out)
+        return _run(arguments, configuration, report, routed, out)
     except (RefusedError, PlantRefusedError, AuditError) as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
 
 
-def _run(arguments: argparse.Namespace, configuration: Configuration, routed: Routed, out: Path) -> Exit:
+def _run(
+    arguments: argparse.Namespace, configuration: Configuration, proof: Report, routed: Routed, out: Path
+) -> Exit:
     film = None if arguments.no_record or arguments.plant != "physics" else out / "run.webp"
     audit_path = out / "audit.jsonl"
     began = time.perf_counter()
@@ -105,7 +108,7 @@ def _run(arguments: argparse.Namespace, configuration: Configuration, routed: Ro
         with awake(arguments.state, configuration.site.id, executor, on_event=trace.tell) as agent:
             report = agent.run(arguments.instruction)
         simulated = plant.now()
-    print(summary(report, arguments.plant, simulated, time.perf_counter() - began))
+    print(summary(proof, report, arguments.plant, simulated, time.perf_counter() - began))
     audited = verify_log(audit_path)
     sound = "chain sound" if audited.bad_record is None else f"record {audited.bad_record}: {audited.why}"
     print(f"audit      {audited.records} records, {sound}")

@@ -11,6 +11,7 @@ from typing import Any, Self
 from aeros.agent.journal import Event
 from aeros.agent.report import RunReport
 from aeros.spec.render import safe
+from aeros.spec.verify import Report
 
 
 class TraceWriter:
@@ -35,15 +36,18 @@ class TraceWriter:
         self._file.close()
 
 
-def summary(report: RunReport, plant: str, simulated: float, real: float) -> str:
+def summary(proof: Report, report: RunReport, plant: str, simulated: float, real: float) -> str:
     """The end of a run in a few lines."""
     measured = _measured(report.measured)
+    obligations = sum(module.obligation_count for module in proof.modules)
+    guarded = sum(len(module.guarded) for module in proof.modules)
     outcome = "goal reached" if report.reached else f"goal not reached: {report.reason}"
     return "\n".join(
         (
             "",
             f"{report.module}.{report.task}: {outcome}",
             f"goal       {report.goal}; measured on the {plant} plant: {measured}",
+            f"modules    {len(proof.modules)} proved, {obligations} obligations, {guarded} left to the gate",
             f"steps      {len(report.steps)} run, {report.retries} retries, {report.recoveries} recoveries, "
             f"{report.replans} re-plans",
             f"decisions  {report.allowed} allowed, {report.attenuated} attenuated, {report.denied} denied",

@@ -5,15 +5,15 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from aeros.cli.arguments import existing_path
 from aeros.cli.exit_codes import EXIT_CODES, Exit, exit_for
 from aeros.spec.backends.budget import DEFAULT_RLIMIT
 from aeros.spec.certificate import LOCK, check_lock
 from aeros.spec.diagnostics import Diagnostic, Severity
 from aeros.spec.loading import reference_site
-from aeros.spec.render import render_json, render_text
+from aeros.spec.render import render_json, render_text, safe
 from aeros.spec.verify import Conclusion, Report, SubjectReport, verify
 
 if TYPE_CHECKING:
@@ -38,9 +38,11 @@ def add_to(commands: Subparsers) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "paths", nargs="+", type=Path, metavar="PATH", help="a module, or a folder of modules"
+        "paths", nargs="+", type=existing_path, metavar="PATH", help="a module, or a folder of modules"
     )
-    parser.add_argument("--site", type=Path, help="the site file (default: the reference site, a Panda cell)")
+    parser.add_argument(
+        "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
+    )
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
     parser.add_argument(
         "--check", action="store_true", help=f"do not write {LOCK}, but require it to be current"
@@ -76,7 +78,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 
 def _progress(name: str) -> None:
-    print(f"\r\x1b[Kproving {name} …", end="\r", file=sys.stderr, flush=True)
+    print(f"\r\x1b[Kproving {safe(name)} …", end="\r", file=sys.stderr, flush=True)
 
 
 def _locks(report: Report, *, write: bool) -> list[Diagnostic]:
@@ -111,13 +113,14 @@ def _as_text(report: Report, locks: list[Diagnostic]) -> str:
     subjects = (report.site, *report.modules)
     problems = [problem for subject in subjects for problem in subject.diagnostics] + locks
     parts = [render_text(problem, colour=sys.stdout.isatty()) for problem in problems]
-    width = max(len(subject.name) for subject in subjects)
+    width = max(len(safe(subject.name)) for subject in subjects)
     lines = [_summary(subject, width) for subject in subjects if subject.name]
     return "\n".join([*(part.rstrip("\n") + "\n" for part in parts), *lines])
 
 
 def _summary(subject: SubjectReport, width: int) -> str:
-    line = f"{subject.name:{width}}  {subject.conclusion.value:9}  {subject.obligation_count:4} obligations"
+    name, conclusion = safe(subject.name), subject.conclusion.value
+    line = f"{name:{width}}  {conclusion:9}  {subject.obligation_count:4} obligations"
     if subject.conclusion is Conclusion.PROVED and subject.guarded:
         rules = dict.fromkeys(finding.obligation.guard for finding in subject.guarded)
         line += f", {len(subject.guarded)} guarded: the gate decides {', '.join(map(str, rules))}"

@@ -12,7 +12,6 @@ from fractions import Fraction
 from typing import Any
 
 from aeros.runtime.decision import Reason
-from aeros.runtime.ports import Reading
 from aeros.spec.doubles import neighbours
 from aeros.spec.expr.lower import scalar_variables
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, RealType, VectorType
@@ -33,18 +32,31 @@ class Form:
         self.names = tuple(scalar.name for scalar in scalar_variables(declared.variable))
         self._is_compound = isinstance(declared.variable.type, VectorType | FamilyType)
         self._check = _scalar_check(declared)
+        limit = declared.max_age
+        # Below half its limit an age is within it, however the difference of two times was rounded.
+        self.surely_fresh = math.inf if limit is None else neighbours(limit / 2)[0]
 
     def take(self, value: Any, into: Scalars) -> Reason | None:
-        """Put the scalars of `value` into `into`, or say why it is not a value of this variable."""
-        name = self.declared.name
-        parts = value if self._is_compound else (value,)
-        if type(parts) not in (tuple, list) or len(parts) != len(self.names):
+        """Put the scalars of `value` into `into`, or say why it is not a value of this variable.
+
+        Of a faulty value some scalars may have been put, never all.
+        """
+        if not self._is_compound:
+            return self._take_scalar(self.names[0], value, into)
+        if type(value) not in (tuple, list) or len(value) != len(self.names):
+            name = self.declared.name
             return Reason("AE704", name, f"`{name}` is not a list of {len(self.names)} values")
-        for scalar, part in zip(self.names, parts, strict=True):
-            checked, fault = self._check(part)
+        for scalar, part in zip(self.names, value, strict=True):
+            fault = self._take_scalar(scalar, part, into)
             if fault is not None:
-                return Reason(fault[0], name, f"`{scalar}` {fault[1]}")
-            into[scalar] = checked
+                return fault
+        return None
+
+    def _take_scalar(self, scalar: str, value: Any, into: Scalars) -> Reason | None:
+        checked, fault = self._check(value)
+        if fault is not None:
+            return Reason(fault[0], self.declared.name, f"`{scalar}` {fault[1]}")
+        into[scalar] = checked
         return None
 
 
@@ -95,25 +107,28 @@ def _real_check(declared: Declared) -> Callable[[Any], _Checked]:
 
 def check_now(now: Any) -> Reason | None:
     """Why `now` is not a time, or None if it is one."""
-    if type(now) is float and math.isfinite(now):
+    if _is_time(now):
         return None
-    if type(now) is int and -_EXACT_INTEGERS <= now <= _EXACT_INTEGERS:
-        return None
-    return Reason("AE704", "time", "the time of the request is not a finite number of seconds")
+    return Reason("AE704", "time", "the time of the request is not a number of seconds on a clock")
 
 
-def check_age(form: Form, reading: Reading, now: float, required: bool) -> Reason | None:
-    """Why the reading's time does not serve, or None.  Age matters only where a rule reads the value."""
-    name, time = form.declared.name, reading.time
-    if check_now(time) is not None:
-        return Reason("AE704", name, f"the time of `{name}` is not a finite number of seconds")
-    limit = form.declared.max_age
-    if time <= now and (not required or limit is None or now - time < limit / 2):
-        return None  # far from both bounds: rounding cannot matter
-    age = Fraction(now) - Fraction(time)
-    if age < 0:
+def _is_time(value: Any) -> bool:
+    # NaN compares as false; beyond these bounds no clock counts seconds and a difference may overflow.
+    return type(value) in (float, int) and -_EXACT_INTEGERS <= value <= _EXACT_INTEGERS
+
+
+def check_age(form: Form, time: Any, now: float, required: bool) -> Reason | None:
+    """Why a value measured at `time` does not serve, or None.  Age matters only where a rule reads it."""
+    declared = form.declared
+    name, limit = declared.variable.name, declared.max_age
+    if not _is_time(time):
+        return Reason("AE704", name, f"the time of `{name}` is not a number of seconds on a clock")
+    if time > now:
         return Reason("AE707", name, f"`{name}` was measured in the future")
-    if required and limit is not None and age > limit:
+    if not required or limit is None or now - time < form.surely_fresh:
+        return None
+    age = Fraction(now) - Fraction(time)
+    if age > limit:
         return Reason(
             "AE706", name, f"`{name}` is {float(age):.3g} s old; after {float(limit):g} s it is unknown"
         )

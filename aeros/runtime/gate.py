@@ -1,8 +1,8 @@
 """The gate: `decide` says whether one action may be executed now.  Pure, total, default deny.
 
 Layers, all of them evaluated, every violated rule reported: input form; operator overrides;
-lifecycle (the module is active, the skill is its own); envelope of the skill and permission of
-the module; access, risk and quotas; Φ.  ALLOW means that none of them objects.
+lifecycle (the module is active, the skill is its own); access, risk and quotas; envelope of the
+skill and permission of the module; Φ.  ALLOW means that none of them objects.
 
 What is dropped and why that is sound: the compiled gate does not evaluate, on its way to ALLOW, the
 permission and those invariants that the certificate says are PROVED of every action inside the
@@ -12,24 +12,23 @@ always checked here.  Whenever anything objects, everything is evaluated, so tha
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from fractions import Fraction
-from typing import Any, cast
+from typing import Any
 
+from aeros.runtime.attenuation import attenuated
 from aeros.runtime.conditions import CompiledCondition, Condition, SolverCondition, Truth
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Decision, Reason, Verdict
-from aeros.runtime.form import Form, Scalars, check_age, check_now, forms_of
-from aeros.runtime.ports import Reading, Readings
+from aeros.runtime.form import Form, Scalars, check_now, forms_of
+from aeros.runtime.intake import as_executed, request_fault, take_given, take_readings
+from aeros.runtime.layers import finite_objections
+from aeros.runtime.ports import Readings
 from aeros.skill import Action
-from aeros.spec.doubles import double_within
 from aeros.spec.errors import InternalError
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import lower
-from aeros.spec.expr.semantics import evaluate
-from aeros.spec.model import ActionKind, Declared, Ecm, Rule, Site, Skill
+from aeros.spec.model import ActionKind, Declared, Ecm, Rule, Skill
 
 
 class GateMode(Enum):
@@ -65,207 +64,166 @@ class Gate:
         decision = self._decider.decide(caller, readings, action, now, usage)
         if self._shadow is not None:
             second = self._shadow.decide(caller, readings, action, now, usage)
-            if (second.verdict, second.action) != (decision.verdict, decision.action):
+            if second != decision:
                 raise GateDisagreementError(f"compiled gate: {decision}; z3: {second}")
         return decision
 
 
 @dataclass(frozen=True)
-class _Entry:
-    """Everything that decides one skill's actions of one kind."""
+class _KindRules:
+    """What Φ says of one action kind.
 
-    kind: ActionKind
+    required: the state variables that it reads, to decide or to attenuate.
+    """
+
+    rules: tuple[tuple[Rule, Condition], ...]
     parameters: Mapping[str, Form]
     required: frozenset[str]
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """Everything else that decides one skill's actions of one kind.
+
+    sufficient: the envelope and whatever of permission and Φ it is not proved to imply.
+    required: the state variables that any condition reads: those a decision needs, and fresh.
+    """
+
     envelope: Condition
-    permission: Condition | None
-    rules: tuple[tuple[Rule, Condition], ...]
-    residue: tuple[Condition, ...]
+    permission: Condition
+    sufficient: Condition
+    required: frozenset[str]
 
 
 class _Decider:
     def __init__(self, configuration: Configuration, compiled: bool) -> None:
         self._configuration = configuration
-        self._site: Site = configuration.site
-        self._condition = CompiledCondition if compiled else SolverCondition
-        self._state = forms_of(self._site.state)
-        self._parameters = {name: forms_of(kind.parameters) for name, kind in self._site.kinds.items()}
-        self._inputs = {
-            (module, skill.id): forms_of(skill.inputs)
-            for module, ecm in configuration.modules.items()
-            for skill in ecm.skills.values()
-        }
-        self._rules = {name: self._rules_on(kind) for name, kind in self._site.kinds.items()}
-        self._entries = {
-            (module, skill.id, kind): self._entry(ecm, skill, self._site.kinds[kind])
-            for module, ecm in configuration.modules.items()
-            for skill in ecm.skills.values()
-            for kind in skill.envelope
-        }
+        self._compiled = compiled
+        site = configuration.site
+        self._state = forms_of(site.state)
+        self._kinds = {name: self._kind_rules(kind) for name, kind in site.kinds.items()}
+        self._inputs: dict[tuple[str, str], dict[str, Form]] = {}
+        self._entries: dict[tuple[str, str, str], _Entry] = {}
+        for module, ecm in configuration.modules.items():
+            for skill in ecm.skills.values():
+                self._inputs[module, skill.id] = forms_of(skill.inputs)
+                for kind in skill.envelope:
+                    self._entries[module, skill.id, kind] = self._entry(ecm, skill, site.kinds[kind])
 
     # Compiling.
 
-    def _rules_on(self, kind: ActionKind) -> tuple[tuple[Rule, Condition], ...]:
-        declared = self._declared(kind, {})
-        return tuple(
-            (rule, self._condition(rule.terms[kind.name], declared))
-            for rule in self._site.rules_on(kind.name)
+    def _kind_rules(self, kind: ActionKind) -> _KindRules:
+        rules = self._configuration.site.rules_on(kind.name)
+        read = [
+            term
+            for rule in rules
+            for term in (rule.terms[kind.name], *rule.attenuations.get(kind.name, {}).values())
+        ]
+        return _KindRules(
+            tuple((rule, self._condition(rule.terms[kind.name], kind, {})) for rule in rules),
+            forms_of(kind.parameters),
+            _state_read(read),
         )
 
     def _entry(self, ecm: Ecm, skill: Skill, kind: ActionKind) -> _Entry:
-        declared = self._declared(kind, skill.inputs)
+        of_kind = self._kinds[kind.name]
         envelope = skill.envelope[kind.name].term
-        permitted = ecm.permission.get(kind.name)
-        rules = self._rules[kind.name]
-        guarded = self._configuration.certificates[ecm.id].guarded(skill.id, kind.name)
-        terms = [envelope, *(rule.terms[kind.name] for rule, _ in rules)]
-        if permitted is not None:
-            terms.append(permitted.term)
+        permitted = ecm.permission[kind.name].term if kind.name in ecm.permission else t.FALSE
+        claims = {
+            f"safety/{skill.id}/{kind.name}/{rule.id}": rule.terms[kind.name] for rule, _ in of_kind.rules
+        }
+        claims[f"permission/{skill.id}/{kind.name}"] = permitted
+        # A permission that is not there is proved of nothing, whatever a certificate says.
+        proved = self._proved(ecm) if self._compiled and permitted != t.FALSE else frozenset()
+        left = [term for obligation, term in claims.items() if obligation not in proved]
         return _Entry(
-            kind,
-            self._parameters[kind.name],
-            _state_read(terms),
-            self._condition(envelope, declared),
-            None if permitted is None else self._condition(permitted.term, declared),
-            rules,
-            tuple(condition for rule, condition in rules if rule.id in guarded),
+            self._condition(envelope, kind, skill.inputs),
+            self._condition(permitted, kind, skill.inputs),
+            self._condition(t.conjunction(envelope, *left), kind, skill.inputs),
+            of_kind.required | _state_read([envelope, permitted]),
         )
 
-    def _declared(self, kind: ActionKind, inputs: Mapping[str, Declared]) -> tuple[Declared, ...]:
-        return (*self._site.state.values(), *inputs.values(), *kind.parameters.values())
+    def _proved(self, ecm: Ecm) -> frozenset[str]:
+        """The obligations that are PROVED of exactly this module under exactly this site."""
+        site, certificate = self._configuration.site, self._configuration.certificates.get(ecm.id)
+        subject = (ecm.id, ecm.manifest_digest, site.digest)
+        if certificate is None or (certificate.module, certificate.manifest, certificate.site) != subject:
+            return frozenset()
+        return frozenset(id_ for id_, verdict in certificate.obligations.items() if verdict == "PROVED")
+
+    def _condition(self, term: t.Term, kind: ActionKind, inputs: Mapping[str, Declared]) -> Condition:
+        state = self._configuration.site.state
+        declared = (*state.values(), *inputs.values(), *kind.parameters.values())
+        return CompiledCondition(term, declared) if self._compiled else SolverCondition(term, declared)
 
     # Deciding.
 
     def decide(self, caller: Any, readings: Any, action: Any, now: Any, usage: Any) -> Decision:
-        fault = _request_fault(caller, readings, action, usage) or check_now(now)
+        fault = request_fault(caller, readings, action, usage) or check_now(now)
         if fault is not None:
             return Decision(Verdict.DENY, None, (fault,))
-        parameters = dict(action.parameters)
-        reasons, values = self._object(caller, readings, action.kind, parameters, now, usage)
+        kind, asked = action.kind, action.parameters
+        values: Scalars = {}
+        reasons = self._objections(caller, readings, Action(kind, asked), now, usage, values)
         if not reasons:
-            return Decision(Verdict.ALLOW, Action(action.kind, _normal(parameters)), ())
-        reduced = self._attenuate(action.kind, parameters, reasons, values)
-        if reduced is not None:
-            remaining, _ = self._object(caller, readings, action.kind, reduced, now, usage)
-            if not remaining:
-                return Decision(Verdict.ATTENUATE, Action(action.kind, _normal(reduced)), tuple(reasons))
+            return Decision(Verdict.ALLOW, Action(kind, as_executed(asked)), ())
+        in_the_way = self._attenuating(kind, reasons)
+        if in_the_way:
+            reduced = Action(kind, as_executed(attenuated(in_the_way, kind, asked, values)))
+            if not self._objections(caller, readings, reduced, now, usage, {}):
+                return Decision(Verdict.ATTENUATE, reduced, tuple(reasons))
         return Decision(Verdict.DENY, None, tuple(reasons))
 
-    def _object(
+    def _objections(
         self,
         caller: Caller,
         readings: Readings,
-        kind: str,
-        parameters: Mapping[str, Any],
+        action: Action,
         now: float,
         usage: Mapping[str, int],
-    ) -> tuple[list[Reason], Scalars]:
-        """Every objection, in the order of the layers, and the well-formed values found on the way."""
-        values: Scalars = {}
-        entry = self._entries.get((caller.module, caller.skill, kind))
-        required = entry.required if entry is not None else _required(self._rules.get(kind, ()), kind)
-        reasons = list(self._form_faults(caller, readings, kind, parameters, now, required, values))
-        reasons += self._finite_layers(caller, kind, usage)
-        if not reasons and entry is not None and _allows(entry, values):
-            return [], values
-        reasons += self._conditions(entry, kind, values)
-        return reasons, values
-
-    def _form_faults(
-        self,
-        caller: Caller,
-        readings: Readings,
-        kind: str,
-        parameters: Mapping[str, Any],
-        now: float,
-        required: frozenset[str],
         values: Scalars,
-    ) -> Iterator[Reason]:
-        yield from _take_all(self._parameters.get(kind, {}), parameters, f"of `{kind}`", values)
+    ) -> list[Reason]:
+        """Every objection, in the order of the layers; `values` gets the well-formed values."""
+        kind = self._kinds.get(action.kind)
+        entry = self._entries.get((caller.module, caller.skill, action.kind))
+        required = entry.required if entry else kind.required if kind else frozenset()
         inputs = self._inputs.get((caller.module, caller.skill), {})
         given = {f"inputs.{name}": value for name, value in caller.inputs.items()}
-        yield from _take_all(inputs, given, f"of `{caller.skill}`", values)
-        for name, reading in readings.items():
-            form = self._state.get(name)
-            if form is None:
-                yield Reason("AE702", str(name), f"`{name}` is not a state variable of this site")
-                continue
-            fault = _reading_fault(form, reading, now, name in required, values)
-            if fault is not None:
-                yield fault
-        for name in sorted(required - readings.keys()):
-            yield Reason("AE703", name, f"`{name}` is not measured")
+        reasons = [
+            *take_given(kind.parameters if kind else {}, action.parameters, f"of `{action.kind}`", values),
+            *take_given(inputs, given, f"of `{caller.skill}`", values),
+            *take_readings(self._state, readings, now, required, values),
+            *finite_objections(self._configuration, caller, action.kind, usage),
+        ]
+        if not reasons and entry and entry.sufficient.decide(values) is Truth.HOLDS:
+            return reasons
+        if kind is not None:
+            reasons += _outside(entry, action.kind, values)
+            reasons += _broken(kind.rules, values)
+        return reasons
 
-    def _finite_layers(self, caller: Caller, kind: str, usage: Mapping[str, int]) -> Iterator[Reason]:
-        """Overrides, lifecycle, access, risk and quotas: finite sets and counts."""
-        site = self._site
-        declared = site.kinds.get(kind)
-        if declared is None:
-            yield Reason("AE702", kind, f"`{kind}` is not an action kind of this site")
-        for block in site.blocks:
-            if block.matches(caller.module, caller.skill, kind):
-                yield Reason("AE710", block.id, f"the operator blocks it: {block.reason}")
-        ecm = self._configuration.modules.get(caller.module)
-        skill = None if ecm is None else ecm.skills.get(caller.skill)
-        if ecm is None:
-            yield Reason("AE720", caller.module, f"`{caller.module}` is not an active module")
-        elif skill is None:
-            yield Reason("AE720", caller.skill, f"`{caller.module}` has no skill `{caller.skill}`")
-        if declared is not None and ecm is not None and skill is not None:
-            yield from _access_faults(site, ecm, skill, declared)
-        for quota in site.quotas:
-            if kind in quota.kinds:
-                yield from _quota_faults(quota.id, quota.at_most, usage)
-
-    def _conditions(self, entry: _Entry | None, kind: str, values: Scalars) -> Iterator[Reason]:
-        """Envelope, permission and Φ, each where all its variables have well-formed values."""
-        if entry is None and kind in self._site.kinds:
-            yield Reason("AE730", kind, f"`{kind}` is not in the envelope of the skill")
-        if entry is not None:
-            yield from _failing("AE730", kind, "outside the envelope of the skill", entry.envelope, values)
-        if entry is not None and entry.permission is None:
-            yield Reason("AE731", kind, f"the module has no permission for `{kind}`")
-        elif entry is not None and entry.permission is not None:
-            yield from _failing(
-                "AE731", kind, "outside the permission of the module", entry.permission, values
-            )
-        for rule, condition in self._rules.get(kind, ()):
-            yield from _failing(
-                "AE750", rule.id, f"breaks `{rule.text}`: {rule.rationale}", condition, values
-            )
-
-    # Attenuating.
-
-    def _attenuate(
-        self, kind: str, parameters: Mapping[str, Any], reasons: list[Reason], values: Scalars
-    ) -> dict[str, Any] | None:
-        """The parameters reduced as every violated rule declares; None where something else objects too."""
-        violated = {reason.rule for reason in reasons}
-        rules = [rule for rule, _ in self._rules.get(kind, ()) if rule.id in violated]
-        if any(reason.code != "AE750" for reason in reasons) or len(rules) != len(violated):
-            return None
-        if any(kind not in rule.attenuations for rule in rules):
-            return None
-        reduced = dict(parameters)
-        exact = {name: Fraction(v) if type(v) is float else v for name, v in values.items()}
-        for rule in rules:
-            for name, term in rule.attenuations[kind].items():
-                declared = self._site.kinds[kind].parameters[name]
-                value = cast("Fraction", evaluate(lower(term), exact))
-                # Rounded towards zero, so that the double is no larger than what was declared.
-                bounds = (-abs(value), abs(value))
-                reduced[name] = double_within(value, bounds)
-                exact[declared.name] = Fraction(reduced[name])
-        return reduced
+    def _attenuating(self, kind: str, reasons: list[Reason]) -> list[Rule]:
+        """The violated rules, if nothing else objects and each of them can attenuate; else none."""
+        violated = {reason.rule for reason in reasons if reason.code == "AE750"}
+        if len(violated) != len(reasons):
+            return []
+        rules = [rule for rule, _ in self._kinds[kind].rules if rule.id in violated]
+        return rules if all(kind in rule.attenuations for rule in rules) else []
 
 
-def _allows(entry: _Entry, values: Scalars) -> bool:
-    """The compiled way to ALLOW: the envelope, and what the proof left to the gate."""
-    if not isinstance(entry.envelope, CompiledCondition) or entry.permission is None:
-        return False
-    return entry.envelope.holds(values) and all(
-        condition.decide(values) is Truth.HOLDS for condition in entry.residue
-    )
+def _outside(entry: _Entry | None, kind: str, values: Scalars) -> Iterator[Reason]:
+    """Envelope and permission."""
+    if entry is None:
+        yield Reason("AE730", kind, f"`{kind}` is not in the envelope of the skill")
+        return
+    yield from _failing("AE730", kind, "outside the envelope of the skill", entry.envelope, values)
+    yield from _failing("AE731", kind, "outside the permission of the module", entry.permission, values)
+
+
+def _broken(rules: Iterable[tuple[Rule, Condition]], values: Scalars) -> Iterator[Reason]:
+    """Φ."""
+    for rule, condition in rules:
+        yield from _failing("AE750", rule.id, f"breaks `{rule.text}`: {rule.rationale}", condition, values)
 
 
 def _failing(code: str, rule: str, text: str, condition: Condition, values: Scalars) -> Iterator[Reason]:
@@ -278,98 +236,11 @@ def _failing(code: str, rule: str, text: str, condition: Condition, values: Scal
         yield Reason("AE790", rule, f"the solver could not decide `{rule}`")
 
 
-def _request_fault(caller: Any, readings: Any, action: Any, usage: Any) -> Reason | None:
-    """Why the request is not even a request."""
-    if type(caller) is not Caller or type(caller.module) is not str or type(caller.skill) is not str:
-        return Reason("AE701", "caller", "the caller is not a module's skill")
-    if type(action) is not Action or type(action.kind) is not str:
-        return Reason("AE701", "action", "the action is not an action of some kind")
-    for name, mapping in (
-        ("inputs", caller.inputs),
-        ("parameters", action.parameters),
-        ("state", readings),
-        ("usage", usage),
-    ):
-        if type(mapping) is not dict or not all(type(key) is str for key in mapping):
-            return Reason("AE701", name, f"the {name} are not a mapping by name")
-    return None
-
-
-def _take_all(
-    forms: Mapping[str, Form], given: Mapping[str, Any], whose: str, values: Scalars
-) -> Iterator[Reason]:
-    """Take every parameter or input; what is missing, unknown or malformed is an objection."""
-    for name in given:
-        if name not in forms:
-            yield Reason("AE702", name, f"`{name}` is not declared {whose}")
-    for form in forms.values():
-        name = form.declared.name
-        if name in given:
-            fault = form.take(given[name], values)
-        elif form.declared.default is not None:
-            fault = form.take(_as_given(form.declared.default), values)
-        else:
-            fault = Reason("AE703", name, f"`{name}` {whose} is missing")
-        if fault is not None:
-            yield fault
-
-
-def _as_given(default: Any) -> Any:
-    """A declared default as a skill would give it: exact rationals become doubles."""
-    if isinstance(default, Fraction):
-        return float(default)
-    return tuple(float(part) for part in default) if isinstance(default, tuple) else default
-
-
-def _reading_fault(form: Form, reading: Any, now: float, required: bool, values: Scalars) -> Reason | None:
-    name = form.declared.name
-    if type(reading) is not Reading:
-        return Reason("AE701", name, f"`{name}` is not a value with a time")
-    own: Scalars = {}
-    fault = check_age(form, reading, now, required) or form.take(reading.value, own)
-    if fault is None:
-        values.update(own)
-    return fault
-
-
-def _access_faults(site: Site, ecm: Ecm, skill: Skill, kind: ActionKind) -> Iterator[Reason]:
-    usable = skill.actuators & ecm.access.actuators & site.access_of(ecm.id).actuators
-    for actuator in sorted(kind.actuators - usable):
-        yield Reason("AE740", actuator, f"`{skill.id}` may not move `{actuator}`")
-    if kind.risk > skill.risk:
-        yield Reason("AE741", skill.id, f"`{kind.name}` carries more risk than `{skill.id}` declares")
-    if skill.risk > site.risk_ceiling:
-        yield Reason("AE741", skill.id, f"`{skill.id}` carries more risk than the site allows")
-
-
-def _quota_faults(quota: str, at_most: int, usage: Mapping[str, int]) -> Iterator[Reason]:
-    used = usage.get(quota)
-    if type(used) is not int or used < 0:
-        yield Reason("AE703", quota, f"how much of the quota `{quota}` is used up is not known")
-    elif used >= at_most:
-        yield Reason("AE742", quota, f"the quota `{quota}` is used up: {used} of {at_most}")
-
-
-def _state_read(terms: list[t.Term]) -> frozenset[str]:
-    """The state variables that any of the terms reads: those a decision needs fresh."""
+def _state_read(terms: Iterable[t.Term]) -> frozenset[str]:
+    """The state variables that any of the terms reads."""
     return frozenset(
         name
         for term in terms
         for name, variable in t.variables_of(term).items()
         if variable.role is t.Role.STATE
     )
-
-
-def _required(rules: tuple[tuple[Rule, Condition], ...], kind: str) -> frozenset[str]:
-    return _state_read([rule.terms[kind] for rule, _ in rules])
-
-
-def _normal(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters as the plant gets them: whole numbers as doubles, lists as tuples."""
-    return {name: _normal_value(value) for name, value in parameters.items()}
-
-
-def _normal_value(value: Any) -> Any:
-    if type(value) is int:
-        return float(value)
-    return tuple(_normal_value(part) for part in value) if type(value) in (list, tuple) else value

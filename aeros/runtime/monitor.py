@@ -2,19 +2,22 @@
 
 The action's parameters are those that were decided; the state is what is measured now.  A state
 variable that the plant does not measure every tick keeps the value it had when the action was
-decided.  A value that is missing, malformed, not finite or out of range stops the motion.
+decided.  One that was measured at one tick must be measured at the next.  A value that is missing,
+malformed, not finite or out of range stops the motion.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from typing import Any
 
-from aeros.runtime.conditions import CompiledCondition
-from aeros.runtime.form import Scalars, forms_of
+from aeros.runtime.conditions import CompiledCondition, Condition, Truth
+from aeros.runtime.form import Form, Scalars, forms_of
 from aeros.runtime.ports import Monitor, Readings
 from aeros.skill import Action
 from aeros.spec.model import Site
+
+_Rules = tuple[tuple[str, Condition], ...]
 
 
 class MonitorFactory:
@@ -23,13 +26,11 @@ class MonitorFactory:
     def __init__(self, site: Site) -> None:
         self._state = forms_of(site.state)
         self._parameters = {name: forms_of(kind.parameters) for name, kind in site.kinds.items()}
-        self._rules = {
+        self._rules: dict[str, _Rules] = {
             name: tuple(
                 (
                     rule.id,
-                    CompiledCondition(
-                        rule.terms[name], (*site.state.values(), *kind.parameters.values())
-                    ).holds,
+                    CompiledCondition(rule.terms[name], (*site.state.values(), *kind.parameters.values())),
                 )
                 for rule in site.rules_on(name)
             )
@@ -43,20 +44,31 @@ class MonitorFactory:
             form.take(action.parameters[name], decided)
         for name, reading in readings.items():
             self._state[name].take(reading.value, decided)
-        rules = self._rules[action.kind]
+        return _Watch(self._state, self._rules[action.kind], decided)
 
-        def monitor(measured: Mapping[str, Any]) -> str | None:
-            values = dict(decided)
-            for name, value in measured.items():
-                form = self._state.get(name)
-                if form is None or form.take(value, values) is not None:
-                    return f"input:{name}"
-            try:
-                for rule, holds in rules:
-                    if not holds(values):
-                        return rule
-            except KeyError as missing:
-                return f"input:{missing.args[0]}"
-            return None
 
-        return monitor
+class _Watch:
+    """The monitor of one action; of all that it is told it keeps only which names it was told last."""
+
+    def __init__(self, state: Mapping[str, Form], rules: _Rules, decided: Scalars) -> None:
+        self._state = state
+        self._rules = rules
+        self._decided = decided
+        self._measured: Set[str] = frozenset()
+
+    def __call__(self, measured: Mapping[str, Any]) -> str | None:
+        gone = self._measured - measured.keys()
+        if gone:
+            return f"input:{min(gone)}"
+        self._measured = set(measured)
+        values = dict(self._decided)
+        for name, value in measured.items():
+            form = self._state.get(name)
+            if form is None or form.take(value, values) is not None:
+                return f"input:{name}"
+        for rule, condition in self._rules:
+            if not condition.names <= values.keys():
+                return f"input:{min(condition.names - values.keys())}"
+            if condition.decide(values) is not Truth.HOLDS:
+                return rule
+        return None

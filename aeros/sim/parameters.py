@@ -1,9 +1,8 @@
-"""Action parameters read strictly: what is missing, unknown, non-finite or out of range is refused."""
+"""Action parameters read strictly: what is missing, unknown, not a number or out of range is refused."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import isfinite
 from typing import Any
 
 from aeros.sim.world import Triple
@@ -20,7 +19,7 @@ class Parameters:
         self._values = dict(values)
 
     def number(self, name: str, low: float, high: float) -> float:
-        """A finite number in [low, high], SI."""
+        """A number in [low, high], SI; both ends are finite."""
         return self._check(name, self._take(name), low, high)
 
     def triple(self, name: str, reach: float = 10.0) -> Triple:
@@ -50,8 +49,8 @@ class Parameters:
 
     @staticmethod
     def _check(name: str, value: Any, low: float, high: float) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
-            raise RefusedError(f"bad parameter: `{name}` is not a finite number")
+        if isinstance(value, bool) or not isinstance(value, int | float) or value != value:
+            raise RefusedError(f"bad parameter: `{name}` is not a number")
         if not low <= value <= high:
-            raise RefusedError(f"out of range: `{name}` = {value:g} is outside [{low:g}, {high:g}]")
+            raise RefusedError(f"out of range: `{name}` is outside [{low:g}, {high:g}]")
         return float(value)

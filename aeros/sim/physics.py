@@ -28,8 +28,8 @@ SCANNER_RANGE: Final = 20.0
 HOLDING_FORCE: Final = 0.3
 """Force on both fingers above which something is held, N."""
 
-_BLOCKED: Final = 0.1
-"""Distance of a joint from its set point that no unhindered motion shows (≤ 0.01 seen), rad."""
+_BLOCKED: Final = 0.05
+"""Distance of a joint from its set point that no unhindered motion shows (0.005 seen at most), rad."""
 
 _LOOK_TICKS: Final = 24
 """Exposure and read-out of a camera, ticks (0.1 s)."""

@@ -11,16 +11,21 @@ from aeros.spec.doubles import double_within
 from aeros.spec.errors import MisuseError
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, RealType, VectorType
 from aeros.spec.model import Declared, Site
+from aeros.spec.units import LENGTH
 
 _USUAL: Final[Mapping[str, tuple[float, ...]]] = {
     # Franka's ready posture, and where the tool then is.
     "joint_position": (0.0, -pi / 4, 0.0, -3 * pi / 4, 0.0, pi / 2, pi / 4),
     "tool_position": (0.307, 0.0, 0.487),
+    "base_position": (0.0, 0.0, 0.0),
     "finger_gap": (0.08,),
     # The area scanner's reading when nobody is in range, as on the physics plant.
     "human_distance": (20.0,),
 }
 """Values by vocabulary name, SI, positions in W; others are 0, false, or an enum's first member."""
+
+_IN_REACH: Final = (0.45, 0.0, 0.15)
+"""Where anything else with a position is, m in W: before the arm, clear of its column and of the table."""
 
 
 def initial_values(site: Site, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -52,8 +57,8 @@ def _harmless(name: str, declared: Declared) -> Any:
             return False
         case EnumType(members=members):
             return members[0]
-        case VectorType():
-            return _reals(name, declared, 3)
+        case VectorType(dimension=dimension):
+            return _reals(name, declared, 3, _IN_REACH if dimension == LENGTH else ())
         case FamilyType(index=index, element=RealType()):
             return _reals(name, declared, len(index.members))
         case FamilyType(index=index):
@@ -62,8 +67,8 @@ def _harmless(name: str, declared: Declared) -> Any:
             return _reals(name, declared, 1)[0]
 
 
-def _reals(name: str, declared: Declared, count: int) -> tuple[float, ...]:
-    usual = _USUAL.get(name, ())
+def _reals(name: str, declared: Declared, count: int, other: tuple[float, ...] = ()) -> tuple[float, ...]:
+    usual = _USUAL.get(name, other)
     values = usual if len(usual) == count else (0.0,) * count
     return tuple(_into_range(Fraction(value), declared) for value in values)
 

@@ -78,6 +78,7 @@ _TABLE: Final = (
     Code("AE129", "beyond-limits", "form", "a time-out or retry budget exceeds what the site allows"),
     Code("AE130", "no-module", "form", "a path holds no module"),
     Code("AE131", "missing-file", "form", "a file that the manifest names is not in the module"),
+    Code("AE132", "malformed-license", "form", "a licence is not an SPDX expression"),
     # AE2xx: the expression language
     Code("AE201", "expression-syntax", "form", "an expression cannot be parsed"),
     Code("AE202", "unknown-name", "form", "an expression uses a name that is not declared"),
@@ -144,6 +145,10 @@ _TABLE: Final = (
     Code("AE742", "quota-exhausted", "decision", "a quota has run out"),
     Code("AE750", "invariant", "decision", "the action breaks an invariant"),
     Code("AE790", "undecided", "decision", "the solver could not decide"),
+    # AE8xx: the closed loop
+    Code("AE801", "precondition-not-met", "closed-loop", "a planning rule calls a skill that may not start"),
+    Code("AE802", "dead-end", "closed-loop", "planning rules can come to a state without a way to the goal"),
+    Code("AE803", "not-analysed", "closed-loop", "planning rules are not over finitely many predicates"),
     # AE9xx: certificates
     Code("AE901", "certificate-missing", "certificate", "a module has no certificate"),
     Code(

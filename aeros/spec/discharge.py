@@ -51,7 +51,7 @@ def _discharge(obligation: Obligation, rlimit: int) -> Finding:
         return Finding(obligation, Verdict.UNKNOWN, reason=f"{answer.reason} (rlimit {rlimit})")
     if answer.result is Result.UNSAT:
         return Finding(obligation, Verdict.PROVED if always else obligation.failing)
-    witness = witness_of(answer.model, declared, wanted)
+    witness = witness_of(answer.model, declared, wanted, shown=always and obligation.guard is None)
     if witness is None:
         return Finding(
             obligation, Verdict.UNKNOWN, reason="the solver's witness is irrational and did not replay"

@@ -55,9 +55,8 @@ def load_ecm(folder: Path, site: Site, sink: Diagnostics) -> LoadedEcm | None:
     declared, source = found
     try:
         code = code_files(folder)
-    except UserError as error:
-        for diagnostic in error.diagnostics:
-            sink.report(diagnostic)
+    except OSError as error:
+        sink.error("AE002", f"cannot read the code in `{folder}`: {error.strerror}")
         return None
     ecm = elaborate_ecm(declared, site, str(folder), (_digest(source), code_digest(code)), sink)
     return None if ecm is None else LoadedEcm(ecm, code)

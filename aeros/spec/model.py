@@ -263,6 +263,7 @@ class Task:
     rules: tuple[PlanningRule, ...]
     initial: Mapping[str, Any]
     scene: str | None
+    span: Span
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,10 @@ from aeros.spec.diagnostics import Diagnostic, Diagnostics, Label, Severity
 from aeros.spec.discharge import Finding, discharge
 from aeros.spec.loading import MANIFEST, LoadedEcm, load_ecm, load_site, module_folders
 from aeros.spec.model import Ecm, Site
+from aeros.spec.obligations.closed_loop import closed_loop_obligations
 from aeros.spec.obligations.dependencies import dependency_obligations
 from aeros.spec.obligations.entry_points import entry_point_obligations
-from aeros.spec.obligations.obligation import Obligation, Settled, Verdict
+from aeros.spec.obligations.obligation import Claim, Obligation, Settled, Verdict
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.policy import policy_obligations
 from aeros.spec.obligations.safety import safety_obligations
@@ -152,6 +153,7 @@ def _verify_ecm(
         *dependency_obligations(ecm, around),
         *permission_obligations(ecm, site),
         *safety_obligations(ecm, site),
+        *closed_loop_obligations(ecm, site),
     )
     settled, findings = _settle(claims, rlimit)
     problems = (*warnings, *_diagnostics(settled, findings), *_needless_gates(ecm, findings))
@@ -183,18 +185,26 @@ def _diagnostics(settled: Iterable[Settled], findings: Iterable[Finding]) -> Ite
     for one in settled:
         if one.diagnostic is not None:
             yield one.diagnostic
-    vacuous = {_subject(f) for f in findings if f.verdict is Verdict.VACUOUS and f.obligation.code == "AE503"}
+    findings = list(findings)
+    vacuous = {
+        _subject(f)
+        for f in findings
+        if f.verdict is Verdict.VACUOUS and f.obligation.code in ("AE503", "AE603")
+    }
     for finding in findings:
-        # Of an empty envelope everything is true and nothing allowed: to say so once is enough.
-        if finding.obligation.code == "AE502" and _subject(finding) in vacuous:
+        # Of an empty envelope nothing is allowed, and whatever denies nothing is implied by anything:
+        # to say so once is enough.
+        if finding.obligation.code in ("AE502", "AE604") and _subject(finding) in vacuous:
             continue
         diagnostic = _diagnostic(finding)
         if diagnostic is not None:
             yield diagnostic
 
 
-def _subject(finding: Finding) -> str:
-    return finding.obligation.id.rpartition("/")[0]
+def _subject(finding: Finding) -> tuple[str, ...]:
+    """The envelope or the rule that an obligation is about: its id without the claim's own word."""
+    claims = ("not-empty", "not-dead", "effective", "unshadowed")
+    return tuple(part for part in finding.obligation.id.split("/") if part not in claims)
 
 
 def _diagnostic(finding: Finding) -> Diagnostic | None:
@@ -219,14 +229,14 @@ def _diagnostic(finding: Finding) -> Diagnostic | None:
 
 def _needless_gates(ecm: Ecm, findings: Iterable[Finding]) -> Iterator[Diagnostic]:
     """Warn of invariants under `gated` that are proved of every action: the manifest could promise more."""
-    needed = {
-        (finding.obligation.id.split("/")[1], finding.obligation.guard)
-        for finding in findings
-        if finding.guarded
-    }
+    verdicts: dict[tuple[str, str], set[Verdict]] = {}
+    for finding in findings:
+        group, skill_id, _, rule_id = (*finding.obligation.id.split("/"), "", "")[:4]
+        if group == "safety" and finding.obligation.claim is Claim.ALWAYS:
+            verdicts.setdefault((skill_id, rule_id), set()).add(finding.verdict)
     for skill in ecm.skills.values():
         for rule, span in skill.gated.items():
-            if (skill.id, rule) not in needed:
+            if verdicts.get((skill.id, rule)) == {Verdict.PROVED}:
                 yield Diagnostic(
                     "AE505",
                     f"`{rule}` is proved of all that `{skill.id}` may ask for",

@@ -46,14 +46,18 @@ def _show_part(part: Fraction | bool, unit: Unit) -> str:
 
 
 def witness_of(
-    model: Mapping[str, Scalar], declared: tuple[Declared, ...], wanted: tuple[t.Term, ...]
+    model: Mapping[str, Scalar], declared: tuple[Declared, ...], wanted: tuple[t.Term, ...], *, shown: bool
 ) -> Witness | None:
-    """The witness that `model` is, in rounded numbers where those do as well; None if it does not replay.
+    """The witness that `model` is; None if it does not replay.
 
     model: values by scalar variable.
     wanted: the terms that must all hold of a witness.  An irrational model value was approximated
         by the solver, so even a faithful solver's model may fail here.
+    shown: whether a person will read it, so that rounded numbers are worth looking for.
     """
+    values = _values(model, declared)
+    if not shown and _replays(values, declared, wanted):
+        return Witness(declared, values)
     scalars = dict(model)
     for one in declared:
         for part in scalar_variables(one.variable):

@@ -33,19 +33,19 @@ OPEN = 0.08
 GRIP_FORCE = 10.0
 """N."""
 
-SPONGE_GRASP = 0.034
-"""How far above the foam's middle the sponge is gripped, m: in the middle of its block, 10 mm off the foam."""
+SPONGE_GRASP = 0.032
+"""How far above the foam's middle the sponge is gripped, m: on its block, fingertips 8 mm off the foam."""
 
 FOAM_HALF_HEIGHT = 0.015
 
 WIPE_FORCE = 4.0
 """N on the table."""
 
-STROKES = (-0.108, -0.054, 0.0, 0.054, 0.108)
-"""y of the strokes, m: the sponge is 90 mm wide, so they overlap by 36 mm and cover ±0.153."""
+STROKES = (0.395, 0.465, 0.535, 0.605)
+"""x of the strokes, m: the sponge is 100 mm long, so they overlap by 30 mm and cover 0.345 to 0.655."""
 
-STROKE_ENDS = (0.375, 0.625)
-"""x of the ends of a stroke, m: the sponge is 60 mm long, so strokes cover 0.345 to 0.655."""
+STROKE_ENDS = (0.13, -0.13)
+"""y of the ends of a stroke, m: the sponge is 70 mm wide, so strokes cover ±0.165."""
 
 HOVER = 0.012
 """Height of the sponge over the table between strokes, m: a slide begins off the surface."""
@@ -66,11 +66,11 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
         observed = yield from _take_sponge(observed)
     height = SPONGE_GRASP + FOAM_HALF_HEIGHT
     start, end = STROKE_ENDS
-    yield from _approach(observed, (start, STROKES[0], height + HOVER), 0.0)
-    for y in STROKES:
-        yield act("move_tool", target=(start, y, height + HOVER), yaw=0.0, speed=NEAR_SPEED)
-        yield act("slide", target=(end, y, height), force=WIPE_FORCE, speed=WIPE_SPEED)
-        observed = yield act("move_tool", target=(end, y, height + HOVER), yaw=0.0, speed=NEAR_SPEED)
+    yield from _approach(observed, (STROKES[0], start, height + HOVER), 0.0)
+    for x in STROKES:
+        yield act("move_tool", target=(x, start, height + HOVER), yaw=0.0, speed=NEAR_SPEED)
+        yield act("slide", target=(x, end, height), force=WIPE_FORCE, speed=WIPE_SPEED)
+        observed = yield act("move_tool", target=(x, end, height + HOVER), yaw=0.0, speed=NEAR_SPEED)
         start, end = end, start
     yield from _return_sponge(observed)
 

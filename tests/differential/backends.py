@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import cast
 
 from aeros.spec.backends import closure, smt
@@ -29,7 +29,6 @@ class Smt:
     """Asks for the term and for its negation: exactly one may be possible."""
 
     name: str = "smt"
-    unknown: int = field(default=0)
 
     def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
         session = smt.Session(variables.values(), ranges)
@@ -69,7 +68,12 @@ class StrictOrder:
     name: str = "strict order"
 
     def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
-        return holds(_strict(lower(term)), scalars_of(variables, exact_environment(values)))
+        generator = closure._Generator(ranges)
+        right = generator._comparison
+        generator._comparison = (  # type: ignore[method-assign]
+            lambda term: right(replace(term, op="<") if term.op == "<=" else term)
+        )
+        return bool(generator.function(generator.condition(lower(term)))(raw_scalars(values)))
 
 
 @dataclass
@@ -99,17 +103,3 @@ class Constant:
 
 def _shrunk(real: closure._Real) -> closure._Real:
     return closure._Real(real.code, real.magnitude / 10**6, real.error / 10**6, real.peak)
-
-
-def _strict(term: t.Term) -> t.Term:
-    match term:
-        case t.Compare(op="<=", left=left, right=right):
-            return t.Compare("<", left, right)
-        case t.Not(operand=operand):
-            return t.Not(_strict(operand))
-        case t.And(operands=operands):
-            return t.And(tuple(map(_strict, operands)))
-        case t.Or(operands=operands):
-            return t.Or(tuple(map(_strict, operands)))
-        case _:
-            return term

@@ -29,13 +29,13 @@ def _answer(text: str) -> str:
     answer = ""
     while not (command := parser.nextCommand()).isNull():
         answer = str(command.invoke(solver, parser.getSymbolManager())) or answer
-    return answer.strip()
+    return str(answer).strip()
 
 
 def _script(session: smt.Session, *terms: object) -> str:
     solver = z3.Solver()
     solver.add(session._solver.assertions(), *terms)
-    return "(set-logic ALL)\n" + solver.to_smt2()
+    return f"(set-logic ALL)\n{solver.to_smt2()}"
 
 
 @settings(

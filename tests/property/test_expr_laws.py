@@ -16,7 +16,7 @@ from aeros.spec.units import parse_quantity, show_quantity, unit_names
 
 _NIGHTLY = os.environ.get("AEROS_HYPOTHESIS") == "nightly"
 _SETTINGS = settings(
-    max_examples=10_000 if _NIGHTLY else 100,
+    max_examples=10_000 if _NIGHTLY else 60,
     derandomize=not _NIGHTLY,
     database=None,
     deadline=None,

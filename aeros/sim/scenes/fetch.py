@@ -109,17 +109,19 @@ class Fetch:
     def measure(self) -> Mapping[str, Any]:
         """Station and place to deliver to, and the task's predicates.
 
-        object_detected holds for `FRESH` seconds after a picture in which the can was found.
+        object_detected holds for `FRESH` seconds after a picture in which the can was found, and while
+        it is felt in the hand: an interrupted delivery need not look for what it carries.
         delivery_position is where the can's middle belongs.
         """
         base = self._robot.sense().base_position
         seen = self._seen_at is not None and self._world.time - self._seen_at <= FRESH
+        grasped = self._grasped()
         return {
             "station_position": self._station,
             "delivery_position": self._delivery,
             "robot_at_target": dist(base[:2], self._station[:2]) < ARRIVED,
-            "object_detected": seen,
-            "object_grasped": self._grasped(),
+            "object_detected": seen or grasped,
+            "object_grasped": grasped,
             "object_delivered": self._delivered(),
         }
 

@@ -22,17 +22,20 @@ from aeros.sim.world import Camera, Pose, Triple, World, turned, yaw_of
 AREA: Final = ((0.35, -0.15), (0.65, 0.15))
 """Lowest and highest corner (x, y) of the area to wipe, m."""
 
-SPONGE: Final = (0.06, 0.09, 0.03)
+SPONGE: Final = (0.10, 0.07, 0.03)
 """Edges of the sponge's foam, m (models/sponge.urdf)."""
 
 FOAM_FRICTION: Final = 0.3
 RUBBER_FRICTION: Final = 1.0
 """Friction of the wet foam and of the grip block: with 0.6 on both the sponge creeps up in the fingers."""
 
+SWIVEL_FRICTION: Final = 0.004
+"""Dry friction of the sponge's swivel, N·m: the block stands up by itself, and 4 N lay the foam flat."""
+
 REST: Final = (0.45, 0.34)
 """Nominal middle of the sponge's rest, m."""
 
-BIN: Final = (0.45, -0.48, 0.005)
+BIN: Final = (0.45, -0.50, 0.005)
 """Middle of the bin's floor, m."""
 
 BIN_INNER: Final = (0.18, 0.16, 0.08)
@@ -44,8 +47,9 @@ CUBE: Final = 0.04
 CAN: Final = (0.02, 0.05)
 """Radius and height of the second piece of clutter, m."""
 
-CLUTTER: Final = ((0.38, -0.27), (0.56, -0.27))
-"""Nominal places of the pieces, m: beside the area, so that wiping may come first."""
+CLUTTER: Final = ((0.38, -0.255), (0.56, -0.255))
+"""Nominal places of the pieces, m: beside the area, so that wiping may come first, and clear
+of the bin by the width of the hand."""
 
 SPREAD: Final = 0.03
 """Clutter and the sponge's rest are up to this far from their nominal places in x and in y, m."""
@@ -79,6 +83,7 @@ class Table:
         self._sponge = world.add_urdf(str(MODELS / "sponge.urdf"), place, turned(0.1 * turn))
         world.set_friction(self._sponge, -1, FOAM_FRICTION)
         world.set_friction(self._sponge, _BLOCK, RUBBER_FRICTION)
+        world.set_joint_friction(self._sponge, _BLOCK, SWIVEL_FRICTION)
         self._clutter = _lay_clutter(world, chance)
 
     def tick(self) -> None:
@@ -122,7 +127,7 @@ class Table:
 
 
 _BLOCK: Final = 0
-"""Link of the grip block (models/sponge.urdf)."""
+"""Link of the grip block, and its joint, the swivel (models/sponge.urdf)."""
 
 
 def _lay_clutter(world: World, chance: Chance) -> tuple[int, int]:

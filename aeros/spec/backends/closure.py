@@ -126,7 +126,8 @@ class _Generator:
         """Answers from the computed difference where |difference| exceeds its error bound, else exactly."""
         number = len(self._names)
         exact = f"exact{number}"
-        self._names[exact] = lambda values: holds(term, _exact_values(values))
+        names = tuple(t.variables_of(term))
+        self._names[exact] = lambda values: holds(term, _exact_values(names, values))
         if max(a.peak, b.peak, a.magnitude + b.magnitude) > _LARGEST:
             return f"{exact}(v)"
         bound = _at_least(a.error + b.error + U * (a.magnitude + b.magnitude))
@@ -213,5 +214,6 @@ def _is_real(term: t.Term) -> bool:
             return False
 
 
-def _exact_values(values: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: Fraction(value) if type(value) is float else value for name, value in values.items()}
+def _exact_values(names: tuple[str, ...], values: Mapping[str, Any]) -> dict[str, Any]:
+    given = ((name, values[name]) for name in names)
+    return {name: Fraction(value) if type(value) is float else value for name, value in given}

@@ -63,6 +63,7 @@ class Session:
         self._solver.set("random_seed", 0)
         self._solver.set("rlimit", rlimit)
         self._constants: dict[str, tuple[t.Variable, Any]] = {}
+        self._encoded: dict[int, tuple[t.Term, Any]] = {}
         for variable in variables:
             for scalar in scalar_variables(variable):
                 self._declare(scalar, ranges)
@@ -96,18 +97,21 @@ class Session:
             self._solver.pop()
 
     def ask_given(self, values: Mapping[str, Scalar], term: t.Term) -> Answer:
-        """Whether the assumptions and `term` hold at the given values, by scalar variable."""
+        """Whether the assumptions and `term` hold at the given values, by scalar variable; without a model.
+
+        `term` is encoded once: a session that is asked again and again is asked a few terms.
+        """
         equalities = [
             self._constants[name][1] == _value(self._constants[name][0], v) for name, v in values.items()
         ]
         self._solver.push()
         try:
-            self._solver.add(*equalities, self._encode(lower(term)))
-            return self._check()
+            self._solver.add(*equalities, self._encode_once(term))
+            return self._check(with_model=False)
         finally:
             self._solver.pop()
 
-    def _check(self) -> Answer:
+    def _check(self, *, with_model: bool = True) -> Answer:
         try:
             outcome = self._solver.check()
         except z3.Z3Exception as error:
@@ -116,7 +120,7 @@ class Session:
             return Answer(Result.UNSAT, {})
         if outcome == z3.unknown:
             return Answer(Result.UNKNOWN, {}, self._solver.reason_unknown())
-        return Answer(Result.SAT, self._model())
+        return Answer(Result.SAT, self._model() if with_model else {})
 
     def _model(self) -> dict[str, Scalar]:
         model = self._solver.model()
@@ -131,6 +135,12 @@ class Session:
                 case _:
                     values[name] = _fraction(value)
         return values
+
+    def _encode_once(self, term: t.Term) -> Any:
+        """`term` encoded, remembered by identity: comparing terms costs as much as encoding them."""
+        if id(term) not in self._encoded:
+            self._encoded[id(term)] = (term, self._encode(lower(term)))
+        return self._encoded[id(term)][1]
 
     def _encode(self, term: t.Term) -> Any:
         match term:

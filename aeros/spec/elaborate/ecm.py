@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
+from pathlib import Path, PurePosixPath
 from typing import Any, TypeVar
 
+from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
 from packaging.specifiers import InvalidSpecifier, SpecifierSet
 from packaging.version import InvalidVersion, Version
 
@@ -13,7 +15,8 @@ from aeros.spec.declared import ecm as declared
 from aeros.spec.decode import Entries, Expression, Text
 from aeros.spec.diagnostics import Diagnostics, did_you_mean
 from aeros.spec.elaborate.expressions import elaborate_constant, elaborate_expression, elaborate_quantity
-from aeros.spec.elaborate.site import elaborate_access, kind_scope, state_scope
+from aeros.spec.elaborate.scopes import constant_scope, kind_scope, state_scope
+from aeros.spec.elaborate.site import elaborate_access
 from aeros.spec.elaborate.vocabulary import check_name, elaborate_variable
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import FamilyType, VectorType
@@ -28,7 +31,7 @@ from aeros.spec.model import (
     Skill,
     Task,
 )
-from aeros.spec.units import TIME
+from aeros.spec.units import TIME, show_number
 
 _T = TypeVar("_T")
 
@@ -46,6 +49,13 @@ def elaborate_ecm(
     return elaborated if len(sink) == before else None
 
 
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # as for a name that is too long
+        return False
+
+
 class _EcmElaborator:
     def __init__(self, ecm: declared.Ecm, site: Site, sink: Diagnostics) -> None:
         self._declared = ecm
@@ -56,6 +66,7 @@ class _EcmElaborator:
     def ecm(self, folder: str, digests: tuple[str, str]) -> Ecm:
         ecm = self._declared
         self._check_metadata()
+        self._check_files(Path(folder))
         skills = {name.value: self._skill(name, skill) for name, skill in ecm.skills}
         return Ecm(
             id=ecm.id.value,
@@ -84,6 +95,15 @@ class _EcmElaborator:
             self._sink.error(
                 "AE125", f"`{ecm.version.value}` is not a version", ecm.version.span, help=("as in `1.0.0`",)
             )
+        try:
+            canonicalize_license_expression(ecm.license.value)
+        except InvalidLicenseExpression:
+            self._sink.error(
+                "AE132",
+                f"`{ecm.license.value}` is not an SPDX licence expression",
+                ecm.license.span,
+                help=("as in `Apache-2.0` or `LicenseRef-Proprietary`",),
+            )
         for specifier in (ecm.dependencies.aeros, *(text for _, text in ecm.dependencies.modules)):
             try:
                 SpecifierSet(specifier.value)
@@ -93,6 +113,17 @@ class _EcmElaborator:
                     f"`{specifier.value}` is not a version range",
                     specifier.span,
                     help=('as in `">=1.0,<2"`',),
+                )
+
+    def _check_files(self, folder: Path) -> None:
+        """Every file that a model or tool names is in the module's own folder."""
+        for name, tool in self._declared.models:
+            if tool.file is None:
+                continue
+            path = PurePosixPath(tool.file.value)
+            if path.is_absolute() or ".." in path.parts or not _is_file(folder / path):
+                self._sink.error(
+                    "AE131", f"`{name.value}`: `{path}` is not a file of this module", tool.file.span
                 )
 
     def _capability(self, capability: declared.Capability) -> tuple[str, ...]:
@@ -152,7 +183,7 @@ class _EcmElaborator:
             default = None
             if one.default is not None:
                 default = elaborate_constant(
-                    one.default, state_scope(self._site), self._sink, variable.variable.type
+                    one.default, constant_scope(self._site), self._sink, variable.variable.type
                 )
                 self._check_range(variable, default, one.default)
             inputs[name.value] = Declared(
@@ -176,7 +207,7 @@ class _EcmElaborator:
         if not 0 < timeout <= ceiling:
             self._sink.error(
                 "AE129",
-                f"a time-out is longer than 0 s and at most {float(ceiling):g} s at this site",
+                f"a time-out is longer than 0 s and at most {show_number(ceiling)} s at this site",
                 text.span,
             )
         return timeout
@@ -190,7 +221,7 @@ class _EcmElaborator:
         if outcomes and (declared_probability > 1 or (complete and declared_probability != 1)):
             self._sink.error(
                 "AE127",
-                f"the probabilities of `{name.value}` add up to {float(declared_probability):g}, not 1",
+                f"the probabilities of `{name.value}` add up to {show_number(declared_probability)}, not 1",
                 name.span,
             )
         return outcomes
@@ -207,6 +238,8 @@ class _EcmElaborator:
         if probability is not None and not 0 <= probability <= 1 and one.probability is not None:
             self._sink.error("AE127", "a probability is between 0 and 1", one.probability.span)
         duration = None if one.duration is None else elaborate_quantity(one.duration, TIME, self._sink)
+        if duration is not None and duration < 0 and one.duration is not None:
+            self._sink.error("AE111", "a duration is not below nothing", one.duration.span)
         return Outcome(name, effects, one.failure is not None and one.failure.value, probability, duration)
 
     def _values(self, entries: Entries[Expression]) -> dict[str, Any]:
@@ -215,7 +248,7 @@ class _EcmElaborator:
         for variable, expression in entries:
             found = self._known(variable, self._site.state, "a state variable of this site")
             if found is not None:
-                scope = state_scope(self._site)
+                scope = constant_scope(self._site)
                 value = elaborate_constant(expression, scope, self._sink, found.variable.type)
                 self._check_range(found, value, expression)
                 values[variable.value] = value
@@ -242,7 +275,7 @@ class _EcmElaborator:
         words = tuple(word.value.casefold() for word in task.words)
         scene = None if task.scene is None else task.scene.value
         initial = self._values(task.initial)
-        return Task(name.value, words, goal or t.FALSE, task.goal.value, rules, initial, scene)
+        return Task(name.value, words, goal or t.FALSE, task.goal.value, rules, initial, scene, name.span)
 
     def _planning_rule(self, one: declared.PlanningRule, skills: Mapping[str, Skill]) -> PlanningRule | None:
         unless = elaborate_expression(one.unless, state_scope(self._site), self._sink)
@@ -272,7 +305,7 @@ class _EcmElaborator:
             variable = self._known(name, skill.inputs, f"an input of `{skill.id}`")
             if variable is not None:
                 value = elaborate_constant(
-                    expression, state_scope(self._site), self._sink, variable.variable.type
+                    expression, constant_scope(self._site), self._sink, variable.variable.type
                 )
                 self._check_range(variable, value, expression)
                 given[name.value] = value

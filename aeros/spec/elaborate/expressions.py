@@ -29,14 +29,14 @@ def elaborate_expression(
 
 
 def elaborate_constant(expression: Expression, scope: Scope, sink: Diagnostics, expected: Type) -> Any:
-    """The value of an expression that mentions no variable, or None after reporting why there is none."""
-    term = elaborate_expression(expression, _closed(scope), sink, expected)
+    """The value of an expression under a `scope` without variables, or None after reporting why not."""
+    term = elaborate_expression(expression, scope, sink, expected)
     return None if term is None else evaluate(term, {})
 
 
 def elaborate_number(expression: Expression, scope: Scope, sink: Diagnostics) -> t.Literal | None:
-    """The real constant that `expression` is, in the dimension it is written in."""
-    found = _reporting(expression, sink, lambda node: infer(node, _closed(scope)))
+    """The real constant that `expression` is, in the dimension it is written in; `scope` has no variables."""
+    found = _reporting(expression, sink, lambda node: infer(node, scope))
     if found is None:
         return None
     term, type_ = found
@@ -45,10 +45,6 @@ def elaborate_number(expression: Expression, scope: Scope, sink: Diagnostics) ->
         sink.error("AE203", f"expected a number, found {type_}", expression.span, str(type_))
         return None
     return t.Literal(value, type_)
-
-
-def _closed(scope: Scope) -> Scope:
-    return Scope({}, {}, scope.constants, scope.enums)
 
 
 def _reporting(expression: Expression, sink: Diagnostics, checked: Callable[[Node], _T]) -> _T | None:

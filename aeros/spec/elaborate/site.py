@@ -15,6 +15,7 @@ from aeros.spec.elaborate.expressions import (
     elaborate_quantity,
     elaborate_unit,
 )
+from aeros.spec.elaborate.scopes import constant_scope, kind_scope
 from aeros.spec.elaborate.vocabulary import check_name, elaborate_state, elaborate_variable
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.check import Box, Scope
@@ -42,21 +43,6 @@ def elaborate_site(site: declared.Site, digest: str, sink: Diagnostics) -> Site 
     return elaborated if len(sink) == before else None
 
 
-def kind_scope(
-    site: Site | _SiteElaborator, kind: ActionKind, inputs: Mapping[str, Declared] | None = None
-) -> Scope:
-    """What names mean in a condition on actions of `kind`: state, its parameters, and a skill's inputs."""
-    variables = {name: one.variable for name, one in {**site.state, **kind.parameters}.items()}
-    given = {name: one.variable for name, one in (inputs or {}).items()}
-    return Scope(variables, given, site.constants, site.enums, site.volumes)
-
-
-def state_scope(site: Site, inputs: Mapping[str, Declared] | None = None) -> Scope:
-    """What names mean in a condition on states: the vocabulary, and a skill's inputs."""
-    given = {name: one.variable for name, one in (inputs or {}).items()}
-    return Scope(site.state_variables, given, site.constants, site.enums, site.volumes)
-
-
 class _SiteElaborator:
     def __init__(self, site: declared.Site, sink: Diagnostics) -> None:
         self._declared = site
@@ -69,7 +55,7 @@ class _SiteElaborator:
         self.kinds: dict[str, ActionKind] = {}
 
     def site(self, digest: str) -> Site:
-        site = self._declared
+        site, before = self._declared, len(self._sink)
         for name, members in site.enums:
             self._enum(name, members)
         for name, constant in site.constants:
@@ -83,9 +69,12 @@ class _SiteElaborator:
                 self.state[name.value] = one
         for name, kind in site.actions:
             self._kind(name, kind)
+        # A name whose declaration is at fault is not undeclared: rules wait until all are in order.
+        whole = len(self._sink) == before
         self._check_protective()
         self._check_unique(site.invariants, site.policy.blocks, site.policy.quotas)
-        rules = tuple(rule for one in site.invariants if (rule := self._rule(one)) is not None)
+        rules = tuple(rule for one in site.invariants if whole and (rule := self._rule(one)) is not None)
+        access_of = self._access if whole else elaborate_access
         policy = site.policy
         return Site(
             id=site.id.value,
@@ -96,8 +85,8 @@ class _SiteElaborator:
             state=self.state,
             kinds=self.kinds,
             rules=rules,
-            access=self._access(policy.access),
-            grants={name.value: self._access(access) for name, access in policy.grants},
+            access=access_of(policy.access),
+            grants={name.value: access_of(access) for name, access in policy.grants},
             risk_ceiling=Risk[policy.risk_ceiling.value.upper()],
             limits=self._limits(policy.limits),
             blocks=tuple(self._block(block) for block in policy.blocks),
@@ -131,7 +120,7 @@ class _SiteElaborator:
             self._table(name, constant)
 
     def _single(self, name: Text, value: Expression) -> None:
-        number = elaborate_number(value, Scope({}, {}, self.constants, self.enums), self._sink)
+        number = elaborate_number(value, constant_scope(self), self._sink)
         if number is not None:
             self.constants[name.value] = number
 
@@ -196,7 +185,7 @@ class _SiteElaborator:
             Risk[kind.risk.value.upper()],
             kind.protective is not None and kind.protective.value,
             parameters,
-            kind.span,
+            name.span,
         )
 
     def _check_protective(self) -> None:
@@ -204,7 +193,7 @@ class _SiteElaborator:
         if len(stops) != 1:
             self._sink.error(
                 "AE607",
-                f"a site has exactly one protective stop, but {len(stops)} action kinds are `protective: true`",
+                f"a site has exactly one protective stop; {len(stops)} action kinds are `protective: true`",
                 stops[1].span if stops else self._declared.span,
                 help=("declare an action kind `stop` without parameters and with `protective: true`",),
             )
@@ -220,6 +209,14 @@ class _SiteElaborator:
             seen[one.id.value] = one.id
 
     def _rule(self, one: declared.Invariant) -> Rule | None:
+        if one.on == ():
+            self._sink.error(
+                "AE112",
+                f"the rule `{one.id.value}` governs no action kind",
+                one.id.span,
+                help=("name one under `on`, or leave `on` out: the rule then governs all but the stop",),
+            )
+            return None
         kinds = (
             self._kinds_named(one.on)
             if one.on is not None

@@ -57,8 +57,7 @@ _RANGES = tuple(
     (Fraction(low), Fraction(high))
     for low, high in (
         ("-1", "1"),
-        ("9/10", "1"),
-        ("9/10", "1"),
+        *[("9/10", "1"), ("-2/3", "2"), ("-1", "1")] * 3,
         ("0", "1/10"),
         ("1/3", "1e6"),
         ("-1e-310", "1e-310"),
@@ -68,7 +67,7 @@ _RANGES = tuple(
 )
 _CONSTANTS = tuple(
     Fraction(text)
-    for text in ("0", "1", "-1", "2", "1/10", "1/3", "-7/1000", "1e16", "1e-320", "1e-200", "1e200", "-1e400")
+    for text in (*["0", "1", "-1", "2", "1/10", "1/3", "-7/1000"] * 2, "1e16", "1e-320", "1e200", "-1e400")
 )
 _CLOSE = Fraction(1, 2**48)  # of the two sides: nearer than this is a hard comparison
 
@@ -347,8 +346,8 @@ class _Terms:
 
     def tie(self, env: Environment) -> t.Term:
         """A comparison whose sides are equal under `env`, or differ by less than they can be computed to."""
-        one, two, three = (self.real(self._draw(st.integers(0, 2)), LENGTH) for _ in range(3))
-        factor = self.real(1, NUMBER)
+        one, two, three = (self.real(self._draw(st.sampled_from((0, 0, 1))), LENGTH) for _ in range(3))
+        factor = self.real(self._draw(st.sampled_from((0, 1))), NUMBER)
         sums = (t.Add(t.Add(one, two), three), t.Add(one, t.Add(two, three)))
         products = (
             t.Multiply(factor, t.Add(one, two)),

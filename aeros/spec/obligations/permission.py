@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 
 from aeros.spec.diagnostics import Diagnostic, Label, Severity
 from aeros.spec.expr import terms as t
-from aeros.spec.model import Ecm, Site, Skill
+from aeros.spec.model import Ecm, Risk, Site, Skill
 from aeros.spec.obligations.obligation import Claim, Obligation, Settled, Verdict
 from aeros.spec.obligations.policy import space_of
 from aeros.spec.obligations.safety import envelope_space
@@ -124,7 +124,7 @@ def _risk_in_bounds(site: Site, skill: Skill) -> Iterator[Settled]:
         skill.risk <= ceiling,
         Diagnostic(
             "AE406",
-            f"`{skill.id}` is of {skill.risk.name.lower()} risk; this site allows {ceiling.name.lower()} at most",
+            f"`{skill.id}` is of {_word(skill.risk)} risk; this site allows {_word(ceiling)} at most",
             Label(skill.risk_span),
         ),
     )
@@ -134,7 +134,7 @@ def _risk_in_bounds(site: Site, skill: Skill) -> Iterator[Settled]:
         not riskier,
         Diagnostic(
             "AE407",
-            f"`{skill.id}` declares {skill.risk.name.lower()} risk, but {_listed(riskier)} carries more",
+            f"`{skill.id}` declares {_word(skill.risk)} risk, but {_listed(riskier)} carries more",
             Label(skill.risk_span),
             help=("declare the risk of the riskiest action it may ask for",),
         ),
@@ -184,6 +184,10 @@ def _not_blocked(ecm: Ecm, site: Site) -> Iterator[Settled]:
                 severity=Severity.WARNING,
             ),
         )
+
+
+def _word(risk: Risk) -> str:
+    return risk.name.lower()
 
 
 def _listed(names: Iterable[str]) -> str:

@@ -118,14 +118,20 @@ def _gated_rules_read_state(site: Site, skill: Skill) -> Iterator[Settled]:
             continue
         governed = [kind for kind in skill.envelope if kind in rule.terms]
         idle = all(not _reads_state(rule, kind) for kind in governed)
+        if governed:
+            headline = f"`{rule.id}` cannot be left to the gate: what breaks it is allowed in no state"
+            beside, help_ = "reads no state", "remove it from `gated` and tighten the envelope"
+        else:
+            headline = f"`{rule.id}` governs no action that `{skill.id}` may ask for"
+            beside, help_ = "governs other action kinds", "remove it from `gated`"
         yield Settled(
-            f"safety/{skill.id}/gated/{rule.id}",
+            f"safety/{skill.id}/gated-{rule.id}",
             Diagnostic(
                 "AE506",
-                f"`{rule.id}` cannot be left to the gate: what breaks it is allowed in no state",
+                headline,
                 Label(skill.gated[rule.id]),
-                (Label(rule.require_span, "reads no state, or governs none of these actions"),),
-                help=("remove it from `gated` and tighten the envelope",),
+                (Label(rule.require_span, beside),),
+                help=(help_,),
             )
             if idle
             else None,
@@ -134,7 +140,7 @@ def _gated_rules_read_state(site: Site, skill: Skill) -> Iterator[Settled]:
 
 def _goal_can_hold(site: Site, ecm: Ecm, task: Task) -> Obligation:
     return Obligation(
-        id=f"safety/task/{task.id}/goal",
+        id=f"safety/goal/{task.id}",
         code="AE507",
         claim=Claim.SOMETIMES,
         space=Space(tuple(site.state.values()), ()),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import runpy
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import ModuleType
@@ -53,5 +54,26 @@ def run_dumpling_skill(dumpling_skills: ModuleType) -> Skills:
             except StopIteration:
                 action = None
         return ended
+
+    return run
+
+
+@pytest.fixture
+def run_skill() -> Callable[..., str | None]:
+    """Runs a skill of an ECM, at most `actions` of its actions; None, or why one did not complete."""
+
+    def run(plant: PhysicsPlant, ecm: str, skill: str, actions: int = 1000) -> str | None:
+        skills = runpy.run_path(str(Path(__file__).parents[3] / "ecms" / ecm / "skills.py"))
+        body = skills[skill](_observed(plant), {})
+        try:
+            action = next(body)
+            for _ in range(actions):
+                ended = plant.execute(action, _allow, plant.now() + 60.0)
+                if not ended.completed:
+                    return ended.reason
+                action = body.send(_observed(plant))
+        except StopIteration:
+            pass
+        return None
 
     return run

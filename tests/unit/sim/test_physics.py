@@ -126,7 +126,9 @@ def test_motion_ends_at_the_deadline(plant: PhysicsPlant) -> None:
     [
         (move(0.9, 0.4, 0.3), "unreachable"),
         (move(math.nan, 0.0, 0.3), "bad parameter"),
-        (move(0.5, 0.0, 0.3, speed=math.inf), "bad parameter"),
+        (move(0.5, 0.0, 0.3, speed=math.inf), "out of range"),
+        (act("wait", duration=10**400), "out of range"),
+        (act("move_tool", target=[0.5, 0.0, 0.3], yaw=0.0, speed=0.2), "bad parameter"),
         (move(0.5, 0.0, 0.3, speed=-1.0), "out of range"),
         (act("move_tool", target=(0.5, 0.0, 0.3), yaw=0.0), "missing parameter: `speed`"),
         (act("wait", duration=1.0, haste=True), "unknown parameter: `haste`"),

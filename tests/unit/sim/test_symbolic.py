@@ -34,6 +34,7 @@ STATE = dict(
         state("tool_position", VectorType(LENGTH)),
         state("tool_speed", RealType(LENGTH), "0", "2"),
         state("base_position", VectorType(LENGTH)),
+        state("cup_position", VectorType(LENGTH)),
         state("finger_gap", RealType(LENGTH), "0", "0.07"),
         state("human_distance", RealType(LENGTH), "0", "8.1"),
         state("joint_position", FamilyType(JOINTS, RealType(NUMBER))),
@@ -116,12 +117,13 @@ LIFTED, SLIPPED = outcome("lifted", "0.7", holding=True), outcome("slipped", hol
 
 def test_it_begins_harmless_and_inside_every_range() -> None:
     first = values(SymbolicPlant(site(), {}, 0, {"base_position": (1.0, 0.0, 0.0)}))
-    assert first["human_distance"] == 8.1 or Fraction(first["human_distance"]) <= Fraction("8.1")
+    assert 8.0 < Fraction(first["human_distance"]) <= Fraction("8.1")
     assert Fraction(first["finger_gap"]) <= Fraction("0.07")
     assert Fraction(first["temperature"]) >= Fraction("280.1")
     assert first["joint_position"][3] == pytest.approx(-2.356, abs=1e-3)
     assert first["tool_position"] == (0.307, 0.0, 0.487)
     assert first["base_position"] == (1.0, 0.0, 0.0)
+    assert first["cup_position"] == (0.45, 0.0, 0.15)
     assert (first["holding"], first["cells"], first["mode"]) == (False, (False, False), "idle")
     assert first.keys() == STATE.keys()
 

@@ -48,7 +48,7 @@ def _bounded(draw: st.DrawFn) -> tuple[t.Term, closure._Real, closure._Generator
 
 
 @settings(
-    max_examples=250, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
+    max_examples=150, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
 )
 @given(_bounded())
 def test_the_error_bound_is_a_bound(

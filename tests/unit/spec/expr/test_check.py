@@ -5,7 +5,6 @@ from collections.abc import Callable
 from fractions import Fraction
 
 import pytest
-from tests.unit.spec.expr.scope import SCOPE, SPEED, term_of
 
 from aeros.spec.backends import closure, smt
 from aeros.spec.expr import terms as t
@@ -14,6 +13,7 @@ from aeros.spec.expr.lower import lower, measure, scalar_variables
 from aeros.spec.expr.semantics import Value, evaluate, holds
 from aeros.spec.expr.types import BOOL, RealType, Type, VectorType
 from aeros.spec.units import LENGTH, NUMBER
+from tests.unit.spec.expr.scope import SCOPE, SPEED, term_of
 
 ENV: dict[str, Value] = {
     "a": True,

@@ -1,0 +1,54 @@
+"""What the names of a condition may mean, by where the condition stands."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.check import Box, Scope
+from aeros.spec.expr.types import EnumType
+from aeros.spec.model import ActionKind, Declared
+
+
+class Vocabulary(Protocol):
+    """The named things of a site, finished or still being elaborated."""
+
+    @property
+    def enums(self) -> Mapping[str, EnumType]:
+        """Closed enumerations by name."""
+
+    @property
+    def constants(self) -> Mapping[str, t.Term]:
+        """Named constants."""
+
+    @property
+    def volumes(self) -> Mapping[str, Box]:
+        """Named boxes."""
+
+    @property
+    def state(self) -> Mapping[str, Declared]:
+        """Measured quantities by name."""
+
+
+_NONE: Mapping[str, Declared] = {}
+
+
+def constant_scope(site: Vocabulary) -> Scope:
+    """For values that mention no variable: constants and enum members."""
+    return Scope({}, {}, site.constants, site.enums)
+
+
+def state_scope(site: Vocabulary, inputs: Mapping[str, Declared] = _NONE) -> Scope:
+    """For conditions on states: the vocabulary, and a skill's inputs."""
+    return Scope(_variables(site.state), _variables(inputs), site.constants, site.enums, site.volumes)
+
+
+def kind_scope(site: Vocabulary, kind: ActionKind, inputs: Mapping[str, Declared] = _NONE) -> Scope:
+    """For conditions on actions of `kind`: state, its parameters, and a skill's inputs."""
+    variables = _variables({**site.state, **kind.parameters})
+    return Scope(variables, _variables(inputs), site.constants, site.enums, site.volumes)
+
+
+def _variables(declared: Mapping[str, Declared]) -> dict[str, t.Variable]:
+    return {name: one.variable for name, one in declared.items()}

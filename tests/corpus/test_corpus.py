@@ -1,0 +1,374 @@
+"""Every case of the corpus is judged as its header says, in the words of its `expected.txt`.
+
+A case is a folder in `accepted/` or in a group of `rejected/`.  Its first line says why it is there,
+its second which codes are reported.  `site.yaml` in it is a case about a site, run with the module
+`site/idle`; any other case is run under `site/table.yaml`.
+
+    AEROS_UPDATE_GOLDEN=1 pytest tests/corpus     rewrites every `expected.txt`, and fails
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import aeros
+import aeros.cli.verify
+import aeros.spec.verify
+from aeros.cli.main import main
+from aeros.spec.diagnostics import CODES
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.semantics import holds
+from aeros.spec.obligations.obligation import Claim, Obligation, Settled, Verdict
+from aeros.spec.verify import Report, verify
+
+CORPUS = Path(__file__).parent
+CASES = sorted(
+    path.relative_to(CORPUS)
+    for path in [*CORPUS.glob("rejected/*/*"), *CORPUS.glob("accepted/*")]
+    if path.is_dir()
+)
+UPDATE = os.environ.get("AEROS_UPDATE_GOLDEN") == "1"
+
+NOT_HERE = {
+    "AE002": "a path that cannot be read is no file of a corpus: tests/unit/spec/test_loading.py",
+    "AE003": "megabytes: tests/unit/spec/test_reader.py",
+    "AE007": "whatever no other code names: tests/unit/spec/test_reader.py",
+    "AE010": "thousands of brackets: tests/unit/spec/test_reader.py",
+    "AE014": "tests/unit/spec/test_reader.py",
+    "AE016": "tests/unit/spec/test_reader.py",
+    "AE017": "thousands of values: tests/unit/spec/test_reader.py",
+    "AE130": "a path without a module: tests/unit/cli/test_verify.py",
+    "AE509": "depends on the budget, not on the files: tests/unit/cli/test_verify.py",
+}
+"""Codes that `aeros verify` reports and no case shows, and where they are tested instead."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A folder of the corpus, relative to it, and what its header says."""
+
+    path: Path
+    reason: str
+    codes: frozenset[str]
+
+    @property
+    def arguments(self) -> list[str]:
+        if (CORPUS / self.path / "site.yaml").exists():
+            return ["verify", "site/idle", "--site", str(self.path / "site.yaml"), "--no-lock"]
+        return ["verify", str(self.path), "--site", "site/table.yaml", "--no-lock"]
+
+    @property
+    def golden(self) -> Path:
+        return CORPUS / self.path / "expected.txt"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run of `aeros verify` came to."""
+
+    exit_code: int
+    text: str
+    report: Report
+
+    @property
+    def codes(self) -> frozenset[str]:
+        subjects = (self.report.site, *self.report.modules)
+        return frozenset(found.code for subject in subjects for found in subject.diagnostics)
+
+
+def case_at(path: Path) -> Case:
+    manifest = next(iter(sorted((CORPUS / path).rglob("*.yaml"))))
+    first, second = manifest.read_bytes().decode(errors="replace").split("\n")[:2]
+    assert first.startswith("# "), manifest
+    assert second.startswith("# expect: "), manifest
+    codes = second.removeprefix("# expect: ").split()
+    return Case(path, first.removeprefix("# "), frozenset() if codes == ["nothing"] else frozenset(codes))
+
+
+@cache
+def outcome_of(case: Case) -> Outcome:
+    """Run the command in the corpus's folder, so that paths in its output are the same everywhere."""
+    reports: list[Report] = []
+
+    def recorded(*arguments: object) -> Report:
+        reports.append(verify(*arguments))  # type: ignore[arg-type]
+        return reports[-1]
+
+    with contextlib.chdir(CORPUS), pytest.MonkeyPatch.context() as patch:
+        patch.setattr(aeros.cli.verify, "verify", recorded)
+        patch.setattr(aeros, "__version__", "0.1.0")  # stands in messages about versions
+        patch.setattr(aeros.spec.verify, "_verify_site", _verify_site)
+        shown = io.StringIO()
+        with contextlib.redirect_stdout(shown):
+            exit_code = main(case.arguments)
+    return Outcome(exit_code, shown.getvalue(), reports[-1])
+
+
+_verify_site = cache(aeros.spec.verify._verify_site)  # proved once, not for each of its modules
+
+
+@pytest.mark.parametrize("path", CASES, ids=str)
+def test_the_case_is_judged_as_its_header_says(path: Path) -> None:
+    case = case_at(path)
+    outcome = outcome_of(case)
+    assert outcome.exit_code == (0 if path.parts[0] == "accepted" else 1)
+    assert outcome.codes == case.codes
+    shown = f"$ aeros {' '.join(case.arguments)}\n{outcome.text}exit {outcome.exit_code}\n"
+    if UPDATE:
+        case.golden.write_text(shown, encoding="utf-8")
+        pytest.fail("the golden file was rewritten: read the difference, then run without the variable")
+    assert shown == case.golden.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("path", CASES, ids=str)
+def test_every_witness_of_the_case_replays(path: Path) -> None:
+    report = outcome_of(case_at(path)).report
+    for finding in (finding for subject in (report.site, *report.modules) for finding in subject.findings):
+        always = finding.obligation.claim is Claim.ALWAYS
+        settled_by_example = Verdict.REFUTED if always else Verdict.PROVED
+        assert (finding.witness is not None) == (finding.verdict is settled_by_example)
+        if finding.witness is not None:
+            env = finding.witness.values
+            assert all(holds(assumption, env) for assumption in finding.obligation.space.assumptions)
+            assert holds(finding.obligation.conclusion, env) != always
+            for one in finding.witness.declared:
+                value = env[one.name]
+                parts = value if isinstance(value, tuple) else (value,)
+                assert one.range is None or all(one.range[0] <= part <= one.range[1] for part in parts)  # type: ignore[operator]
+
+
+def test_every_reason_is_given_once() -> None:
+    reasons = [case_at(path).reason for path in CASES]
+    assert [reason for reason in reasons if reasons.count(reason) > 1] == []
+    assert all(reason.endswith((".", "?")) for reason in reasons)
+
+
+def test_every_code_of_the_verifier_has_a_case() -> None:
+    reported = {code for path in CASES for code in case_at(path).codes}
+    wanted = {code for code in CODES if code[:3] not in ("AE7", "AE9")}  # of the gate, of certificates
+    assert sorted(wanted - reported - NOT_HERE.keys()) == []
+    assert sorted(reported & NOT_HERE.keys()) == []
+
+
+def test_no_golden_file_is_left_over() -> None:
+    golden = {path.parent.relative_to(CORPUS) for path in CORPUS.rglob("expected.txt")}
+    assert golden == set(CASES)
+
+
+# Broken twins: a verifier that is wrong in one place is noticed by at least one case.
+
+Claims = Iterator[Obligation | Settled]
+Change = Callable[[Obligation], Obligation | None]
+BUILDERS = ("policy_obligations", "permission_obligations", "safety_obligations")
+SETTLERS = ("entry_point_obligations", "dependency_obligations", "closed_loop_obligations", *BUILDERS)
+
+
+def unchanged(one: Obligation) -> Obligation | None:
+    return one
+
+
+def without(wanted: Callable[[Obligation], bool]) -> Change:
+    return lambda one: None if wanted(one) else one
+
+
+def of_code(code: str) -> Callable[[Obligation], bool]:
+    return lambda one: one.code == code
+
+
+def about(part: str) -> Callable[[Obligation], bool]:
+    return lambda one: part in one.id.split("/")
+
+
+def negation_dropped(one: Obligation) -> Obligation:
+    return replace(one, conclusion=t.Not(one.conclusion)) if one.claim is Claim.ALWAYS else one
+
+
+def impossible_assumed(one: Obligation) -> Obligation:
+    assumed = (*one.space.assumptions, t.FALSE)
+    return replace(one, space=replace(one.space, assumptions=assumed)) if one.claim is Claim.ALWAYS else one
+
+
+def assumptions_forgotten(one: Obligation) -> Obligation:
+    return replace(one, space=replace(one.space, assumptions=()))
+
+
+def one_assumption_forgotten(one: Obligation) -> Obligation:
+    return replace(one, space=replace(one.space, assumptions=one.space.assumptions[:1]))
+
+
+def all_but_one_assumed(one: Obligation) -> Obligation:
+    return replace(one, space=replace(one.space, assumptions=one.space.assumptions[1:]))
+
+
+def always_left_to_the_gate(one: Obligation) -> Obligation:
+    return replace(one, guard=one.id) if one.code == "AE501" else one
+
+
+def never_left_to_the_gate(one: Obligation) -> Obligation:
+    return replace(one, guard=None)
+
+
+def permission_left_to_the_gate(one: Obligation) -> Obligation:
+    return replace(one, guard=one.id) if one.code == "AE403" else one
+
+
+def ranges_halved(one: Obligation) -> Obligation:
+    declared = tuple(
+        replace(variable, range=(variable.range[0] / 2, variable.range[1] / 2))
+        if variable.range
+        else variable
+        for variable in one.space.declared
+    )
+    return replace(one, space=replace(one.space, declared=declared))
+
+
+def ranges_doubled(one: Obligation) -> Obligation:
+    declared = tuple(
+        replace(variable, range=(variable.range[0] * 2, variable.range[1] * 2))
+        if variable.range
+        else variable
+        for variable in one.space.declared
+    )
+    return replace(one, space=replace(one.space, declared=declared))
+
+
+def _order_changed(term: t.Term, old: str, new: str) -> t.Term:
+    changes: dict[str, Any] = {}
+    for field in fields(term):
+        value = getattr(term, field.name)
+        if isinstance(value, t.Term):
+            changes[field.name] = _order_changed(value, old, new)
+        elif isinstance(value, tuple) and value and isinstance(value[0], t.Term):
+            changes[field.name] = tuple(_order_changed(part, old, new) for part in value)
+    changed = replace(term, **changes)
+    return replace(changed, op=new) if isinstance(changed, t.Compare) and changed.op == old else changed  # type: ignore[arg-type]
+
+
+def conclusion_strict(one: Obligation) -> Obligation:
+    return replace(one, conclusion=_order_changed(one.conclusion, "<=", "<"))
+
+
+def conclusion_lenient(one: Obligation) -> Obligation:
+    return replace(one, conclusion=_order_changed(one.conclusion, "<", "<="))
+
+
+def envelope_strict(one: Obligation) -> Obligation:
+    assumed = tuple(_order_changed(term, "<=", "<") for term in one.space.assumptions)
+    return replace(one, space=replace(one.space, assumptions=assumed))
+
+
+CHANGES: dict[str, tuple[str, Change]] = {
+    "the negation is dropped": ("safety", negation_dropped),
+    "the negation is dropped, of permissions": ("permission", negation_dropped),
+    "the negation is dropped, of policies": ("site", negation_dropped),
+    "something impossible is assumed": ("safety", impossible_assumed),
+    "something impossible is assumed, of permissions": ("permission", impossible_assumed),
+    "something impossible is assumed, of policies": ("site", impossible_assumed),
+    "the envelope is not assumed": ("accepted", assumptions_forgotten),
+    "the envelope is assumed without its bound": ("safety", envelope_strict),
+    "the envelope is assumed without its bound, of permissions": ("permission", envelope_strict),
+    "a rule is shadowed only by a single other": ("site", one_assumption_forgotten),
+    "an attenuation applies where the rule is kept": ("site", all_but_one_assumed),
+    "every rule is left to the gate": ("safety", always_left_to_the_gate),
+    "no rule is left to the gate": ("accepted", never_left_to_the_gate),
+    "the permission is left to the gate": ("permission", permission_left_to_the_gate),
+    "half of each range is looked at": ("safety", ranges_halved),
+    "half of each range is looked at, of permissions": ("permission", ranges_halved),
+    "half of each range is looked at, of policies": ("site", ranges_halved),
+    "values out of range are looked at": ("safety", ranges_doubled),
+    "values out of range are looked at, of accepted modules": ("accepted", ranges_doubled),
+    "values out of range are looked at, of policies": ("site", ranges_doubled),
+    "rules are kept too strictly": ("accepted", conclusion_strict),
+    "permissions are kept too leniently": ("permission", conclusion_lenient),
+} | {
+    f"no obligation of {code}": (group, without(of_code(code)))
+    for group, codes in {
+        "permission": ("AE403", "AE409"),
+        "safety": ("AE501", "AE502", "AE503", "AE504", "AE507"),
+        "site": ("AE601", "AE602", "AE603", "AE604", "AE605", "AE606"),
+    }.items()
+    for code in codes
+}
+CHANGES |= {
+    f"no obligation of the rule {rule}": ("safety", without(about(rule)))
+    for rule in (
+        "short-waits",
+        "off-the-mast",
+        "top-speed",
+        "quarter-turn",
+        "pressure-of-tool",
+        "slow-near-person",
+        "short-reach",
+        "momentum",
+    )
+}
+
+SETTLED = (
+    *("AE123", "AE124", "AE301", "AE302", "AE303", "AE304"),
+    *("AE401", "AE402", "AE404", "AE405", "AE406", "AE407", "AE408", "AE506", "AE602", "AE801", "AE802"),
+)
+
+
+def _break(patch: pytest.MonkeyPatch, builder: str, change: Change, silenced: str = "") -> None:
+    """Make `verify` call a broken twin of `builder`: it changes obligations and silences one code."""
+    original: Callable[..., Claims] = getattr(aeros.spec.verify, builder)
+
+    def broken(*arguments: object) -> Claims:
+        for claim in original(*arguments):
+            if isinstance(claim, Settled):
+                is_silent = claim.diagnostic is not None and claim.diagnostic.code == silenced
+                yield Settled(claim.id, None) if is_silent else claim
+            elif (changed := change(claim)) is not None:
+                yield changed
+
+    patch.setattr(aeros.spec.verify, builder, broken)
+
+
+def _noticed(group: str) -> bool:
+    """Whether some case of `group` is not judged as its header says."""
+    for case in (case_at(path) for path in CASES if group in path.parts):
+        _, path, _, site, _ = case.arguments
+        report = verify([Path(path)], Path(site))
+        found = {one.code for subject in (report.site, *report.modules) for one in subject.diagnostics}
+        if found != case.codes:
+            return True
+    return False
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_broken_twin_is_noticed(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    group, change = CHANGES[name]
+    monkeypatch.chdir(CORPUS)
+    if group != "site":
+        monkeypatch.setattr(aeros.spec.verify, "_verify_site", _verify_site)
+    for builder in BUILDERS if group == "site" else BUILDERS[1:]:
+        _break(monkeypatch, builder, change)
+    assert _noticed(group)
+
+
+@pytest.mark.parametrize("code", SETTLED)
+def test_silenced_check_is_noticed(code: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(CORPUS)
+    group = next(path.parts[1] for path in CASES if code in case_at(path).codes and len(path.parts) == 3)
+    if group != "site":
+        monkeypatch.setattr(aeros.spec.verify, "_verify_site", _verify_site)
+    for builder in SETTLERS:
+        _break(monkeypatch, builder, unchanged, silenced=code)
+    assert _noticed(group)
+
+
+def test_unbroken_verifier_is_not_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(CORPUS)
+    for builder in SETTLERS:
+        _break(monkeypatch, builder, unchanged)
+    assert not _noticed("safety")
+    assert not _noticed("site")

@@ -1,0 +1,278 @@
+"""Verdicts against enumeration: no false PROVED, no false REFUTED, VACUOUS exactly where nothing is.
+
+Variables are booleans, enum members, families of booleans and two reals in [-1, 1].  Real terms are
+built from the reals, their negations and magnitudes, -1, 0 and 1 by minimum, maximum and choice, so
+the truth of a condition depends only on how ±x, ±y, -1, 0 and 1 are ordered.  Thirds give every such
+order: two different values lie inside each unit interval, and their mirror images inside the other.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import Any, cast
+
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from aeros.spec.diagnostics import Label
+from aeros.spec.discharge import Finding, discharge
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.semantics import Environment, Value, evaluate, holds
+from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType
+from aeros.spec.model import Access, ActionKind, Clause, Declared, Ecm, Limits, Risk, Rule, Site, Skill
+from aeros.spec.obligations.obligation import Claim, Obligation, Space, Verdict
+from aeros.spec.obligations.permission import permission_obligations
+from aeros.spec.obligations.policy import policy_obligations
+from aeros.spec.obligations.safety import safety_obligations
+from aeros.spec.source import Source
+from aeros.spec.units import NUMBER
+
+_NIGHTLY = os.environ.get("AEROS_HYPOTHESIS") == "nightly"
+bounded = settings(
+    max_examples=5_000 if _NIGHTLY else 60,
+    derandomize=not _NIGHTLY,
+    database=None,
+    deadline=None,
+    suppress_health_check=list(HealthCheck),
+)
+
+SPAN = Source("generated", "x").span(0, 1)
+COLOURS = EnumType("colours", ("red", "green", "blue"))
+SIDES = EnumType("sides", ("left", "right"))
+REAL = RealType(NUMBER)
+UNIT = (Fraction(-1), Fraction(1))
+GRID = tuple(Fraction(third, 3) for third in range(-3, 4))
+
+
+def _declared(name: str, type_: Any, role: t.Role) -> Declared:
+    return Declared(t.Variable(name, type_, role), SPAN, range=UNIT if type_ == REAL else None, sensor="eye")
+
+
+STATE = {
+    one.name: one
+    for one in (
+        _declared("flag", BOOL, t.Role.STATE),
+        _declared("x", REAL, t.Role.STATE),
+        _declared("open", FamilyType(SIDES, BOOL), t.Role.STATE),
+    )
+}
+PARAMETERS = {
+    one.name: one
+    for one in (_declared("y", REAL, t.Role.PARAMETER), _declared("colour", COLOURS, t.Role.PARAMETER))
+}
+INPUTS = {"gently": _declared("inputs.gently", BOOL, t.Role.INPUT)}
+EVERYTHING = (*STATE.values(), *PARAMETERS.values(), *INPUTS.values())
+
+
+def _values(one: Declared) -> tuple[Value, ...]:
+    match one.variable.type:
+        case EnumType(members=members):
+            return members
+        case FamilyType(index=index):
+            return tuple(itertools.product((False, True), repeat=len(index.members)))
+        case RealType():
+            return GRID
+        case _:
+            return (False, True)
+
+
+def environments(*terms: t.Term) -> Iterator[Environment]:
+    """Every combination of values of the variables that `terms` mention."""
+    mentioned = {name for term in terms for name in t.variables_of(term)}
+    declared = [one for one in EVERYTHING if one.name in mentioned]
+    for values in itertools.product(*map(_values, declared)):
+        yield {one.name: value for one, value in zip(declared, values, strict=True)}
+
+
+def possible(*terms: t.Term) -> bool:
+    """Whether all `terms` hold somewhere."""
+    return any(all(holds(term, env) for term in terms) for env in environments(*terms))
+
+
+def conditions(*roles: t.Role) -> st.SearchStrategy[t.Term]:
+    """Conditions over the variables of `roles`."""
+    mine = {one.name: one.variable for one in EVERYTHING if one.variable.role in roles}
+    minus = t.Literal(Fraction(-1), REAL)
+    atoms: list[t.Term] = [t.Literal(Fraction(value), REAL) for value in (-1, 0, 1)]
+    for name in mine.keys() & {"x", "y"}:
+        atoms += [mine[name], t.Absolute(mine[name]), t.Multiply(minus, mine[name])]
+    reals = st.sampled_from(sorted(atoms, key=repr))
+    truths: list[st.SearchStrategy[t.Term]] = [st.sampled_from([t.TRUE, t.FALSE])]
+    truths += [st.just(mine[name]) for name in ("flag", "inputs.gently") if name in mine]
+    if "colour" in mine:
+        members = st.sampled_from([t.Literal(member, COLOURS) for member in COLOURS.members])
+        truths.append(members.map(lambda member: t.Compare("==", mine["colour"], member)))
+    if "open" in mine:
+        side = t.BoundVariable("side", SIDES)
+        each = t.Select(mine["open"], side)
+        truths.append(st.sampled_from([t.Quantified("all", side, each), t.Quantified("any", side, each)]))
+        truths.append(st.just(t.Select(mine["open"], t.Literal("left", SIDES))))
+    choices = st.builds(t.Conditional, st.one_of(truths), reals, reals)
+    extrema = st.builds(t.Extremum, st.sampled_from(["min", "max"]), reals, st.one_of(reals, choices))
+    numbers = st.one_of(reals, reals, choices, extrema)
+    comparisons = st.builds(t.Compare, st.sampled_from(["<", "<=", "=="]), numbers, numbers)
+    leaves = st.one_of(comparisons, comparisons, *truths)
+    return st.recursive(
+        leaves,
+        lambda inner: st.one_of(
+            st.builds(t.Not, inner),
+            st.builds(t.Implies, inner, inner),
+            st.builds(lambda a, b: t.And((a, b)), inner, inner),
+            st.builds(lambda a, b: t.Or((a, b)), inner, inner),
+        ),
+        max_leaves=5,
+    )
+
+
+ANY = conditions(*t.Role)
+
+
+@bounded
+@given(
+    st.lists(ANY, max_size=2),
+    ANY,
+    st.sampled_from(Claim),
+    st.sampled_from([Verdict.REFUTED, Verdict.VACUOUS]),
+)
+def test_the_verdict_is_what_enumeration_finds(
+    assumptions: list[t.Term], conclusion: t.Term, claim: Claim, failing: Verdict
+) -> None:
+    space = Space(EVERYTHING, tuple(assumptions))
+    label = Label(SPAN)
+    (found,) = discharge([Obligation("i", "AE501", claim, space, conclusion, "h", label, failing=failing)])
+    if claim is Claim.ALWAYS:
+        expected = Verdict.REFUTED if possible(*assumptions, t.Not(conclusion)) else Verdict.PROVED
+    else:
+        expected = Verdict.PROVED if possible(*assumptions, conclusion) else failing
+    assert found.verdict is expected
+    _replays(found)
+
+
+def _replays(found: Finding) -> None:
+    if found.witness is None:
+        return
+    one, env = found.obligation, found.witness.values
+    assert all(holds(term, env) for term in one.space.assumptions)
+    assert holds(one.conclusion, env) is (one.claim is Claim.SOMETIMES)
+
+
+# Whole sites and modules: what their obligations say is compared with what the words of the claims say.
+
+
+def _site(rules: list[t.Term], reduced: t.Term) -> Site:
+    kind = ActionKind("move", frozenset(), Risk.LOW, False, PARAMETERS, SPAN)
+    phi = tuple(
+        Rule(f"r{i}", "", "", "", {"move": rule}, {"move": {"y": reduced}} if i == 0 else {}, SPAN, SPAN)
+        for i, rule in enumerate(rules)
+    )
+    access = Access(sensors=frozenset(["eye"]))
+    limits = Limits(Fraction(1), 1, 1)
+    enums = {"colours": COLOURS, "sides": SIDES}
+    kinds = {"move": kind}
+    return Site(
+        id="site", digest="", enums=enums, constants={}, volumes={}, state=STATE, kinds=kinds, rules=phi,
+        access=access, grants={}, risk_ceiling=Risk.LOW, limits=limits, blocks=(), quotas=(), resources={},
+        span=SPAN,
+    )  # fmt: skip
+
+
+def _module(envelope: t.Term, permission: t.Term, gated: list[str]) -> Ecm:
+    skill = Skill(
+        id="skill", module_name="", function="", inputs=INPUTS, precondition=None, outcomes={},
+        envelope={"move": Clause(envelope, "", SPAN)}, actuators=frozenset(), resources=frozenset(),
+        risk=Risk.LOW, timeout=Fraction(1), gated=dict.fromkeys(gated, SPAN), span=SPAN, risk_span=SPAN,
+        entry_span=SPAN,
+    )  # fmt: skip
+    return Ecm(
+        id="module", version="1", folder="", manifest_digest="", code_digest="", capabilities={},
+        skills={"skill": skill}, tasks={}, access=Access(sensors=frozenset(["eye"])),
+        permission={"move": Clause(permission, "", SPAN)}, requires={}, requires_spans={}, runtime="",
+        runtime_span=SPAN, access_span=SPAN, span=SPAN,
+    )  # fmt: skip
+
+
+def _findings(claims: Iterator[Any]) -> dict[str, Finding]:
+    return {one.obligation.id: one for one in discharge([c for c in claims if isinstance(c, Obligation)])}
+
+
+ON_ACTIONS = conditions(t.Role.STATE, t.Role.PARAMETER)
+Y = PARAMETERS["y"].variable
+REDUCED = st.sampled_from(
+    [
+        Y,
+        t.Literal(Fraction(0), REAL),
+        t.Multiply(t.Literal(Fraction(-1), REAL), Y),
+        t.Extremum("min", Y, t.Literal(Fraction(0), REAL)),
+        t.Extremum("max", Y, t.Literal(Fraction(0), REAL)),
+        t.Extremum("max", Y, STATE["x"].variable),
+    ]
+)
+
+
+@bounded
+@given(st.lists(ON_ACTIONS, min_size=1, max_size=3), REDUCED)
+def test_a_policy_is_refused_exactly_where_its_words_say_so(rules: list[t.Term], reduced: t.Term) -> None:
+    found = _findings(policy_obligations(_site(rules, reduced)))
+    everything = [*rules, reduced, Y]
+    space = list(environments(*everything))
+    allowed = [env for env in space if all(holds(rule, env) for rule in rules)]
+
+    def verdict(claim: str) -> Verdict:
+        return found[f"policy/move/{claim}"].verdict
+
+    assert (verdict("satisfiable") is Verdict.PROVED) == bool(allowed)
+    for i, rule in enumerate(rules):
+        others = rules[:i] + rules[i + 1 :]
+        denied = [env for env in space if not holds(rule, env)]
+        alone = [env for env in denied if all(holds(other, env) for other in others)]
+        assert verdict(f"effective/r{i}") is (Verdict.PROVED if denied else Verdict.VACUOUS)
+        assert verdict(f"unshadowed/r{i}") is (Verdict.PROVED if alone else Verdict.VACUOUS)
+        if i == 0:
+            after = [{**env, "y": _number(reduced, env)} for env in alone]
+            kept = all(holds(one, env) for env in after for one in rules)
+            smaller = all(
+                abs(_number(Y, env)) <= abs(_number(Y, old)) for env, old in zip(after, alone, strict=True)
+            )
+            assert (verdict("attenuation-allowed/r0") is Verdict.PROVED) == kept
+            assert (verdict("attenuation-shrinks/r0") is Verdict.PROVED) == smaller
+    for one in found.values():
+        _replays(one)
+
+
+def _number(term: t.Term, env: Environment) -> Fraction:
+    return cast("Fraction", evaluate(term, env))
+
+
+@bounded
+@given(
+    st.lists(ON_ACTIONS, min_size=1, max_size=2),
+    ANY,
+    ON_ACTIONS,
+    st.lists(st.sampled_from(["r0", "r1"]), unique=True),
+)
+def test_a_module_is_refused_exactly_where_its_words_say_so(
+    rules: list[t.Term], envelope: t.Term, permission: t.Term, gated: list[str]
+) -> None:
+    site, module = _site(rules, Y), _module(envelope, permission, gated)
+    found = _findings(iter([*permission_obligations(module, site), *safety_obligations(module, site)]))
+    space = [env for env in environments(envelope, permission, *rules) if holds(envelope, env)]
+
+    def verdict(claim: str) -> Verdict:
+        return found[claim].verdict
+
+    assert verdict("safety/skill/move/not-empty") is (Verdict.PROVED if space else Verdict.VACUOUS)
+    permitted = [env for env in space if holds(permission, env)]
+    assert (verdict("permission/skill/move") is Verdict.PROVED) == (len(permitted) == len(space))
+    alive = any(all(holds(rule, env) for rule in rules) for env in permitted)
+    assert (verdict("safety/skill/move/not-dead") is Verdict.PROVED) == alive
+    for i, rule in enumerate(rules):
+        one = found[f"safety/skill/move/r{i}"]
+        assert (one.verdict is Verdict.PROVED) == all(holds(rule, env) for env in space)
+        roles = {variable.role for variable in t.variables_of(rule).values()}
+        left = t.Role.STATE in roles and (t.Role.PARAMETER not in roles or f"r{i}" in gated)
+        assert one.guarded == (left and one.verdict is Verdict.REFUTED)
+    for one in found.values():
+        _replays(one)

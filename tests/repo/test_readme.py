@@ -1,0 +1,114 @@
+"""The README shows what the commands print: each is run, and numbers apart, compared.
+
+In a block ```console a line `$ COMMAND` is followed by its standard output.
+
+    AEROS_UPDATE_GOLDEN=1 pytest tests/repo     rewrites the outputs, and fails
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.repo.tree import ROOT, UPDATE, text_of
+
+_README = text_of("README.md")
+_BLOCK = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_COMMAND = re.compile(r"^\$ (.+)\n((?:(?!\$ ).*\n)*)", re.MULTILINE)
+_COMMANDS = [found for block in _BLOCK.findall(_README) for found in _COMMAND.findall(block)]
+
+
+def _run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    return subprocess.run(
+        ["/bin/sh", "-c", command],
+        cwd=folder,
+        env={**os.environ, "PATH": path},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+
+
+def _marked(found: tuple[str, str]) -> object:
+    physics = "aeros run" in found[0] and "symbolic" not in found[0]
+    return pytest.param(*found, id=found[0], marks=[pytest.mark.physics] if physics else [])
+
+
+@pytest.fixture(scope="module")
+def clone(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder in which the README's paths exist and may be written to."""
+    folder = tmp_path_factory.mktemp("clone")
+    shutil.copytree(ROOT / "ecms", folder / "ecms")
+    shutil.copytree(ROOT / "tests" / "corpus", folder / "tests" / "corpus")
+    return folder
+
+
+def _normal(text: str) -> list[str]:
+    numberless = re.sub(r"-?\d+(\.\d+)?", "0", text)
+    return [" ".join(line.split()) for line in numberless.splitlines() if line.strip()]
+
+
+if UPDATE:
+
+    @pytest.mark.physics
+    def test_the_outputs_are_rewritten(clone: Path) -> None:
+        def with_outputs(block: re.Match[str]) -> str:
+            found = _COMMAND.findall(block[1])
+            parts = [f"$ {command}\n{_run(command, clone).stdout}" for command, _ in found]
+            return "```console\n" + "".join(parts) + "```"
+
+        (ROOT / "README.md").write_text(_BLOCK.sub(with_outputs, _README), encoding="utf-8")
+        pytest.fail("README.md was rewritten")
+
+else:
+
+    @pytest.mark.parametrize(("command", "shown"), [_marked(found) for found in _COMMANDS])
+    def test_the_command_prints_what_the_readme_shows(command: str, shown: str, clone: Path) -> None:
+        ran = _run(command, clone)
+        assert _normal(ran.stdout) == _normal(shown), ran.stderr
+
+
+def test_the_readme_shows_every_command() -> None:
+    shown = " ".join(command for command, _ in _COMMANDS)
+    for name in ("verify", "run", "decide"):
+        assert f"aeros {name} " in shown
+
+
+@pytest.mark.parametrize(
+    "name", sorted(set(re.findall(r"\baeros (verify|run|decide|[a-z]+(?= --?[a-z]))", _README)))
+)
+def test_the_command_explains_itself_with_examples(name: str) -> None:
+    ran = _run(f"aeros {name} --help", ROOT)
+    assert ran.returncode == 0
+    assert "examples:" in ran.stdout
+    assert "exit codes:" in ran.stdout
+
+
+@pytest.mark.parametrize(
+    "target", sorted(set(re.findall(r"`make ([a-z]+)`|^make ([a-z]+)", _README, re.MULTILINE)))
+)
+def test_the_target_exists_and_is_listed(target: tuple[str, str]) -> None:
+    name = target[0] or target[1]
+    assert re.search(rf"^{name}:.* ## ", text_of("Makefile"), re.MULTILINE)
+
+
+def test_every_file_that_the_readme_names_exists() -> None:
+    named = re.findall(r"`((?:aeros|ecms|docs|tests|proofs)/[\w./-]*)`", _README)
+    assert named
+    assert [path for path in named if not (ROOT / path).exists()] == []
+
+
+def test_every_option_in_the_readme_exists() -> None:
+    for name in ("verify", "run", "decide"):
+        known = _run(f"aeros {name} --help", ROOT).stdout
+        for line in re.findall(rf"aeros {name} [^\n|`]*", _README):
+            for option in re.findall(r"--[a-z-]+", line):
+                assert option in known, f"aeros {name} {option}"

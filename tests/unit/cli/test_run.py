@@ -1,0 +1,109 @@
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from aeros.cli.exit_codes import Exit
+from aeros.cli.main import main
+from aeros.runtime.audit import verify_log
+
+REPOSITORY = Path(__file__).parents[3]
+
+
+def _run(folder: Path, *arguments: str, instruction: str = "make dumplings") -> int:
+    return main(
+        ["run", instruction, "--ecms", str(REPOSITORY / "ecms"), "--state", str(folder / "state"),
+         "--out", str(folder / "out"), *arguments]
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("gate", ["compiled", "z3", "shadow"])
+def test_the_same_seed_ends_the_same_under_every_gate(
+    gate: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _run(tmp_path, "--plant", "symbolic", "--seed", "7", "--gate", gate) == Exit.PROVED
+    said = capsys.readouterr().out
+    assert "goal reached" in said
+    assert "steps      6 run, 1 retries, 1 recoveries, 1 re-plans" in said
+    assert "0 denied" in said
+
+
+def test_a_run_leaves_a_trace_and_a_sound_audit_log(tmp_path: Path) -> None:
+    assert _run(tmp_path, "--plant", "symbolic") == Exit.PROVED
+    events = [json.loads(line) for line in (tmp_path / "out" / "trace.jsonl").read_text().splitlines()]
+    assert [event["kind"] for event in events][:2] == ["routed", "plan"]
+    assert events[-1]["kind"] == "run-ended"
+    report = verify_log(tmp_path / "out" / "audit.jsonl")
+    assert report.bad_record is None
+    assert report.decisions.allowed > 50
+    assert report.decisions.denied == 0
+
+
+def test_an_instruction_that_nobody_can_carry_out_is_refused_by_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _run(tmp_path, "--plant", "symbolic", instruction="paint the wall") == Exit.REJECTED
+    assert "no installed module provides `paint the wall`" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_that_holds_another_run_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "audit.jsonl").write_text("")
+    assert _run(tmp_path, "--plant", "symbolic") == Exit.REJECTED
+    assert "is not empty" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "code"),
+    [
+        ("ecm.yaml", "description: Makes", "description: makes", "AE902"),
+        ("skills.py", '"""', '"""Edited. ', "AE902"),
+        ("ecm.lock", "PROVED", "proved", "AE903"),
+    ],
+)
+def test_nothing_runs_that_was_edited_after_it_was_certified(
+    file: str, old: str, new: str, code: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    module = tmp_path / "ecms" / "make_dumplings"
+    shutil.copytree(REPOSITORY / "ecms" / "make_dumplings", module)
+    text = (module / file).read_text()
+    assert old in text
+    (module / file).write_text(text.replace(old, new, 1))
+    assert _run(tmp_path, "--plant", "symbolic", "--ecms", str(module)) == Exit.REJECTED
+    assert code in capsys.readouterr().err
+
+
+def test_nothing_runs_without_a_certificate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    module = tmp_path / "ecms" / "make_dumplings"
+    shutil.copytree(REPOSITORY / "ecms" / "make_dumplings", module)
+    (module / "ecm.lock").unlink()
+    assert _run(tmp_path, "--plant", "symbolic", "--ecms", str(module)) == Exit.REJECTED
+    assert "AE901" in capsys.readouterr().err
+
+
+def test_a_skill_that_asks_for_more_than_it_declares_is_denied_and_nothing_moves(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    module = tmp_path / "ecms" / "make_dumplings"
+    shutil.copytree(REPOSITORY / "ecms" / "make_dumplings", module)
+    code = (module / "skills.py").read_text()
+    (module / "skills.py").write_text(code.replace("\nSPEED = 0.24", "\nSPEED = 0.9"))
+    assert main(["verify", str(module)]) == Exit.PROVED
+    assert _run(tmp_path, "--plant", "symbolic", "--ecms", str(module)) == Exit.REJECTED
+    assert "AE730" in capsys.readouterr().out
+    lines = (tmp_path / "out" / "audit.jsonl").read_text().splitlines()
+    decisions = [json.loads(line) for line in lines if '"event":"decision"' in line]
+    assert decisions[-1]["details"]["verdict"] == "DENY"
+
+
+@pytest.mark.physics
+def test_a_dumpling_is_made_on_physics_and_filmed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert _run(tmp_path, "--seed", "3") == Exit.PROVED
+    assert "measured on the physics plant: dumpling_cooked = true" in capsys.readouterr().out
+    assert (tmp_path / "out" / "run.webp").read_bytes()[8:12] == b"WEBP"

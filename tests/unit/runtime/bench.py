@@ -1,0 +1,98 @@
+"""The site and the module of the gate's tests, proved once, and requests that are allowed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from aeros.cli.configuration import prove
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.decision import Caller, Decision
+from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.ports import Reading
+from aeros.skill import Action
+from aeros.spec.verify import Report
+
+SITE = Path(__file__).parent / "data" / "bench.yaml"
+MODULE = Path(__file__).parent / "data" / "handling"
+NOW = 100.0
+
+STATE: Mapping[str, Any] = {
+    "human_distance": 3.0,
+    "stop_pressed": False,
+    "fitted": "brush",
+    "joint_angle": (0.25, -0.5),
+    "joint_ready": (True, False),
+    "hand": (0.25, 0.0, 0.25),
+    "load": 0.5,
+    "wind": 0.0,
+    "gust": 10.0,
+    "dirt": 0.5,
+}
+PARAMETERS: Mapping[str, Mapping[str, Any]] = {
+    "move": {"target": (0.25, 0.125, 0.25), "speed": 0.0625},
+    "carry": {"gait": 0.0078125},
+    "sweep": {"tool": "knife", "wet": True, "pace": 1.0},
+    "stop": {},
+}
+ALLOWED = (
+    ("slowly", "move"),
+    ("slowly", "carry"),
+    ("slowly", "stop"),
+    ("quickly", "move"),
+    ("quickly", "carry"),
+    ("quickly", "sweep"),
+    ("paced", "carry"),
+)
+
+
+@cache
+def proved() -> tuple[Configuration, Report]:
+    return prove([MODULE], SITE, certified=False)
+
+
+def configuration() -> Configuration:
+    return proved()[0]
+
+
+@cache
+def gate(mode: GateMode = GateMode.COMPILED) -> Gate:
+    return Gate(configuration(), mode)
+
+
+def measured(values: Mapping[str, Any], time: Any = NOW) -> dict[str, Reading]:
+    return {name: Reading(value, time) for name, value in values.items()}
+
+
+@dataclass(frozen=True)
+class Request:
+    """What `decide` takes; every field may be anything."""
+
+    caller: Any
+    readings: Any
+    action: Any
+    now: Any = NOW
+    usage: Any = field(default_factory=lambda: {"carry-rate": 0})
+
+    def decided_by(self, gate: Gate) -> Decision:
+        return gate.decide(self.caller, self.readings, self.action, self.now, self.usage)
+
+
+def request(skill: str = "quickly", kind: str = "move", **changed: Any) -> Request:
+    """An allowed request; `changed` are parameters and state variables by name."""
+    parameters = {**PARAMETERS[kind], **{n: v for n, v in changed.items() if n in PARAMETERS[kind]}}
+    values = {**STATE, **{name: value for name, value in changed.items() if name not in parameters}}
+    inputs = {"tool": "brush"} if skill == "paced" else {}
+    return Request(Caller("handling", skill, inputs), measured(values), Action(kind, parameters))
+
+
+def without(asked: Request, name: str) -> Request:
+    """The request with that state variable not measured."""
+    return replace(asked, readings={key: one for key, one in asked.readings.items() if key != name})
+
+
+def codes(decision: Decision) -> list[tuple[str, str]]:
+    return [(reason.code, reason.rule) for reason in decision.reasons]

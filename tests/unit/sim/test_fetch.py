@@ -1,0 +1,128 @@
+"""Something is fetched: found in pictures, grasped by friction, delivered by driving."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import dist
+from typing import Any
+
+import numpy as np
+import pytest
+
+from aeros.sim.detection import find_red
+from aeros.sim.physics import PhysicsPlant, make_plant
+from aeros.sim.scenes.fetch import CAN, FRESH, Fetch
+from aeros.sim.world import Camera, Image, World
+from aeros.skill import act
+
+pytestmark = pytest.mark.physics
+
+RunSkill = Callable[..., str | None]
+
+RULES = (
+    ("robot_at_target", "navigate"),
+    ("object_detected", "detect"),
+    ("object_grasped", "grasp"),
+    ("object_delivered", "deliver"),
+)
+"""Unless the first holds, do the second."""
+
+
+def allow(values: Mapping[str, Any]) -> str | None:
+    return None
+
+
+def observed(plant: PhysicsPlant) -> dict[str, Any]:
+    return {name: reading.value for name, reading in plant.observe().items()}
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_each_step_makes_its_own_predicate_true_and_the_last_one_the_goal(
+    seed: int, run_skill: RunSkill
+) -> None:
+    plant = make_plant("fetch", seed)
+    for predicate, skill in RULES:
+        assert not observed(plant)[predicate]
+        assert run_skill(plant, "fetch_object", skill) is None
+        assert observed(plant)[predicate]
+
+
+def test_rules_finish_a_delivery_that_was_interrupted_on_the_way(run_skill: RunSkill) -> None:
+    plant = make_plant("fetch", 2)
+    for _, skill in RULES[:3]:
+        assert run_skill(plant, "fetch_object", skill) is None
+    assert run_skill(plant, "fetch_object", "deliver", actions=3) is None
+    plant.execute(act("wait", duration=FRESH), allow, 1e9)
+    done = []
+    for predicate, skill in RULES:
+        if not observed(plant)[predicate]:
+            done.append(skill)
+            assert run_skill(plant, "fetch_object", skill) is None
+    assert done == ["navigate", "deliver"]
+    assert observed(plant)["object_delivered"]
+
+
+def test_nothing_is_known_of_the_object_before_a_look() -> None:
+    before = observed(make_plant("fetch", 0))
+    assert not before["object_detected"]
+    assert "object_position" not in before
+
+
+def test_the_mast_camera_tells_where_the_can_is_and_its_word_grows_old(run_skill: RunSkill) -> None:
+    scene = Fetch()
+    plant = PhysicsPlant(scene, 5)
+    assert run_skill(plant, "fetch_object", "navigate") is None
+    assert run_skill(plant, "fetch_object", "detect") is None
+    after = observed(plant)
+    station = after["station_position"]
+    assert dist(after["object_position"][:2], (station[0] + 0.58, station[1])) < 0.15
+    plant.execute(act("wait", duration=FRESH), allow, 1e9)
+    assert not observed(plant)["object_detected"]
+
+
+def test_an_arm_in_the_way_hides_the_can(run_skill: RunSkill) -> None:
+    plant = make_plant("fetch", 0)
+    plant.execute(act("look", camera="mast"), allow, 1e9)
+    assert not observed(plant)["object_detected"]
+
+
+def test_a_grasp_halted_on_the_way_down_is_recovered(run_skill: RunSkill) -> None:
+    plant = make_plant("fetch", 1)
+    for skill in ("navigate", "detect"):
+        assert run_skill(plant, "fetch_object", skill) is None
+    assert run_skill(plant, "fetch_object", "grasp", actions=6) is None
+    assert not observed(plant)["object_grasped"]
+    assert run_skill(plant, "fetch_object", "recover") is None
+    assert observed(plant)["object_detected"]
+    assert run_skill(plant, "fetch_object", "grasp") is None
+    assert observed(plant)["object_grasped"]
+
+
+def test_a_camera_that_is_not_there_is_refused() -> None:
+    ended = make_plant("fetch", 0).execute(act("look", camera="ceiling"), allow, 1e9)
+    assert ended.reason == "unknown camera: `ceiling`"
+
+
+@pytest.mark.parametrize("place", [(0.6, 0.0), (0.5, 0.15), (0.7, -0.1)])
+def test_a_red_can_is_found_within_5_mm_and_a_blue_box_is_not(place: tuple[float, float]) -> None:
+    radius, height = CAN
+    world = World()
+    camera = Camera((0.0, 0.2, 0.8), (0.6, 0.0, 0.0))
+    x, y = place
+    world.add_box((0.04, 0.04, 0.05), (x, y - 0.15, 0.025), colour=(0.15, 0.30, 0.75, 1.0))
+    assert find_red(world.render(camera), camera, height) is None
+    world.add_cylinder(radius, height, (x, y, height / 2), colour=(0.80, 0.10, 0.08, 1.0))
+    found = find_red(world.render(camera), camera, height)
+    world.close()
+    assert found is not None
+    assert dist(found, (x, y, height / 2)) < 0.005
+
+
+def test_a_few_red_pixels_are_not_an_object() -> None:
+    camera = Camera((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), up=(1.0, 0.0, 0.0))
+    rgb = np.full((camera.height, camera.width, 3), 128, dtype=np.uint8)
+    rgb[100:104, 100:106] = (200, 10, 10)
+    picture = Image(rgb, np.ones((camera.height, camera.width)))
+    assert find_red(picture, camera, 0.08) is None
+    rgb[100:110, 100:110] = (200, 10, 10)
+    assert find_red(picture, camera, 0.08) is not None
