@@ -13,8 +13,8 @@ from functools import cached_property
 from typing import Any
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.check import Box
 from aeros.spec.expr.lower import scalar_variables
+from aeros.spec.expr.scope import Box
 from aeros.spec.expr.types import EnumType, RealType
 from aeros.spec.source import Span
 from aeros.spec.units import DIMENSIONLESS, Unit

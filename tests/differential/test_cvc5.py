@@ -10,10 +10,11 @@ import z3
 from hypothesis import HealthCheck, given, settings
 
 from aeros.spec.backends import smt
-from aeros.spec.expr.check import Box, Scope, check
+from aeros.spec.expr.check import check
 from aeros.spec.expr.conformance import VARIABLES, Case, cases, exact_environment
 from aeros.spec.expr.lower import lower, scalar_variables, scalars_of
 from aeros.spec.expr.parser import parse
+from aeros.spec.expr.scope import Box, Scope
 from aeros.spec.expr.semantics import holds
 from aeros.spec.expr.terms import variables_of
 from aeros.spec.expr.types import BOOL

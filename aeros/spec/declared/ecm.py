@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from aeros.spec.declared.site import Access, Identifier, Named, Quantity, RiskWord, Slug
-from aeros.spec.decode import Boolean, Bounds, Entries, Expression, Integer, Number, Pattern, Text
+from aeros.spec.located import Boolean, Bounds, Entries, Expression, Integer, Number, Pattern, Text
 from aeros.spec.source import Span
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Literal, TypeVar
 
-from aeros.spec.decode import Boolean, Bounds, Choice, Entries, Expression, Integer, Number, Pattern, Text
+from aeros.spec.located import Boolean, Bounds, Choice, Entries, Expression, Integer, Number, Pattern, Text
 from aeros.spec.source import Span
 
 Identifier = Annotated[Text, Pattern("identifier")]

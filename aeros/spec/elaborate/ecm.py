@@ -12,7 +12,6 @@ from packaging.specifiers import InvalidSpecifier, SpecifierSet
 from packaging.version import InvalidVersion, Version
 
 from aeros.spec.declared import ecm as declared
-from aeros.spec.decode import Entries, Expression, Text
 from aeros.spec.diagnostics import Diagnostics, did_you_mean
 from aeros.spec.elaborate.expressions import elaborate_constant, elaborate_expression, elaborate_quantity
 from aeros.spec.elaborate.scopes import constant_scope, kind_scope, state_scope
@@ -20,6 +19,7 @@ from aeros.spec.elaborate.site import elaborate_access
 from aeros.spec.elaborate.vocabulary import check_name, elaborate_variable
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import FamilyType, VectorType
+from aeros.spec.located import Entries, Expression, Text
 from aeros.spec.model import (
     Clause,
     Declared,

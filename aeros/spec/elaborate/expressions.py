@@ -6,15 +6,16 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, TypeVar
 
-from aeros.spec.decode import Expression, Text
 from aeros.spec.diagnostics import Diagnostics, Label
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.check import ExpressionTypeError, Scope, check, infer
+from aeros.spec.expr.check import check, infer
 from aeros.spec.expr.parser import ExpressionSyntaxError, parse
+from aeros.spec.expr.scope import ExpressionTypeError, Scope
 from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.syntax import Extent, Node
 from aeros.spec.expr.types import BOOL, RealType, Type
-from aeros.spec.reader import span_within
+from aeros.spec.located import Expression, Text
+from aeros.spec.places import span_within
 from aeros.spec.source import Span
 from aeros.spec.units import Dimension, Unit, parse_quantity, parse_unit
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.check import Box, Scope
+from aeros.spec.expr.scope import Box, Scope
 from aeros.spec.expr.types import EnumType
 from aeros.spec.model import ActionKind, Declared
 

@@ -7,7 +7,6 @@ from fractions import Fraction
 from typing import TypeVar
 
 from aeros.spec.declared import site as declared
-from aeros.spec.decode import Entries, Expression, Text
 from aeros.spec.diagnostics import Diagnostics, did_you_mean
 from aeros.spec.elaborate.expressions import (
     elaborate_expression,
@@ -18,8 +17,9 @@ from aeros.spec.elaborate.expressions import (
 from aeros.spec.elaborate.scopes import constant_scope, kind_scope
 from aeros.spec.elaborate.vocabulary import check_name, elaborate_state, elaborate_variable
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.check import Box, Scope
+from aeros.spec.expr.scope import Box, Scope
 from aeros.spec.expr.types import EnumType, FamilyType, RealType
+from aeros.spec.located import Entries, Expression, Text
 from aeros.spec.model import (
     Access,
     ActionKind,

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from aeros.spec.declared import site as declared
-from aeros.spec.decode import Number, Text
 from aeros.spec.diagnostics import Diagnostics, did_you_mean
 from aeros.spec.elaborate.expressions import elaborate_quantity, elaborate_unit
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import KEYWORDS
 from aeros.spec.expr.types import BOOL, BoolType, EnumType, FamilyType, RealType, Type, VectorType
+from aeros.spec.located import Number, Text
 from aeros.spec.model import Declared
 from aeros.spec.units import TIME, Unit, unit_names
 

@@ -9,7 +9,7 @@ irrational values, so they may stand only beside a comparison, where `norm(v) <=
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Literal as OneOf
 from typing import cast
@@ -18,6 +18,7 @@ from aeros.spec.diagnostics import did_you_mean
 from aeros.spec.expr import syntax as s
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import measure
+from aeros.spec.expr.scope import ExpressionTypeError, Scope
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
 from aeros.spec.units import LENGTH, NUMBER, Dimension
 
@@ -26,47 +27,6 @@ MAX_HEIGHT = 150  # of the scalar core: each of its passes takes up to four stac
 
 _AXES = {"x": 0, "y": 1, "z": 2}
 _ARITY = {"abs": 1, "norm": 1, "min": 2, "max": 2, "distance": 2, "dot": 2, "vec": 3, "clamp": 3}
-
-
-@dataclass(frozen=True, slots=True)
-class Box:
-    """An axis-aligned closed box in the world frame W; corners in metres."""
-
-    lower: tuple[Fraction, Fraction, Fraction]
-    upper: tuple[Fraction, Fraction, Fraction]
-
-
-@dataclass(frozen=True, slots=True)
-class Scope:
-    """What the names of an expression may mean."""
-
-    variables: Mapping[str, t.Variable]
-    inputs: Mapping[str, t.Variable] = field(default_factory=dict)
-    constants: Mapping[str, t.Term] = field(default_factory=dict)
-    enums: Mapping[str, EnumType] = field(default_factory=dict)
-    volumes: Mapping[str, Box] = field(default_factory=dict)
-
-
-class ExpressionTypeError(Exception):
-    """An expression that parses but means nothing: code, where, what stands beside it, and the cure."""
-
-    def __init__(
-        self,
-        code: str,
-        message: str,
-        extent: s.Extent,
-        *,
-        label: str = "",
-        beside: tuple[s.Extent, str] | None = None,
-        cure: str | None = None,
-    ) -> None:
-        super().__init__(message)
-        self.code = code
-        self.message = message
-        self.extent = extent
-        self.label = label
-        self.beside = beside
-        self.cure = cure
 
 
 @dataclass(frozen=True, slots=True)

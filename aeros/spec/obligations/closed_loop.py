@@ -10,7 +10,8 @@ between tries, and plans again when a step fails for good or the plan is exhaust
 A refutation is a trace of steps and outcomes from a start.  Starts are the states that agree with the
 task's `initial`; a predicate it does not name may have any value.  Effects of an outcome happen, and
 nothing else changes: the supervisor records a broken assumption where that is not what is measured.
-Not modelled: the cap on re-plans (progress is possible, not certain), and predicates that change by themselves.
+Not modelled: the cap on re-plans (progress is possible, not certain); predicates that change by
+themselves.
 """
 
 from __future__ import annotations

@@ -8,8 +8,9 @@ from fractions import Fraction
 from typing import Any, TypeVar
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.check import Scope, check
+from aeros.spec.expr.check import check
 from aeros.spec.expr.parser import parse
+from aeros.spec.expr.scope import Scope
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
 from aeros.spec.model import (
     Access,
@@ -112,7 +113,7 @@ def rule(unless: str, do: str, retry: int = 0, on_failure: str | None = None) ->
 
 
 def task(name: str, words: tuple[str, ...], goal: str, *rules: PlanningRule) -> Task:
-    return Task(name, words, term(goal), goal, rules, scene=None)
+    return Task(name, words, term(goal), goal, rules, initial={}, scene=None, span=SPAN)
 
 
 def module(name: str, skills: tuple[Skill, ...], *tasks: Task) -> Ecm:

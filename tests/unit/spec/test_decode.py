@@ -9,7 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.spec.decode import (
+from aeros.spec.decode import decode
+from aeros.spec.diagnostics import Diagnostic, Diagnostics
+from aeros.spec.errors import MisuseError
+from aeros.spec.located import (
     Boolean,
     Bounds,
     Choice,
@@ -20,10 +23,7 @@ from aeros.spec.decode import (
     Number,
     Pattern,
     Text,
-    decode,
 )
-from aeros.spec.diagnostics import Diagnostic, Diagnostics
-from aeros.spec.errors import MisuseError
 from aeros.spec.reader import read_yaml
 from aeros.spec.render import render_text
 from aeros.spec.source import Source, Span

@@ -14,18 +14,9 @@ from hypothesis import strategies as st
 from aeros.spec import reader
 from aeros.spec.diagnostics import Diagnostic, Diagnostics
 from aeros.spec.errors import UserError
-from aeros.spec.reader import (
-    MAX_BYTES,
-    MAX_DEPTH,
-    MappingNode,
-    Node,
-    ScalarNode,
-    SequenceNode,
-    offsets_of,
-    read_source,
-    read_yaml,
-    span_within,
-)
+from aeros.spec.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from aeros.spec.places import offsets_of, span_within
+from aeros.spec.reader import MAX_BYTES, MAX_DEPTH, read_source, read_yaml
 from aeros.spec.source import Source
 
 SLOWEST_S = 2.0

@@ -8,8 +8,9 @@ import pytest
 
 from aeros.spec.backends import closure, smt
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.check import MAX_HEIGHT, ExpressionTypeError
+from aeros.spec.expr.check import MAX_HEIGHT
 from aeros.spec.expr.lower import lower, measure, scalar_variables
+from aeros.spec.expr.scope import ExpressionTypeError
 from aeros.spec.expr.semantics import Value, evaluate, holds
 from aeros.spec.expr.types import BOOL, RealType, Type, VectorType
 from aeros.spec.units import LENGTH, NUMBER

@@ -1,0 +1,52 @@
+"""What the names of an expression may mean where it stands, and the fault of one that means nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.syntax import Extent
+from aeros.spec.expr.types import EnumType
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """An axis-aligned closed box in the world frame W; corners in metres."""
+
+    lower: tuple[Fraction, Fraction, Fraction]
+    upper: tuple[Fraction, Fraction, Fraction]
+
+
+@dataclass(frozen=True, slots=True)
+class Scope:
+    """What the names of an expression may mean."""
+
+    variables: Mapping[str, t.Variable]
+    inputs: Mapping[str, t.Variable] = field(default_factory=dict)
+    constants: Mapping[str, t.Term] = field(default_factory=dict)
+    enums: Mapping[str, EnumType] = field(default_factory=dict)
+    volumes: Mapping[str, Box] = field(default_factory=dict)
+
+
+class ExpressionTypeError(Exception):
+    """An expression that parses but means nothing: code, where, what stands beside it, and the cure."""
+
+    def __init__(
+        self,
+        code: str,
+        message: str,
+        extent: Extent,
+        *,
+        label: str = "",
+        beside: tuple[Extent, str] | None = None,
+        cure: str | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.code = code
+        self.message = message
+        self.extent = extent
+        self.label = label
+        self.beside = beside
+        self.cure = cure

@@ -1,0 +1,92 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import aeros
+from aeros.cli import decide
+from aeros.cli.exit_codes import Exit, exit_for
+from aeros.cli.main import main
+from aeros.spec.verify import Conclusion
+
+ROOT = Path(__file__).parents[3]
+
+
+def raising(error: BaseException) -> object:
+    def prove(*arguments: object, **named: object) -> None:
+        raise error
+
+    return prove
+
+
+def test_help_and_version_are_no_error(capsys: pytest.CaptureFixture[str]) -> None:
+    for arguments, shown in ((["--help"], "exit codes: 0"), (["--version"], f"aeros {aeros.__version__}")):
+        with pytest.raises(SystemExit) as ended:
+            main(arguments)
+        assert ended.value.code == 0
+        assert shown in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", ["verify", "run", "decide"])
+def test_every_command_has_help_with_examples_and_exit_codes(
+    command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main([command, "--help"])
+    assert ended.value.code == 0
+    shown = capsys.readouterr().out
+    assert "exit codes: 0 proved" in shown
+    assert f"aeros {command} " in shown
+
+
+@pytest.mark.parametrize("arguments", [[], ["prove"], ["--loud"]])
+def test_what_is_no_command_is_a_usage_error(
+    arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == Exit.USAGE
+    assert "usage: aeros" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("debug", [False, True])
+def test_our_own_bug_is_told_without_a_traceback_unless_asked_for(
+    debug: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(decide, "prove", raising(RuntimeError("gears")))
+    monkeypatch.delenv("AEROS_DEBUG", raising=False)
+    if debug:
+        monkeypatch.setenv("AEROS_DEBUG", "1")
+    assert main(["decide", "--ecm", ".", "--skill", "y"]) == Exit.OUR_BUG
+    shown = capsys.readouterr().err
+    assert "this is a bug in aeros, not in your files: RuntimeError: gears" in shown
+    assert ("Traceback" in shown) is debug
+
+
+def test_an_interrupt_is_told(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(decide, "prove", raising(KeyboardInterrupt()))
+    assert main(["decide", "--ecm", ".", "--skill", "y"]) == Exit.INTERRUPTED
+    assert capsys.readouterr().err == "interrupted\n"
+
+
+def test_a_reader_that_goes_away_is_no_bug() -> None:
+    bench = ROOT / "tests" / "unit" / "runtime" / "data"
+    command = [sys.executable, "-m", "aeros", "decide", "--skill", "quickly"]
+    command += ["--site", str(bench / "bench.yaml"), "--ecm", str(bench / "handling")]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, cwd=ROOT) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdout.close()
+        process.stdin.write(b"{}\n{}\n")
+        process.stdin.close()
+        assert process.stderr is not None
+        assert process.stderr.read() == b""
+        assert process.wait(30) == Exit.INTERRUPTED
+
+
+def test_each_conclusion_has_its_exit_code() -> None:
+    assert [exit_for(one) for one in Conclusion] == [Exit.PROVED, Exit.REJECTED, Exit.UNDECIDED]
