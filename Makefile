@@ -67,7 +67,7 @@ $(VENV)/.created:
 	@touch $@
 
 $(VENV)/.installed: $(VENV)/.created pyproject.toml
-	@echo 'installing aeros, its solver and its simulator into $(VENV): about 200 MB, a minute or two'
+	@echo 'installing aeros, its solver and its simulator into $(VENV): 500 MB, a minute or two'
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[sim]'
 	@touch $@
 

@@ -239,8 +239,7 @@ def _state_time(chance: random.Random, asked: Request) -> tuple[Request, bool]:
 
 def _state_reading(chance: random.Random, asked: Request) -> tuple[Request, bool]:
     name = chance.choice(list(asked.readings))
-    good = (Reading,)
-    aliens = [one for one in ALIEN if type(one) not in good]
+    aliens = [one for one in ALIEN if type(one) is not Reading]
     return replace(asked, readings={**asked.readings, name: chance.choice(aliens)}), False
 
 
@@ -257,7 +256,7 @@ def _state_name(chance: random.Random, asked: Request) -> tuple[Request, bool]:
         [name.upper(), f"{name} ", f"{name}[0]", "", "\ud800", EvilStr(name), 7, None, b"x"]
     )
     readings = dict(asked.readings)
-    if chance.random() < 0.5:
+    if chance.random() < 0.5 or type(wrong) is EvilStr:  # which a dict would take for the name itself
         del readings[name]
     return replace(asked, readings={**readings, wrong: Reading(0.5, NOW)}), False
 
@@ -345,6 +344,8 @@ def corrupt(gate: Gate, seed: int, count: int) -> Counter[str]:
     """How often each verdict was given on `count` corrupted requests; fails on the first wrong one."""
     chance = random.Random(seed)  # noqa: S311 - repeats, and guards nothing
     bases = [request(skill, kind) for skill, kind in ALLOWED]
+    near = request(human_distance=1.0, fitted="knife")
+    bases += [near, request("quickly", "sweep", wind=2.0, gust=5.0, pace=0.5)]
     seen: Counter[str] = Counter()
     for number in range(count):
         base, corruption = chance.choice(bases), chance.choice(CORRUPTIONS)

@@ -32,7 +32,7 @@ from aeros.spec.units import NUMBER
 
 _NIGHTLY = os.environ.get("AEROS_HYPOTHESIS") == "nightly"
 bounded = settings(
-    max_examples=5_000 if _NIGHTLY else 60,
+    max_examples=2_000 if _NIGHTLY else 60,
     derandomize=not _NIGHTLY,
     database=None,
     deadline=None,

@@ -407,7 +407,13 @@ class _Checker:
                 cure="name the index otherwise",
             )
         index = t.BoundVariable(name, members)
-        body = _Checker(self._scope, {**self._bound, name: index})._bool(node.body)
+        inside = _Checker(self._scope, {**self._bound, name: index})
+        if node.kind == "sum":
+            body, type_ = inside._real(node.body, "what is summed")
+            return _Typed(t.Aggregate("sum", index, body), type_, node.extent)
+        body = inside._bool(node.body)
+        if node.kind == "count":
+            return _Typed(t.Aggregate("count", index, body), RealType(NUMBER), node.extent)
         kind = cast('OneOf["all", "any"]', node.kind)
         return _Typed(t.Quantified(kind, index, body), BOOL, node.extent)
 

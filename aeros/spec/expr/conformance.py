@@ -336,6 +336,16 @@ class _Terms:
         self._bound.pop()
         return t.Quantified(kind, index, body)
 
+    def _aggregate(self, depth: int, dimension: Dimension) -> t.Term:
+        index = t.BoundVariable(f"i{len(self._bound)}", JOINT)
+        self._bound.append(index)
+        if dimension == NUMBER and self._draw(st.booleans()):
+            body = t.Aggregate("count", index, self.boolean(depth))
+        else:
+            body = t.Aggregate("sum", index, self.real(depth, dimension))
+        self._bound.pop()
+        return body
+
     def comparison(self, depth: int) -> t.Term:
         """Two reals compared."""
         dimension = self._draw(st.sampled_from((NUMBER, LENGTH, _AREA)))
@@ -384,6 +394,7 @@ class _Terms:
             lambda: t.Add(self.real(below, dimension), self.real(below, dimension)),
             lambda: self._product(below, dimension),
             lambda: self._product(below, dimension),
+            lambda: self._aggregate(below, dimension),
             lambda: t.Extremum(
                 self._draw(st.sampled_from(("min", "max"))),
                 self.real(below, dimension),

@@ -10,12 +10,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from fractions import Fraction
+from functools import reduce
 from typing import cast
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment, Value, evaluate
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
+from aeros.spec.units import NUMBER
 
+_ZERO, _ONE = (t.Literal(Fraction(number), RealType(NUMBER)) for number in (0, 1))
 _Indices = Mapping[str, str]  # the member each bound variable stands for
 
 
@@ -65,6 +68,9 @@ def _measured(term: t.Term, known: dict[int, tuple[int, int]]) -> tuple[int, int
             size, height = members * (size + 2), members + height
         case t.Quantified(index=index):
             size *= len(index.type.members)
+        case t.Aggregate(index=index):  # a chain of sums, as high as it is long
+            members = len(index.type.members)
+            size, height = members * (size + 4), members + height
         case t.Compare(left=left) if _is_vector(left):
             size *= 3
     known[id(term)] = (size + 3, height + 1)
@@ -109,6 +115,10 @@ def _scalar(term: t.Term, indices: _Indices) -> t.Term:
         case t.Quantified(kind=kind, index=index, body=body):
             each = [_scalar(body, {**indices, index.name: member}) for member in index.type.members]
             return _join(each, neutral=kind == "all")
+        case t.Aggregate(kind=kind, index=index, body=body):
+            each = [_scalar(body, {**indices, index.name: member}) for member in index.type.members]
+            addends = each if kind == "sum" else [_choose(part, _ONE, _ZERO) for part in each]
+            return reduce(lambda total, addend: _fold(t.Add(total, addend)), addends)
         case t.Vector() | t.Table():
             raise AssertionError(f"not a scalar: {term}")
 

@@ -15,8 +15,9 @@ MAX_LENGTH = 4096  # characters: far beyond any rule a person can review
 MAX_DEPTH = 40  # nesting of the recursive descent, a dozen stack frames each
 MAX_HEIGHT = 100  # height of the syntax tree, a few stack frames each in the passes to come
 
+_QUANTIFIERS = ("all", "any", "sum", "count")
 KEYWORDS = frozenset(
-    ("all", "and", "any", "else", "false", "for", "if", "implies", "in", "not", "or", "then", "true")
+    ("and", "else", "false", "for", "if", "implies", "in", "not", "or", "then", "true", *_QUANTIFIERS)
 )
 
 _TOKEN = re.compile(
@@ -244,7 +245,7 @@ class _Parser:
             return s.Number(Fraction(token.text) * token.unit.factor, token.unit, token.extent)
         if token.text in ("true", "false"):
             return s.Truth(token.text == "true", token.extent)
-        if token.text in ("all", "any"):
+        if token.text in _QUANTIFIERS:
             return self._quantifier(token)
         if token.kind == "word":
             name = s.Name(token.text, token.extent)
@@ -257,7 +258,7 @@ class _Parser:
         raise self._fault("expected a value")
 
     def _quantifier(self, word: _Token) -> s.Node:
-        """quantifier := ('all' | 'any') '(' expression 'for' name 'in' name ')'"""
+        """quantifier := ('all' | 'any' | 'sum' | 'count') '(' expression 'for' name 'in' name ')'"""
         self._expect("(")
         body = self._expression()
         self._expect("for")

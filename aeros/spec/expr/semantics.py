@@ -66,6 +66,11 @@ def evaluate(term: t.Term, env: Environment) -> Value:
         case t.Quantified(kind=kind, index=index, body=body):
             each = [holds(body, {**env, index.name: member}) for member in index.type.members]
             return all(each) if kind == "all" else any(each)
+        case t.Aggregate(kind="sum", index=index, body=body):
+            members = index.type.members
+            return sum((_real(body, {**env, index.name: member}) for member in members), Fraction(0))
+        case t.Aggregate(index=index, body=body):
+            return Fraction(sum(holds(body, {**env, index.name: member}) for member in index.type.members))
 
 
 def holds(term: t.Term, env: Environment) -> bool:

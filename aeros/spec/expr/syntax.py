@@ -128,7 +128,7 @@ class IfElse:
 
 @dataclass(frozen=True, slots=True)
 class Quantifier:
-    """`all(body for index in set)` or `any(…)`."""
+    """`all(body for index in set)`, `any(…)`, `sum(…)` or `count(…)`."""
 
     kind: str
     body: Node

@@ -171,6 +171,15 @@ class Quantified:
     body: Term
 
 
+@dataclass(frozen=True, slots=True)
+class Aggregate:
+    """`sum(body for index in SET)` of reals, or `count(body for index in SET)`: how many conditions hold."""
+
+    kind: OneOf["sum", "count"]
+    index: BoundVariable
+    body: Term
+
+
 Term = (
     Literal
     | Variable
@@ -190,6 +199,7 @@ Term = (
     | Absolute
     | Conditional
     | Quantified
+    | Aggregate
 )
 
 TRUE = Literal(True, BOOL)

@@ -72,6 +72,7 @@ def show(node: s.Node) -> str:
         ("f(a, b + c)", "f(a, (+ b c))"),
         ("(a or b) and c", "(and (or a b) c)"),
         ("all(any(a for j in J) for k in K)", "(all k K (any j J a))"),
+        ("sum(q[j] for j in J) <= count(r[j] for j in J)", "(chain (sum j J q[j]) <= (count j J r[j]))"),
         ("true and false", "(and true false)"),
         ("1.5e1", "15"),
         (".5", "1/2"),

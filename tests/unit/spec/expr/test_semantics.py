@@ -55,6 +55,8 @@ def test_the_index_chooses_by_its_place_in_the_set() -> None:
     above = t.Compare("<", _number(2), chosen)
     assert evaluate(t.Quantified("any", B, above), env) is True
     assert evaluate(t.Quantified("all", B, above), env) is False
+    assert evaluate(t.Aggregate("count", B, above), env) == 1
+    assert evaluate(t.Aggregate("sum", B, chosen), env) == 6
 
 
 def test_free_variables_come_in_order_of_occurrence() -> None:
