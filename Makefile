@@ -58,12 +58,12 @@ clean: ## remove .venv, caches and runs
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(VENV)/.created:
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 	  echo 'AEROS needs Python 3.11 or later; $(PYTHON) is older or missing.  Name one: make PYTHON=/path/to/python3.11'; exit 1; }
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info >= (3, 12))' || \
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info >= (3, 12))' 2>/dev/null || \
 	  echo 'PyBullet has no wheel for this Python, so pip compiles it; with Python 3.11 this takes no compiler.'
-	@echo 'creating $(VENV) with $(PYTHON)'
-	@$(PYTHON) -m venv --clear $(VENV)
+	@$(BIN)/python -m pip --version >/dev/null 2>&1 || { \
+	  echo 'creating $(VENV) with $(PYTHON)'; $(PYTHON) -m venv --clear $(VENV); }
 	@touch $@
 
 $(VENV)/.installed: $(VENV)/.created pyproject.toml

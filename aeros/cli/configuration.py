@@ -8,7 +8,7 @@ from pathlib import Path
 from aeros.runtime.configuration import Configuration, configure
 from aeros.spec.certificate import check_lock
 from aeros.spec.diagnostics import Diagnostic
-from aeros.spec.errors import UserError
+from aeros.spec.errors import UndecidedError, UserError
 from aeros.spec.verify import Conclusion, Report, verify
 
 
@@ -16,14 +16,16 @@ def prove(paths: Iterable[Path], site: Path, *, certified: bool) -> tuple[Config
     """The configuration of all modules at `paths`, proved here and now.
 
     certified: require that each module's `ecm.lock` is the certificate that results.
-    Raises `UserError` with every reason why the configuration is refused.
+    Raises `UserError` with every reason why the configuration is refused, `UndecidedError` where the
+    only reasons are that the solver ran out of its budget.
     """
     report = verify(paths, site)
     subjects = (report.site, *report.modules)
     problems: list[Diagnostic] = []
     if report.conclusion is not Conclusion.PROVED or report.site_model is None:
         problems = [problem for subject in subjects for problem in subject.diagnostics]
-        raise UserError(problems)
+        refusal = UndecidedError if report.conclusion is Conclusion.UNDECIDED else UserError
+        raise refusal(problems)
     modules = {}
     for module in report.modules:
         if module.ecm is None or module.certificate is None:

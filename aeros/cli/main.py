@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import aeros
 from aeros.cli import decide, run, verify
 from aeros.cli.exit_codes import EXIT_CODES, Exit
-from aeros.spec.errors import UserError
+from aeros.spec.errors import UndecidedError, UserError
 from aeros.spec.render import render_all
 
 
@@ -22,7 +22,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return int(parsed.command(parsed))
     except UserError as error:
         print(render_all(error.diagnostics), file=sys.stderr)
-        return Exit.REJECTED
+        return Exit.UNDECIDED if isinstance(error, UndecidedError) else Exit.REJECTED
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return Exit.INTERRUPTED

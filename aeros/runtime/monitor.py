@@ -48,12 +48,12 @@ class MonitorFactory:
 
 
 class _Watch:
-    """The monitor of one action; of all that it is told it keeps only which names it was told last."""
+    """The monitor of one action; keeps the latest values, and which of them were measured last."""
 
-    def __init__(self, state: Mapping[str, Form], rules: _Rules, decided: Scalars) -> None:
+    def __init__(self, state: Mapping[str, Form], rules: _Rules, values: Scalars) -> None:
         self._state = state
         self._rules = rules
-        self._decided = decided
+        self._values = values
         self._measured: Set[str] = frozenset()
 
     def __call__(self, measured: Mapping[str, Any]) -> str | None:
@@ -61,14 +61,13 @@ class _Watch:
         if gone:
             return f"input:{min(gone)}"
         self._measured = set(measured)
-        values = dict(self._decided)
         for name, value in measured.items():
             form = self._state.get(name)
-            if form is None or form.take(value, values) is not None:
+            if form is None or form.take(value, self._values) is not None:
                 return f"input:{name}"
         for rule, condition in self._rules:
-            if not condition.names <= values.keys():
-                return f"input:{min(condition.names - values.keys())}"
-            if condition.decide(values) is not Truth.HOLDS:
+            if not condition.names <= self._values.keys():
+                return f"input:{min(condition.names - self._values.keys())}"
+            if condition.decide(self._values) is not Truth.HOLDS:
                 return rule
         return None

@@ -79,6 +79,8 @@ _TABLE: Final = (
     Code("AE130", "no-module", "form", "a path holds no module"),
     Code("AE131", "missing-file", "form", "a file that the manifest names is not in the module"),
     Code("AE132", "malformed-license", "form", "a licence is not an SPDX expression"),
+    Code("AE133", "undeclared-action", "form", "skill code asks for an action its envelope does not hold"),
+    Code("AE134", "reaching-code", "form", "skill code reaches for more than actions and observations"),
     # AE2xx: the expression language
     Code("AE201", "expression-syntax", "form", "an expression cannot be parsed"),
     Code("AE202", "unknown-name", "form", "an expression uses a name that is not declared"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from aeros.spec.backends.budget import DEFAULT_RLIMIT
 from aeros.spec.expr import terms as t
@@ -33,19 +34,25 @@ class Finding:
 
 
 def discharge(obligations: Iterable[Obligation], rlimit: int = DEFAULT_RLIMIT) -> list[Finding]:
-    """The verdict on each obligation, in order.  UNKNOWN is never a pass."""
-    return [_discharge(one, rlimit) for one in obligations]
+    """The verdict on each obligation, in order.  UNKNOWN is never a pass.
+
+    Verdicts and witnesses depend on these obligations and this budget alone: the solver's context is new.
+    """
+    # z3 takes 80 ms to import, which a command that proves nothing need not pay.
+    from aeros.spec.backends.smt import fresh_context
+
+    context = fresh_context()
+    return [_discharge(one, rlimit, context) for one in obligations]
 
 
-def _discharge(obligation: Obligation, rlimit: int) -> Finding:
-    # z3 takes 80 ms to import, which a run that has everything cached need not pay.
+def _discharge(obligation: Obligation, rlimit: int, context: Any) -> Finding:
     from aeros.spec.backends.smt import Result, Session
 
     always = obligation.claim is Claim.ALWAYS
     sought = t.Not(obligation.conclusion) if always else obligation.conclusion
     wanted = (*obligation.space.assumptions, sought)
     declared = _mentioned(obligation.space, wanted)
-    session = Session((one.variable for one in declared), ranges_of(declared), rlimit)
+    session = Session((one.variable for one in declared), ranges_of(declared), rlimit, context)
     answer = session.ask(*wanted)
     if answer.result is Result.UNKNOWN:
         return Finding(obligation, Verdict.UNKNOWN, reason=f"{answer.reason} (rlimit {rlimit})")

@@ -17,6 +17,10 @@ class UserError(Exception):
         super().__init__("; ".join(f"{found.code}: {found.headline}" for found in self.diagnostics))
 
 
+class UndecidedError(UserError):
+    """What was asked for is refused because the solver could not decide whether it is safe."""
+
+
 class MisuseError(Exception):
     """Code that calls AEROS broke the contract of what it called."""
 

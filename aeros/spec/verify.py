@@ -20,6 +20,7 @@ from aeros.spec.obligations.obligation import Claim, Obligation, Settled, Verdic
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.policy import policy_obligations
 from aeros.spec.obligations.safety import safety_obligations
+from aeros.spec.obligations.skill_code import skill_code_obligations
 
 
 class Conclusion(Enum):
@@ -150,6 +151,7 @@ def _verify_ecm(
     ecm = loaded.ecm
     claims = (
         *entry_point_obligations(ecm, loaded.code),
+        *skill_code_obligations(ecm, loaded.code),
         *dependency_obligations(ecm, around),
         *permission_obligations(ecm, site),
         *safety_obligations(ecm, site),

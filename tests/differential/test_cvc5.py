@@ -6,17 +6,16 @@ from fractions import Fraction
 
 import cvc5
 import pytest
-import z3
 from hypothesis import HealthCheck, given, settings
 
 from aeros.spec.backends import smt
+from aeros.spec.expr import terms as t
 from aeros.spec.expr.check import check
 from aeros.spec.expr.conformance import VARIABLES, Case, cases, exact_environment
-from aeros.spec.expr.lower import lower, scalar_variables, scalars_of
+from aeros.spec.expr.lower import scalar_variables, scalars_of
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.scope import Box, Scope
 from aeros.spec.expr.semantics import holds
-from aeros.spec.expr.terms import variables_of
 from aeros.spec.expr.types import BOOL
 
 
@@ -33,12 +32,6 @@ def _answer(text: str) -> str:
     return str(answer).strip()
 
 
-def _script(session: smt.Session, *terms: object) -> str:
-    solver = z3.Solver()
-    solver.add(session._solver.assertions(), *terms)
-    return f"(set-logic ALL)\n{solver.to_smt2()}"
-
-
 @settings(
     max_examples=30, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
 )
@@ -47,11 +40,12 @@ def test_cvc5_decides_random_cases_as_the_definition(case: Case) -> None:
     session = smt.Session(VARIABLES.values(), case.ranges)
     scalars = scalars_of(VARIABLES, exact_environment(case.values))
     fixed = [
-        session._constants[name][1] == smt._value(session._constants[name][0], value)  # type: ignore[arg-type]
-        for name, value in scalars.items()
+        t.Compare("==", scalar, t.Literal(scalars[scalar.name], scalar.type))  # type: ignore[arg-type]
+        for variable in VARIABLES.values()
+        for scalar in scalar_variables(variable)
     ]
     expected = "sat" if holds(case.term, exact_environment(case.values)) else "unsat"
-    assert _answer(_script(session, session._encode(lower(case.term)), *fixed)) == expected
+    assert _answer(session.script(case.term, *fixed)) == expected
 
 
 _RULES = [
@@ -75,17 +69,19 @@ def test_both_solvers_agree_on_a_rule_over_all_states(text: str, expected: smt.R
         volumes={"cell": Box((-Fraction(1),) * 3, (Fraction(1),) * 3)},
     )
     term = check(parse(text), scope, BOOL)
-    variables = variables_of(term).values()
+    variables = t.variables_of(term).values()
     names = [scalar.name for variable in variables for scalar in scalar_variables(variable)]
     session = smt.Session(variables, dict.fromkeys(names, (-ten, ten)))
     answer = session.ask(term)
     assert answer.result is expected
-    assert _answer(_script(session, session._encode(lower(term)))) == expected.value
+    assert _answer(session.script(term)) == expected.value
 
 
 def test_the_sample_of_values_reaches_both_solvers_with_every_kind_of_number() -> None:
+    x = VARIABLES["x"]
+    far = Fraction(10) ** 41
     for value in (Fraction(1, 3), Fraction(5e-324), Fraction(-(10**40)), Fraction(0)):
-        x = z3.Real("x")
-        solver = z3.Solver()
-        solver.add(x == smt._rational(value), x * 3 == smt._rational(value * 3))
-        assert _answer("(set-logic ALL)\n" + solver.to_smt2()) == "sat"
+        literal = t.Literal(value, x.type)  # type: ignore[arg-type]
+        session = smt.Session([x], {"x": (-far, far)})
+        assert _answer(session.script(t.Compare("==", x, literal))) == "sat"
+        assert _answer(session.script(t.Compare("==", x, literal), t.Compare("<", x, literal))) == "unsat"

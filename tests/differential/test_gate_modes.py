@@ -1,4 +1,4 @@
-"""Compiled, Z3 and shadow gates and the definition decide alike, inside the envelope, outside it and on bounds."""
+"""All modes of the gate and the definition decide alike: inside the envelope, outside it, on bounds."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from math import inf, nextafter
 from typing import Any
 
 import pytest
-from hypothesis import event, given
+from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Verdict
 from aeros.runtime.gate import Gate, GateDisagreementError, GateMode
 from aeros.skill import Action
+from aeros.spec.backends import closure
 from aeros.spec.doubles import neighbours
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, VectorType
 from aeros.spec.model import Declared
@@ -34,21 +35,40 @@ from tests.unit.runtime.bench import (
 
 BOUNDS = [
     Fraction(text)
-    for text in ["0", "1/10", "1/4", "3/10", "1/2", "3/5", "2/5", "-2/5", "1", "6/5", "2", "4", "-4", "5", "1/100", "8/5", "17/18", "20", "1/5", "16/5"]
+    for text in [
+        "0",
+        "1/10",
+        "1/4",
+        "3/10",
+        "1/2",
+        "3/5",
+        "2/5",
+        "-2/5",
+        "1",
+        "6/5",
+        "2",
+        "4",
+        "-4",
+        "5",
+        "1/100",
+        "8/5",
+        "17/18",
+        "20",
+        "1/5",
+        "16/5",
+    ]
 ]
 """The constants of the bench's rules, in SI, and products of them."""
+
+MORE = settings(max_examples=4 * settings().max_examples)
 
 
 def doubles(declared: Declared) -> st.SearchStrategy[Any]:
     """Doubles in the declared range: anywhere, and next to every bound that any rule has."""
     assert declared.range is not None
     low, high = neighbours(declared.range[0])[1], neighbours(declared.range[1])[0]
-    near = {
-        near
-        for bound in BOUNDS
-        for one in neighbours(bound)
-        for near in (one, nextafter(one, -inf), nextafter(one, inf))
-    }
+    beside = [one for bound in BOUNDS for one in neighbours(bound)]
+    near = {*beside, *(nextafter(one, to) for one in beside for to in (-inf, inf))}
     inside = sorted(one for one in {*near, low, high, -0.0, 5e-324} if low <= one <= high)
     return (
         st.sampled_from(inside)
@@ -72,25 +92,42 @@ def values(declared: Declared) -> st.SearchStrategy[Any]:
             return doubles(declared)
 
 
+STATES: tuple[dict[str, Any], ...] = (
+    {},
+    {"human_distance": 1.0},
+    {"human_distance": 0.75, "fitted": "knife"},
+    {"wind": 5.0, "gust": 5.0},
+    {"fitted": "knife", "wind": 1.5},
+)
+"""States in which no rule denies and some attenuate."""
+
+
 @st.composite
 def requests(draw: st.DrawFn) -> Request:
     """Well-formed requests: an allowed one with some of its values drawn again."""
     site = configuration().site
     skill, kind = draw(st.sampled_from([pair for pair in ALLOWED if pair[1] != "stop"]))
-    changed: dict[str, Any] = {}
+    changed = dict(draw(st.sampled_from(STATES)))
     for name, declared in site.kinds[kind].parameters.items():
         if draw(st.booleans()):
             changed[name] = draw(values(declared))
-    rules = site.rules_on(kind)
     for name in draw(st.lists(st.sampled_from(sorted(site.state)), max_size=4, unique=True)):
         changed[name] = draw(values(site.state[name]))
     asked = request(skill, kind, **changed)
-    assert rules
     if skill == "paced" and draw(st.booleans()):
         inputs = configuration().modules["handling"].skills[skill].inputs
         drawn = {name: draw(values(one)) for name, one in inputs.items()}
         asked = replace(asked, caller=replace(asked.caller, inputs=drawn))
     return asked
+
+
+@st.composite
+def fast_requests(draw: st.DrawFn) -> Request:
+    """Allowed requests with another speed, up to the envelope or beyond it: many are to be attenuated."""
+    kind, name, within = draw(st.sampled_from([("move", "speed", 0.5), ("sweep", "pace", 4.0)]))
+    declared = configuration().site.kinds[kind].parameters[name]
+    wanted = draw(st.floats(within / 8, within) | values(declared))
+    return request("quickly", kind, **{**draw(st.sampled_from(STATES[1:])), name: wanted})
 
 
 def environment(asked: Request) -> dict[str, Any]:
@@ -118,7 +155,8 @@ def larger(asked: Mapping[str, Any], given: Mapping[str, Any]) -> list[str]:
     ]
 
 
-@given(requests())
+@MORE
+@given(requests() | fast_requests())
 def test_every_mode_decides_as_the_definition_does(asked: Request) -> None:
     decision = asked.decided_by(gate())
     event(decision.verdict.value)
@@ -135,34 +173,28 @@ def test_every_mode_decides_as_the_definition_does(asked: Request) -> None:
         assert decision.action.parameters.keys() == asked.action.parameters.keys()
 
 
-@given(requests())
+@MORE
+@given(requests() | fast_requests())
 def test_what_the_proof_drops_changes_nothing(asked: Request) -> None:
     assert asked.decided_by(gate()) == asked.decided_by(EVERYTHING)
 
 
-@given(requests(), st.data())
-def test_attenuation_reduces_only_what_the_violated_rules_declare(
-    asked: Request, data: st.DataObject
-) -> None:
-    site, kind = configuration().site, data.draw(st.sampled_from(["move", "sweep"]))
-    reducible = {"move": "speed", "sweep": "pace"}[kind]
-    wanted = data.draw(values(site.kinds[kind].parameters[reducible]))
-    state = {name: asked.readings[name].value for name in ("human_distance", "fitted", "wind", "gust")}
-    state["human_distance"] = max(state["human_distance"], 0.5)
-    fast = request("quickly", kind, **{**state, reducible: wanted})
-    decision = fast.decided_by(gate())
+@given(fast_requests())
+def test_attenuation_reduces_only_what_the_violated_rules_declare(asked: Request) -> None:
+    kind = asked.action.kind
+    name, within = {"move": ("speed", Fraction(1, 2)), "sweep": ("pace", Fraction(4))}[kind]
+    wanted = asked.action.parameters[name]
+    decision = asked.decided_by(gate())
     event(f"{kind}: {decision.verdict.value}")
+    assert (decision.verdict is Verdict.DENY) == (abs(Fraction(wanted)) > within)
     if decision.verdict is Verdict.ATTENUATE:
         assert decision.action is not None
         assert {reason.code for reason in decision.reasons} == {"AE750"}
-        kept = {name: one for name, one in decision.action.parameters.items() if name != reducible}
-        assert kept == {name: one for name, one in PARAMETERS[kind].items() if name != reducible}
-        assert abs(Fraction(decision.action.parameters[reducible])) < abs(Fraction(wanted))
-        again = replace(fast, action=decision.action).decided_by(gate())
+        reduced = decision.action.parameters[name]
+        assert decision.action.parameters == {**PARAMETERS[kind], name: reduced}
+        assert abs(Fraction(reduced)) < abs(Fraction(wanted))
+        again = replace(asked, action=decision.action).decided_by(gate())
         assert (again.verdict, again.action) == (Verdict.ALLOW, decision.action)
-    else:
-        within = 0.5 if kind == "move" else 4
-        assert (decision.verdict is Verdict.ALLOW) or abs(wanted) > within
 
 
 @pytest.mark.parametrize("bound", BOUNDS)
@@ -224,24 +256,23 @@ def test_an_invariant_falsely_said_to_be_proved_halts_the_shadow_gate(
 
 
 def test_every_guarded_invariant_has_a_broken_twin() -> None:
-    (marked,) = test_an_invariant_falsely_said_to_be_proved_halts_the_shadow_gate.pytestmark  # type: ignore[attr-defined]
+    (marked,) = test_an_invariant_falsely_said_to_be_proved_halts_the_shadow_gate.pytestmark
     tried = {case[0] for case in marked.args[1]}
     obligations = configuration().certificates["handling"].obligations
     assert tried == {name.rpartition("/")[2] for name, verdict in obligations.items() if verdict == "GUARDED"}
 
 
+@pytest.mark.parametrize("stopped", [False, True], ids=["verdicts differ", "only reasons differ"])
 def test_a_condition_compiled_without_its_rounding_filter_halts_the_shadow_gate(
-    monkeypatch: pytest.MonkeyPatch,
+    stopped: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from aeros.spec.backends import closure
-
     monkeypatch.setattr(
         closure._Generator, "_filtered", lambda self, term, a, b: f"({a.code} {term.op} {b.code})"
     )
     twin = Gate(configuration(), GateMode.SHADOW)
-    # 0.0625 is exact, so the computed product is: it is above 1/10 and rounds to it.
-    asked = request("quickly", "carry", load=1.6, gait=0.0625)
-    assert Fraction(1.6) * Fraction(0.0625) > Fraction(1, 10)
+    asked = request("quickly", "carry", load=1.6, gait=0.0625, stop_pressed=stopped)
+    # The bound as a double is above 1/10 too, and equal to the product.
+    assert Fraction(1.6) * Fraction(0.0625) == Fraction(0.1) > Fraction(1, 10)
     with pytest.raises(GateDisagreementError):
         asked.decided_by(twin)
 

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import math
 import os
 import random
@@ -35,7 +36,7 @@ class EvilFloat(float):
     def __le__(self, other: object) -> bool:
         return True
 
-    __lt__ = __ge__ = __gt__ = __eq__ = __le__  # type: ignore[assignment]
+    __lt__ = __ge__ = __gt__ = __eq__ = __le__
     __hash__ = float.__hash__
 
 
@@ -43,7 +44,7 @@ class EvilInt(int):
     def __le__(self, other: object) -> bool:
         return True
 
-    __lt__ = __ge__ = __gt__ = __eq__ = __le__  # type: ignore[assignment]
+    __lt__ = __ge__ = __gt__ = __eq__ = __le__
     __hash__ = int.__hash__
 
 
@@ -110,7 +111,9 @@ def _nested(depth: int) -> list[Any]:
 
 
 def _numpy() -> tuple[Any, ...]:
-    numpy = pytest.importorskip("numpy")
+    if importlib.util.find_spec("numpy") is None:
+        return ()
+    numpy = importlib.import_module("numpy")
     return (
         numpy.float64(0.0625),  # a subclass of float
         numpy.float32(0.0625),
@@ -303,7 +306,14 @@ def _mapping(chance: random.Random, asked: Request) -> tuple[Request, bool]:
     caller, action = asked.caller, asked.action
     old = {"inputs": caller.inputs, "parameters": action.parameters}.get(field, getattr(asked, field, None))
     aliens = [one for one in ALIEN if type(one) is not dict]
-    wrappers = [types.MappingProxyType, UserDict, EvilDict, Counter, list, lambda one: tuple(one.items())]
+    wrappers: list[Callable[[Any], Any]] = [
+        types.MappingProxyType,
+        UserDict,
+        EvilDict,
+        Counter,
+        list,
+        lambda one: tuple(one.items()),
+    ]
     new = chance.choice(wrappers)(old) if chance.random() < 0.5 else chance.choice(aliens)
     if field == "inputs":
         return replace(asked, caller=replace(caller, inputs=new)), False
@@ -386,10 +396,19 @@ def test_z3_and_the_shadow_gate_take_no_corrupted_request_either() -> None:
     corrupt(gate(GateMode.SHADOW), seed=1, count=max(1_000, COUNT // 100))
 
 
-@pytest.mark.parametrize("alien", ALIEN, ids=lambda alien: type(alien).__name__)
 @pytest.mark.parametrize(("skill", "kind"), ALLOWED)
-def test_no_alien_is_taken_for_any_value_anywhere(skill: str, kind: str, alien: Any) -> None:
+def test_no_alien_is_taken_for_any_value_anywhere(skill: str, kind: str) -> None:
     base = request(skill, kind)
+    for alien in ALIEN:
+        for asked in _alien_anywhere(base, alien):
+            decision = asked.decided_by(gate())
+            assert decision.verdict is Verdict.DENY, type(alien)
+            assert decision.reasons, type(alien)
+
+
+def _alien_anywhere(base: Request, alien: Any) -> list[Request]:
+    """The request with `alien` in place of each value that is looked at."""
+    kind = base.action.kind
     corrupted = [
         replace(base, now=alien),
         replace(base, readings=alien if type(alien) is not dict else [alien]),
@@ -406,7 +425,4 @@ def test_no_alien_is_taken_for_any_value_anywhere(skill: str, kind: str, alien: 
     ]
     if kind == "carry":
         corrupted.append(replace(base, usage={"carry-rate": alien}))
-    for asked in corrupted:
-        decision = asked.decided_by(gate())
-        assert decision.verdict is Verdict.DENY
-        assert decision.reasons
+    return corrupted

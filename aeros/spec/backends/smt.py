@@ -47,10 +47,17 @@ def solver_version() -> str:
     return f"z3 {z3.get_version_string()}"
 
 
+def fresh_context() -> Any:
+    """A solver context that remembers nothing; answers depend on what was asked in the same one before."""
+    return z3.Context()
+
+
 class Session:
     """A solver over declared variables; what is assumed stays, each question is asked alone.
 
     ranges: closed range in SI of each real scalar variable.
+    context: one that other sessions share, which saves the milliseconds of making one; a fresh one
+        if None.  Models repeat where the questions in a context repeat, in number and order.
     """
 
     def __init__(
@@ -58,8 +65,10 @@ class Session:
         variables: Iterable[t.Variable],
         ranges: Mapping[str, tuple[Fraction, Fraction]],
         rlimit: int = DEFAULT_RLIMIT,
+        context: Any = None,
     ) -> None:
-        self._solver = z3.Solver()
+        self._context = fresh_context() if context is None else context
+        self._solver = z3.Solver(ctx=self._context)
         self._solver.set("random_seed", 0)
         self._solver.set("rlimit", rlimit)
         self._constants: dict[str, tuple[t.Variable, Any]] = {}
@@ -71,13 +80,15 @@ class Session:
     def _declare(self, scalar: t.Variable, ranges: Mapping[str, tuple[Fraction, Fraction]]) -> None:
         match scalar.type:
             case BoolType():
-                constant = z3.Bool(scalar.name)
+                constant = z3.Bool(scalar.name, self._context)
             case RealType():
-                constant = z3.Real(scalar.name)
+                constant = z3.Real(scalar.name, self._context)
                 low, high = ranges[scalar.name]
-                self._solver.add(constant >= _rational(low), constant <= _rational(high))
+                self._solver.add(
+                    constant >= _rational(self._context, low), constant <= _rational(self._context, high)
+                )
             case EnumType(members=members):
-                constant = z3.Int(scalar.name)
+                constant = z3.Int(scalar.name, self._context)
                 self._solver.add(constant >= 0, constant < len(members))
             case _:
                 raise AssertionError(f"not a scalar: {scalar}")
@@ -102,7 +113,8 @@ class Session:
         `term` is encoded once: a session that is asked again and again is asked a few terms.
         """
         equalities = [
-            self._constants[name][1] == _value(self._constants[name][0], v) for name, v in values.items()
+            self._constants[name][1] == _value(self._context, self._constants[name][0], v)
+            for name, v in values.items()
         ]
         self._solver.push()
         try:
@@ -110,6 +122,12 @@ class Session:
             return self._check(with_model=False)
         finally:
             self._solver.pop()
+
+    def script(self, *terms: t.Term) -> str:
+        """The question `ask(*terms)` as an SMT-LIB 2.6 script, for a solver that is not ours."""
+        solver = z3.Solver(ctx=self._context)
+        solver.add(self._solver.assertions(), *(self._encode(lower(term)) for term in terms))
+        return f"(set-logic ALL)\n{solver.to_smt2()}"
 
     def _check(self, *, with_model: bool = True) -> Answer:
         try:
@@ -145,19 +163,19 @@ class Session:
     def _encode(self, term: t.Term) -> Any:
         match term:
             case t.Literal(value=value, type=EnumType(members=members)):
-                return z3.IntVal(members.index(cast("str", value)))
+                return z3.IntVal(members.index(cast("str", value)), self._context)
             case t.Literal(value=bool(value)):
-                return z3.BoolVal(value)
+                return z3.BoolVal(value, self._context)
             case t.Literal(value=value):
-                return _rational(cast("Fraction", value))
+                return _rational(self._context, cast("Fraction", value))
             case t.Variable(name=name):
                 return self._constants[name][1]
             case t.Not(operand=operand):
                 return z3.Not(self._encode(operand))
             case t.And(operands=operands):
-                return z3.And(*map(self._encode, operands))
+                return z3.And(*map(self._encode, operands), self._context)
             case t.Or(operands=operands):
-                return z3.Or(*map(self._encode, operands))
+                return z3.Or(*map(self._encode, operands), self._context)
             case t.Compare(op=op, left=left, right=right):
                 a, b = self._encode(left), self._encode(right)
                 return a < b if op == "<" else a <= b if op == "<=" else a == b
@@ -177,14 +195,16 @@ class Session:
                 raise AssertionError(f"not in the scalar core: {term}")
 
 
-def _rational(value: Fraction) -> Any:
-    return z3.RealVal(f"{value.numerator}/{value.denominator}")
+def _rational(context: Any, value: Fraction) -> Any:
+    return z3.RealVal(f"{value.numerator}/{value.denominator}", context)
 
 
-def _value(scalar: t.Variable, value: Scalar) -> Any:
+def _value(context: Any, scalar: t.Variable, value: Scalar) -> Any:
     if isinstance(scalar.type, EnumType):
-        return z3.IntVal(scalar.type.members.index(cast("str", value)))
-    return z3.BoolVal(value) if isinstance(value, bool) else _rational(cast("Fraction", value))
+        return z3.IntVal(scalar.type.members.index(cast("str", value)), context)
+    return (
+        z3.BoolVal(value, context) if isinstance(value, bool) else _rational(context, cast("Fraction", value))
+    )
 
 
 def _fraction(value: Any) -> Fraction:

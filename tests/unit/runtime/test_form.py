@@ -97,7 +97,13 @@ def test_these_are_no_times(time: Any) -> None:
 def test_an_age_is_compared_exactly(limit: Fraction, now: float) -> None:
     aged = Form(real(Fraction(0), Fraction(1), max_age=limit))
     edge = float(max(Fraction(now) - limit, Fraction(-(2**53))))
-    for time in (now, edge, nextafter(edge, -inf), nextafter(edge, inf), now - float(min(limit, 1)) / 2):
+    for time in (
+        now,
+        edge,
+        nextafter(edge, -inf),
+        nextafter(edge, inf),
+        now - float(min(limit, Fraction(1))) / 2,
+    ):
         reason = check_age(aged, time, now, required=True)
         if abs(time) > 2**53:
             assert reason is not None

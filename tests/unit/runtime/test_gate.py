@@ -162,6 +162,14 @@ def test_what_no_rule_on_the_kind_reads_need_not_be_measured(name: str) -> None:
     assert without(request(), name).decided_by(gate()).verdict is Verdict.ALLOW
 
 
+def test_what_only_the_envelope_reads_must_be_measured_and_fresh() -> None:
+    asked = request("slowly", "carry")
+    assert denied(without(asked, "wind")) == [("AE703", "wind")]
+    old = {**asked.readings, "wind": Reading(0.0, NOW - 1.5)}
+    assert denied(replace(asked, readings=old)) == [("AE706", "wind")]
+    assert without(request("quickly", "carry"), "wind").decided_by(gate()).verdict is Verdict.ALLOW
+
+
 def test_what_only_an_attenuation_reads_must_be_measured_too() -> None:
     assert denied(without(request("quickly", "sweep", wind=2.0, pace=3.0), "gust")) == [
         ("AE703", "gust"),

@@ -6,7 +6,7 @@ def slowly(observed: Observation, inputs: Inputs) -> SkillBody:
 
 
 def quickly(observed: Observation, inputs: Inputs) -> SkillBody:
-    yield act("stop")
+    yield act("sweep", tool="brush", wet=False, pace=0.5)
 
 
 def paced(observed: Observation, inputs: Inputs) -> SkillBody:

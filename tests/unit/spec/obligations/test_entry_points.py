@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.loading import load_ecm, load_site
+from aeros.spec.model import Ecm
+from aeros.spec.obligations.entry_points import entry_point_obligations
+from aeros.spec.render import render_text
+
+CORPUS = Path(__file__).parents[3] / "corpus"
+
+
+@pytest.fixture(scope="module")
+def ecm(tmp_path_factory: pytest.TempPathFactory) -> Ecm:
+    folder = tmp_path_factory.mktemp("module") / "module"
+    shutil.copytree(CORPUS / "accepted" / "waits_less_than_allowed", folder)
+    site = load_site(CORPUS / "site" / "table.yaml", Diagnostics())
+    assert site is not None
+    found = load_ecm(folder, site, Diagnostics())
+    assert found is not None
+    return found.ecm
+
+
+def fault(ecm: Ecm, code: bytes) -> str | None:
+    """The first line of what is said of a module whose `skills.py` is `code`."""
+    (found,) = entry_point_obligations(ecm, {"skills.py": code})
+    return None if found.diagnostic is None else render_text(found.diagnostic).splitlines()[0]
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        b"def tidy(observed, inputs):\n    yield\n",
+        b"def tidy(observed, inputs):\n    yield from other()\n",
+        b"def tidy(observed, inputs):\n    if observed:\n        x = yield\n",
+        b"def tidy(observed, /, inputs):\n    yield\n",
+        b"def tidy(observed, inputs):\n    return\n    yield\n",
+        b"def tidy(one):\n    yield\ndef tidy(observed, inputs):\n    yield\n",
+    ],
+    ids=["yields", "delegates", "in a branch", "positional", "never reached", "defined again"],
+)
+def test_a_generator_of_two_arguments_is_an_entry_point(ecm: Ecm, code: bytes) -> None:
+    assert fault(ecm, code) is None
+
+
+@pytest.mark.parametrize(
+    ("code", "said"),
+    [
+        # Code that is no Python stands here and not in the corpus, where it would trip linters.
+        (
+            b"def tidy(observed, inputs:\n    yield\n",
+            "`skills.py` is not Python (line 1): '(' was never closed",
+        ),
+        (b"def tidy(o, i):\nyield\n", "`skills.py` is not Python (line 2): expected an indented block"),
+        (b"x = '\xff'\n", "`skills.py` is not Python (line 1): (unicode error)"),
+        (b"\x00", "`skills.py` is not Python: source code string cannot contain null bytes"),
+        (b"(" * 5_000, "`skills.py` is not Python (line 1): too many nested parentheses"),
+        (b"# coding: nonsense\n", "`skills.py` is not Python"),
+    ],
+    ids=["bracket", "indent", "bytes", "NUL", "deep", "encoding"],
+)
+def test_what_is_no_python_is_said_to_be_none(ecm: Ecm, code: bytes, said: str) -> None:
+    assert (fault(ecm, code) or "").startswith(f"error[AE123] missing-entry-point: {said}")
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        b"",
+        b"tidy = lambda observed, inputs: (yield)\n",
+        b"class tidy:\n    def __call__(self, observed, inputs):\n        yield\n",
+        b"if True:\n    def tidy(observed, inputs):\n        yield\n",
+        b"from elsewhere import tidy\n",
+    ],
+    ids=["empty", "lambda", "class", "nested", "imported"],
+)
+def test_only_a_function_at_the_top_is_an_entry_point(ecm: Ecm, code: bytes) -> None:
+    said = "error[AE123] missing-entry-point: `skills.py` has no function `tidy`"
+    assert fault(ecm, code) == said
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        b"def tidy(observed, inputs):\n    return []\n",
+        b"def tidy(observed, inputs):\n    return lambda: (yield)\n",
+        b"def tidy(observed, inputs):\n    def inner():\n        yield\n",
+        b"async def tidy(observed, inputs):\n    yield\n",
+        b"def tidy(observed, inputs):\n    'yield'\n",
+        b"def tidy(observed, inputs):\n    yield\ndef tidy(observed, inputs):\n    return\n",
+    ],
+    ids=["returns", "lambda", "inner", "async", "text", "defined again"],
+)
+def test_what_does_not_yield_itself_is_no_generator(ecm: Ecm, code: bytes) -> None:
+    said = "error[AE124] not-a-generator: `tidy` is not a generator, so it could ask for no action"
+    assert fault(ecm, code) == said
+
+
+@pytest.mark.parametrize(
+    "arguments", ["", "observed", "observed, inputs, more", "observed, *, inputs", "a, b, *, c", "*arguments"]
+)
+def test_any_other_arguments_are_refused(ecm: Ecm, arguments: str) -> None:
+    said = "error[AE124] not-a-generator: `tidy` does not take the observation and the inputs"
+    assert fault(ecm, f"def tidy({arguments}):\n    yield\n".encode()) == said
+
+
+def test_no_code_is_run(ecm: Ecm, tmp_path: Path) -> None:
+    left = tmp_path / "left"
+    code = f"open({str(left)!r}, 'w')\ndef tidy(observed, inputs):\n    yield\n"
+    assert fault(ecm, code.encode()) is None
+    assert not left.exists()

@@ -1,0 +1,129 @@
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from aeros.spec.backends import smt
+from aeros.spec.diagnostics import Label
+from aeros.spec.discharge import discharge
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import BOOL, RealType
+from aeros.spec.model import Declared
+from aeros.spec.obligations.obligation import Claim, Obligation, Space, Verdict
+from aeros.spec.source import Source
+from aeros.spec.units import NUMBER
+
+SPAN = Source("site.yaml", "x").span(0, 1)
+REAL = RealType(NUMBER)
+X = t.Variable("x", REAL, t.Role.STATE)
+Y = t.Variable("y", REAL, t.Role.PARAMETER)
+B = t.Variable("b", BOOL, t.Role.STATE)
+TEN = (Fraction(0), Fraction(10))
+DECLARED = (Declared(X, SPAN, range=TEN), Declared(Y, SPAN, range=TEN), Declared(B, SPAN))
+
+
+def number(value: int | str) -> t.Literal:
+    return t.Literal(Fraction(value), REAL)
+
+
+def obligation(
+    conclusion: t.Term, *assumptions: t.Term, claim: Claim = Claim.ALWAYS, **more: Any
+) -> Obligation:
+    space = Space(DECLARED, assumptions)
+    return Obligation("safety/s/k/r", "AE501", claim, space, conclusion, "h", Label(SPAN), **more)
+
+
+def verdict_of(one: Obligation) -> Verdict:
+    (found,) = discharge([one])
+    return found.verdict
+
+
+def test_ranges_are_assumed_and_closed() -> None:
+    assert verdict_of(obligation(t.Compare("<=", X, number(10)))) is Verdict.PROVED
+    assert verdict_of(obligation(t.Compare("<", X, number(10)))) is Verdict.REFUTED
+    assert verdict_of(obligation(t.Compare("<=", number(0), X))) is Verdict.PROVED
+    assert verdict_of(obligation(t.Compare("<", number(0), X))) is Verdict.REFUTED
+
+
+def test_always_needs_no_case_and_sometimes_needs_one() -> None:
+    impossible = t.And((B, t.Not(B)))
+    assert verdict_of(obligation(t.FALSE, impossible)) is Verdict.PROVED
+    assert verdict_of(obligation(t.TRUE, impossible, claim=Claim.SOMETIMES)) is Verdict.REFUTED
+    vacuous = obligation(t.TRUE, impossible, claim=Claim.SOMETIMES, failing=Verdict.VACUOUS)
+    assert verdict_of(vacuous) is Verdict.VACUOUS
+
+
+def test_a_conclusion_without_variables_is_decided() -> None:
+    assert verdict_of(obligation(t.TRUE)) is Verdict.PROVED
+    (found,) = discharge([obligation(t.FALSE)])
+    assert found.verdict is Verdict.REFUTED
+    assert found.witness is not None
+    assert found.witness.lines() == []
+
+
+def test_the_witness_shows_the_variables_that_matter_and_no_other() -> None:
+    (found,) = discharge([obligation(t.Compare("<=", X, number(7)))])
+    assert found.witness is not None
+    assert [line.partition(" ")[0] for line in found.witness.lines()] == ["x"]
+
+
+def test_guarded_is_refuted_with_a_guard() -> None:
+    open_, gated = obligation(B), obligation(B, guard="r")
+    assert [one.guarded for one in discharge([open_, gated, obligation(t.TRUE, guard="r")])] == [
+        False,
+        True,
+        False,
+    ]
+
+
+def test_verdicts_come_in_the_order_of_the_questions() -> None:
+    found = discharge([obligation(t.TRUE), obligation(t.FALSE), obligation(t.TRUE)])
+    assert [one.verdict for one in found] == [Verdict.PROVED, Verdict.REFUTED, Verdict.PROVED]
+
+
+def test_one_question_does_not_hear_of_another() -> None:
+    first, second = obligation(B, B), obligation(B)
+    assert [one.verdict for one in discharge([first, second])] == [Verdict.PROVED, Verdict.REFUTED]
+
+
+def test_a_spent_budget_is_unknown_and_says_which_budget() -> None:
+    product = t.Multiply(X, t.Multiply(Y, Y))
+    (found,) = discharge([obligation(t.Compare("<=", product, number(999)))], rlimit=1)
+    assert found.verdict is Verdict.UNKNOWN
+    assert found.witness is None
+    assert not found.guarded
+    assert found.reason.endswith("(rlimit 1)")
+
+
+def test_an_unknown_is_not_left_to_the_gate() -> None:
+    product = t.Multiply(X, t.Multiply(Y, Y))
+    (found,) = discharge([obligation(t.Compare("<=", product, number(999)), guard="r")], rlimit=1)
+    assert not found.guarded
+
+
+def test_an_irrational_witness_that_does_not_replay_is_unknown() -> None:
+    # x * x == 2 holds of no rational number, so no witness can be shown.
+    root = t.Compare("==", t.Multiply(X, X), number(2))
+    (found,) = discharge([obligation(t.Not(root))])
+    assert found.verdict is Verdict.UNKNOWN
+    assert "irrational" in found.reason
+    (found,) = discharge([obligation(root, claim=Claim.SOMETIMES)])
+    assert found.verdict is Verdict.UNKNOWN
+
+
+def test_a_solver_that_lies_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
+    honest = smt.Session.ask
+
+    def lying(self: smt.Session, *terms: t.Term) -> smt.Answer:
+        answer = honest(self, *terms)
+        return smt.Answer(smt.Result.SAT, {"x": Fraction(3)}) if answer.result is smt.Result.UNSAT else answer
+
+    monkeypatch.setattr(smt.Session, "ask", lying)
+    assert verdict_of(obligation(t.Compare("<=", X, number(10)))) is Verdict.UNKNOWN
+
+
+def test_a_verdict_has_no_truth_value() -> None:
+    with pytest.raises(TypeError, match="no truth value"):
+        bool(Verdict.PROVED)

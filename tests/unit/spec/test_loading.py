@@ -1,0 +1,116 @@
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.digests import code_digest, code_files
+from aeros.spec.loading import load_ecm, load_site, module_folders, reference_site
+from aeros.spec.model import Site
+
+CORPUS = Path(__file__).parents[2] / "corpus"
+
+
+@pytest.fixture
+def module(tmp_path: Path) -> Path:
+    return Path(shutil.copytree(CORPUS / "accepted" / "always_slow", tmp_path / "always_slow"))
+
+
+@pytest.fixture(scope="module")
+def site() -> Site:
+    found = load_site(CORPUS / "site" / "table.yaml", Diagnostics())
+    assert found is not None
+    return found
+
+
+def codes(sink: Diagnostics) -> list[str]:
+    return [found.code for found in sink]
+
+
+def test_the_reference_site_comes_with_the_package() -> None:
+    sink = Diagnostics()
+    found = load_site(reference_site(), sink)
+    assert codes(sink) == []
+    assert found is not None
+    assert found.id == "panda_cell"
+
+
+def test_a_module_is_loaded_with_its_code_and_digests(module: Path, site: Site) -> None:
+    found = load_ecm(module, site, Diagnostics())
+    assert found is not None
+    assert found.ecm.id == "always_slow"
+    assert found.ecm.folder == str(module)
+    assert found.code == code_files(module)
+    assert found.ecm.code_digest == code_digest(found.code)
+    assert len({found.ecm.code_digest, found.ecm.manifest_digest, site.digest}) == 3
+
+
+@pytest.mark.parametrize("path", ["nowhere", "."], ids=["missing", "folder"])
+def test_a_site_that_is_no_file_is_reported(tmp_path: Path, path: str) -> None:
+    sink = Diagnostics()
+    assert load_site(tmp_path / path, sink) is None
+    assert codes(sink) == ["AE002"]
+
+
+def test_a_missing_manifest_is_reported(tmp_path: Path, site: Site) -> None:
+    sink = Diagnostics()
+    assert load_ecm(tmp_path, site, sink) is None
+    assert codes(sink) == ["AE002"]
+
+
+def test_a_pipe_for_a_manifest_does_not_hang(tmp_path: Path, site: Site) -> None:
+    os.mkfifo(tmp_path / "ecm.yaml")
+    sink = Diagnostics()
+    assert load_ecm(tmp_path, site, sink) is None
+    assert codes(sink) == ["AE002"]
+
+
+def test_code_that_cannot_be_read_is_reported(
+    module: Path, site: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(_: Path) -> bytes:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "read_bytes", refused)
+    sink = Diagnostics()
+    assert load_ecm(module, site, sink) is None
+    (found,) = sink
+    assert found.code == "AE002"
+    assert found.headline.endswith("Permission denied")
+
+
+def test_schema_faults_come_before_names_are_looked_at(module: Path, site: Site) -> None:
+    manifest = module / "ecm.yaml"
+    manifest.write_text(manifest.read_text().replace("license:", "licence:").replace("pace", "pac"))
+    sink = Diagnostics()
+    assert load_ecm(module, site, sink) is None
+    assert codes(sink) == ["AE102", "AE101"]
+
+
+def test_folders_are_found_in_order_and_hidden_ones_are_not(module: Path) -> None:
+    for name in ("b", "a", ".hidden", "c/.hidden/d"):
+        shutil.copytree(module, module.parent / "many" / name)
+    sink = Diagnostics()
+    found = module_folders(module.parent / "many", sink)
+    assert [path.name for path in found] == ["a", "b"]
+    assert codes(sink) == []
+
+
+def test_a_module_inside_a_module_is_not_another_one(module: Path) -> None:
+    shutil.copytree(module, module / "inner")
+    assert module_folders(module, Diagnostics()) == [module]
+
+
+def test_a_manifest_stands_for_its_folder(module: Path) -> None:
+    assert module_folders(module / "ecm.yaml", Diagnostics()) == [module]
+
+
+@pytest.mark.parametrize("name", ["", "nowhere", "skills.py"])
+def test_a_path_without_a_module_is_reported(tmp_path: Path, name: str) -> None:
+    (tmp_path / "skills.py").touch()
+    sink = Diagnostics()
+    assert module_folders(tmp_path / name, sink) == []
+    assert codes(sink) == ["AE130"]
