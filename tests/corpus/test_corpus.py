@@ -19,13 +19,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import z3
 
 import aeros
 import aeros.cli.verify
 import aeros.spec.verify
 from aeros.cli.main import main
-from aeros.spec.backends import smt
 from aeros.spec.diagnostics import CODES
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import holds
@@ -96,18 +94,6 @@ def case_at(path: Path) -> Case:
     return Case(path, first.removeprefix("# "), frozenset() if codes == ["nothing"] else frozenset(codes))
 
 
-class _Alone(smt.Session):
-    """A session with a z3 context of its own.
-
-    One context for all of them lets a witness depend on everything that was asked before it in
-    this process: on the order of the tests, here.
-    """
-
-    def __init__(self, *arguments: Any) -> None:
-        z3.z3._main_ctx = None
-        super().__init__(*arguments)
-
-
 @cache
 def outcome_of(case: Case) -> Outcome:
     """Run the command in the corpus's folder, so that paths in its output are the same everywhere."""
@@ -118,7 +104,6 @@ def outcome_of(case: Case) -> Outcome:
         return reports[-1]
 
     with contextlib.chdir(CORPUS), pytest.MonkeyPatch.context() as patch:
-        patch.setattr(smt, "Session", _Alone)
         patch.setattr(aeros.cli.verify, "verify", recorded)
         patch.setattr(aeros, "__version__", "0.1.0")  # stands in messages about versions
         patch.setattr(aeros.spec.verify, "_verify_site", _verify_site)

@@ -70,9 +70,6 @@ def test_the_verdict_does_not_depend_on_what_stands_beside_a_module(tmp_path: Pa
     assert among["left_to_the_gate"].certificate == alone.certificate
 
 
-@pytest.mark.xfail(
-    reason="all sessions share one z3 context, so a witness depends on what was asked before", strict=False
-)
 def test_the_same_files_give_the_same_verdicts_and_witnesses() -> None:
     def said() -> list[tuple[str, Verdict, object]]:
         report = report_of("rejected/safety/distance_measured_along_an_axis")
