@@ -15,3 +15,20 @@ def existing_path(text: str) -> Path:
         reason = error.strerror if isinstance(error, OSError) else "not a path"
         raise argparse.ArgumentTypeError(f"`{text}`: {reason}") from error
     return path
+
+
+def solver_budget(text: str) -> int:
+    """A budget in z3 resource units."""
+    if not text.isascii() or not text.isdigit() or not 0 < int(text) < 2**32:
+        raise argparse.ArgumentTypeError("expected a whole number between 1 and 4294967295")
+    return int(text)
+
+
+def writable_path(text: str) -> Path:
+    """A path at which a file can be: its folder exists and it is no folder itself."""
+    path = Path(text)
+    if path.is_dir():
+        raise argparse.ArgumentTypeError(f"`{text}`: is a folder")
+    if not path.parent.is_dir():
+        raise argparse.ArgumentTypeError(f"`{text}`: its folder does not exist")
+    return path

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from aeros.runtime.configuration import Configuration, configure
+from aeros.spec.backends.store import default_store
 from aeros.spec.certificate import check_lock
 from aeros.spec.diagnostics import Diagnostic
 from aeros.spec.errors import UndecidedError, UserError
@@ -19,11 +20,10 @@ def prove(paths: Iterable[Path], site: Path, *, certified: bool) -> tuple[Config
     Raises `UserError` with every reason why the configuration is refused, `UndecidedError` where the
     only reasons are that the solver ran out of its budget.
     """
-    report = verify(paths, site)
-    subjects = (report.site, *report.modules)
+    report = verify(paths, site, store=default_store())
     problems: list[Diagnostic] = []
     if report.conclusion is not Conclusion.PROVED or report.site_model is None:
-        problems = [problem for subject in subjects for problem in subject.diagnostics]
+        problems = [problem for subject in report.subjects for problem in subject.diagnostics]
         refusal = UndecidedError if report.conclusion is Conclusion.UNDECIDED else UserError
         raise refusal(problems)
     modules = {}

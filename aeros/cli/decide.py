@@ -41,7 +41,6 @@ def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
     parser = commands.add_parser(
         "decide",
-        help="decide action requests, one per line of JSON",
         description=__doc__,
         epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,

@@ -3,21 +3,39 @@
 from __future__ import annotations
 
 import argparse
+import importlib
+import io
 import os
 import sys
 import traceback
 from collections.abc import Sequence
 
 import aeros
-from aeros.cli import decide, run, verify
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.spec.errors import UndecidedError, UserError
 from aeros.spec.render import render_all
 
+_COMMANDS = {
+    "verify": "prove modules safe under a site's policy",
+    "run": "pursue an instruction on a plant",
+    "decide": "decide action requests, one per line of JSON",
+    "diff": "what a change newly allows and newly denies",
+    "explain": "explain a diagnostic code",
+    "graph": "draw a task's planning rules or its closed loop",
+    "predict": "compute a task's success probability and expected work exactly",
+    "new": "start a module that is proved and runs as it stands",
+    "schema": "print the JSON Schema of manifests, site files or reports",
+}
+"""What each command does; the module of its name has the rest, and is imported only to run it."""
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; never lets a traceback out unless AEROS_DEBUG is set."""
-    parsed = _parser().parse_args(arguments)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # a terminal of another alphabet is no failure
+    given = sys.argv[1:] if arguments is None else list(arguments)
+    parsed = _parser(given).parse_args(given)
     try:
         return int(parsed.command(parsed))
     except UserError as error:
@@ -41,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return Exit.OUR_BUG
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(given: Sequence[str]) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="aeros",
         description="Capability packages proved safe before installation, actions decided before motion.",
@@ -49,8 +67,12 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"aeros {aeros.__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (verify, run, decide):
-        command.add_to(commands)
+    wanted = next((word for word in given if word in _COMMANDS), None)
+    for name, summary in _COMMANDS.items():
+        if name == wanted:
+            importlib.import_module(f"aeros.cli.{name}").add_to(commands)
+        else:
+            commands.add_parser(name, help=summary)
     return parser
 
 

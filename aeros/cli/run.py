@@ -44,7 +44,6 @@ def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
     parser = commands.add_parser(
         "run",
-        help="pursue an instruction on a plant",
         description=__doc__,
         epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,

@@ -19,13 +19,18 @@ class TraceWriter:
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("w", encoding="utf-8")
+        self._is_shown = True
 
     def tell(self, event: Event) -> None:
         """Write and print one event."""
         line = {"time": event.time, "kind": event.kind, "text": event.text, "details": event.details}
         self._file.write(json.dumps(line, default=str) + "\n")
         self._file.flush()
-        print(f"{event.time:7.2f} s  {safe(event.text)}", flush=True)
+        if self._is_shown:
+            try:
+                print(f"{event.time:7.2f} s  {safe(event.text)}", flush=True)
+            except OSError:
+                self._is_shown = False  # whoever read along went away; that is no reason to stop a robot
 
     def __enter__(self) -> Self:
         return self

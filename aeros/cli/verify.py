@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
 
-from aeros.cli.arguments import existing_path
+from aeros.cli.arguments import existing_path, solver_budget, writable_path
 from aeros.cli.exit_codes import EXIT_CODES, Exit, exit_for
+from aeros.cli.reports.json_report import as_json
+from aeros.cli.reports.junit import as_junit
+from aeros.cli.reports.result import Problem, Result
+from aeros.cli.reports.sarif import as_sarif
+from aeros.cli.reports.text import as_text
 from aeros.spec.backends.budget import DEFAULT_RLIMIT
-from aeros.spec.certificate import LOCK, check_lock
+from aeros.spec.backends.store import default_store
+from aeros.spec.certificate import LOCK, check_lock, write_lock
 from aeros.spec.diagnostics import Diagnostic, Severity
 from aeros.spec.loading import reference_site
-from aeros.spec.render import render_json, render_text, safe
-from aeros.spec.verify import Conclusion, Report, SubjectReport, verify
+from aeros.spec.render import safe
+from aeros.spec.verify import Conclusion, Report, verify
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -23,16 +30,24 @@ _EXAMPLES = """\
 examples:
   aeros verify ecms/                          every module below, under the reference site
   aeros verify my_module --site cell.yaml     one module under another site
-  aeros verify ecms/ --format json            for programs
+  aeros verify ecms/ --format json            for programs; `aeros schema report` describes it
+  aeros verify ecms/ --format sarif --output verify.sarif
+                                              text here, and a file for code scanning
   aeros verify ecms/ --check                  write nothing; fail if a certificate is missing or stale
 """
+
+_FORMATS: Final[dict[str, Callable[[Result], str]]] = {
+    "text": as_text,
+    "json": as_json,
+    "sarif": as_sarif,
+    "junit": as_junit,
+}
 
 
 def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
     parser = commands.add_parser(
         "verify",
-        help="prove modules safe under a site's policy",
         description=__doc__,
         epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -43,50 +58,66 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
     )
-    parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
+    parser.add_argument("--format", choices=tuple(_FORMATS), default="text", help="default: text")
+    parser.add_argument(
+        "--output",
+        type=writable_path,
+        metavar="FILE",
+        help="write the report of that format to FILE, and the text to standard output",
+    )
     parser.add_argument(
         "--check", action="store_true", help=f"do not write {LOCK}, but require it to be current"
     )
     parser.add_argument("--no-lock", action="store_true", help=f"neither write nor require {LOCK}")
     parser.add_argument(
         "--rlimit",
-        type=_positive,
+        type=solver_budget,
         default=DEFAULT_RLIMIT,
         help="the solver's budget for one question, in z3 resource units (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--no-cache", action="store_true", help="ask the solver again what earlier runs asked"
     )
     parser.set_defaults(command=_command)
 
 
-def _positive(text: str) -> int:
-    if not text.isascii() or not text.isdigit() or not 0 < int(text) < 2**32:
-        raise argparse.ArgumentTypeError("expected a whole number between 1 and 4294967295")
-    return int(text)
-
-
 def _command(arguments: argparse.Namespace) -> Exit:
     progress = _progress if sys.stderr.isatty() else lambda _: None
-    report = verify(arguments.paths, arguments.site or reference_site(), arguments.rlimit, progress)
+    store = None if arguments.no_cache else default_store()
+    report = verify(arguments.paths, arguments.site or reference_site(), arguments.rlimit, progress, store)
     locks = [] if arguments.no_lock else _locks(report, write=not arguments.check)
-    if arguments.format == "json":
-        print(json.dumps(_as_json(report, locks), indent=1, ensure_ascii=True))
-    else:
-        print(_as_text(report, locks))
-    stale = any(problem.severity is Severity.ERROR for problem in locks)
+    result = Result(report, tuple(locks))
+    as_asked = _FORMATS[arguments.format]
+    if arguments.output is not None and not _written(arguments.output, as_asked(result)):
+        return Exit.USAGE
+    in_text = arguments.output is not None or arguments.format == "text"
+    print(as_text(result, colour=sys.stdout.isatty()) if in_text else as_asked(result))
+    stale = any(problem.diagnostic.severity is Severity.ERROR for problem in locks)
     if report.conclusion is Conclusion.PROVED and stale:
         return Exit.REJECTED
     return exit_for(report.conclusion)
+
+
+def _written(path: Path, text: str) -> bool:
+    """Whether the report could be written to `path`; says so where it could not."""
+    try:
+        path.write_text(text + "\n", encoding="utf-8")
+    except OSError as error:
+        print(f"aeros: cannot write `{safe(str(path))}`: {error.strerror}", file=sys.stderr)
+        return False
+    return True
 
 
 def _progress(name: str) -> None:
     print(f"\r\x1b[Kproving {safe(name)} …", end="\r", file=sys.stderr, flush=True)
 
 
-def _locks(report: Report, *, write: bool) -> list[Diagnostic]:
+def _locks(report: Report, *, write: bool) -> list[Problem]:
     """Write or check the certificate of each proved module; what is wrong with any of them.
 
     That of a rejected module stays as it is: it is stale now, so nothing runs on the strength of it.
     """
-    problems: list[Diagnostic] = []
+    problems: list[Problem] = []
     for module in report.modules:
         lock = module.path / LOCK
         try:
@@ -94,66 +125,15 @@ def _locks(report: Report, *, write: bool) -> list[Diagnostic]:
                 continue
             if not write:
                 problem = check_lock(module.path, module.certificate)
-                problems += [problem] if problem is not None else []
-            elif not lock.exists() or lock.read_bytes() != module.certificate.text().encode():
-                lock.write_text(module.certificate.text(), encoding="utf-8")
+                problems += [Problem(problem, lock)] if problem is not None else []
+            else:
+                write_lock(module.path, module.certificate)
         except OSError as error:
-            problems.append(
-                Diagnostic(
-                    "AE904",
-                    f"cannot write `{lock}`: {error.strerror}",
-                    help=("make the folder writable, or use `--no-lock`",),
-                    severity=Severity.WARNING,
-                )
+            problem = Diagnostic(
+                "AE904",
+                f"cannot write `{lock}`: {error.strerror}",
+                help=("make the folder writable, or use `--no-lock`",),
+                severity=Severity.WARNING,
             )
+            problems.append(Problem(problem, lock))
     return problems
-
-
-def _as_text(report: Report, locks: list[Diagnostic]) -> str:
-    subjects = (report.site, *report.modules)
-    problems = [problem for subject in subjects for problem in subject.diagnostics] + locks
-    parts = [render_text(problem, colour=sys.stdout.isatty()) for problem in problems]
-    width = max(len(safe(subject.name)) for subject in subjects)
-    lines = [_summary(subject, width) for subject in subjects if subject.name]
-    return "\n".join([*(part.rstrip("\n") + "\n" for part in parts), *lines])
-
-
-def _summary(subject: SubjectReport, width: int) -> str:
-    name, conclusion = safe(subject.name), subject.conclusion.value
-    line = f"{name:{width}}  {conclusion:9}  {subject.obligation_count:4} obligations"
-    if subject.conclusion is Conclusion.PROVED and subject.guarded:
-        rules = dict.fromkeys(finding.obligation.guard for finding in subject.guarded)
-        line += f", {len(subject.guarded)} guarded: the gate decides {', '.join(map(str, rules))}"
-    return line
-
-
-def _as_json(report: Report, locks: list[Diagnostic]) -> dict[str, Any]:
-    return {
-        "schema": "aeros/report/1",
-        "conclusion": report.conclusion.value,
-        "site": _subject_json(report.site),
-        "modules": [_subject_json(module) for module in report.modules],
-        "certificates": [render_json(problem) for problem in locks],
-    }
-
-
-def _subject_json(subject: SubjectReport) -> dict[str, Any]:
-    verdicts: list[dict[str, Any]] = [
-        {"id": one.id, "verdict": one.verdict.value, "guarded": False} for one in subject.settled
-    ]
-    for finding in subject.findings:
-        verdict: dict[str, Any] = {
-            "id": finding.obligation.id,
-            "verdict": finding.verdict.value,
-            "guarded": finding.guarded,
-        }
-        if finding.witness is not None:
-            verdict["witness"] = finding.witness.lines()
-        verdicts.append(verdict)
-    return {
-        "name": subject.name,
-        "path": str(subject.path),
-        "conclusion": subject.conclusion.value,
-        "obligations": verdicts,
-        "diagnostics": [render_json(problem) for problem in subject.diagnostics],
-    }

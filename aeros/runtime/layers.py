@@ -29,6 +29,7 @@ def finite_objections(
     elif declared is not None:
         yield from _access_objections(site, ecm, skill, declared)
         yield from _risk_objections(site, skill, declared)
+    yield from _usage_objections(site, usage)
     for quota in site.quotas:
         if kind in quota.kinds:
             yield from _quota_objections(quota, usage)
@@ -47,9 +48,23 @@ def _risk_objections(site: Site, skill: Skill, kind: ActionKind) -> Iterator[Rea
         yield Reason("AE741", skill.id, f"`{skill.id}` carries more risk than the site allows")
 
 
+def _usage_objections(site: Site, usage: Mapping[str, int]) -> Iterator[Reason]:
+    """Whatever is said of quotas is well formed, also where no quota governs the action."""
+    known = {quota.id for quota in site.quotas}
+    for name, used in usage.items():
+        if name not in known:
+            yield Reason("AE702", name, f"`{name}` is not a quota of this site")
+        elif not _is_count(used):
+            yield Reason("AE704", name, f"the use of `{name}` is not a whole number from 0 on")
+
+
+def _is_count(used: object) -> bool:
+    return type(used) is int and used >= 0
+
+
 def _quota_objections(quota: Quota, usage: Mapping[str, int]) -> Iterator[Reason]:
     used = usage.get(quota.id)
-    if type(used) is not int or used < 0:
+    if used is None:
         yield Reason("AE703", quota.id, f"how much of the quota `{quota.id}` is used up is not known")
-    elif used >= quota.at_most:
+    elif _is_count(used) and used >= quota.at_most:
         yield Reason("AE742", quota.id, f"the quota `{quota.id}` of {quota.at_most} is used up")

@@ -7,12 +7,15 @@ can interrupt it.  A time-out needs the skill in a process of its own.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from aeros.runtime.canonical import type_name
 from aeros.runtime.ports import StepStatus
 from aeros.runtime.skills import SkillFunction, told
 from aeros.skill import Action, Observation, SkillBody
+
+MOST_PARAMETERS: Final = 64
+"""Parameters of one action at most; no kind has nearly as many, and every one is recorded."""
 
 
 class Ending(NamedTuple):
@@ -64,6 +67,9 @@ def _snapshot(yielded: object) -> Action | Ending:
     """The action as it is now: later changes to its parameters change nothing that was decided."""
     if type(yielded) is not Action:
         return Ending(StepStatus.RAISED, f"the skill yielded a `{type_name(yielded)}`, not an action")
+    if type(yielded.parameters) is not dict or len(yielded.parameters) > MOST_PARAMETERS:
+        reason = f"the skill yielded parameters that are no dict of at most {MOST_PARAMETERS}"
+        return Ending(StepStatus.RAISED, reason)
     try:
         # Lists too are copied, to tuples; what is nested deeper no action kind has, so the gate denies it.
         parameters = {

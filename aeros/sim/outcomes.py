@@ -10,22 +10,6 @@ from aeros.spec.errors import MisuseError
 from aeros.spec.model import Outcome
 
 
-def shares_of(outcomes: Iterable[Outcome]) -> list[tuple[Outcome, Fraction]]:
-    """Each outcome and its probability; those that declare none share equally what the others leave.
-
-    Raises MisuseError where that is no distribution.
-    """
-    every = list(outcomes)
-    declared = [outcome.probability for outcome in every if outcome.probability is not None]
-    rest = 1 - sum(declared, Fraction(0))
-    silent = len(every) - len(declared)
-    if rest < 0 or any(share < 0 for share in declared) or (rest > 0 and not silent):
-        raise MisuseError("the probabilities of a skill's outcomes are not a distribution")
-    return [
-        (outcome, rest / silent if outcome.probability is None else outcome.probability) for outcome in every
-    ]
-
-
 def draw_outcome(
     shares: Iterable[tuple[Outcome, Fraction]], seed: int, skill: str, invocation: int
 ) -> Outcome:

@@ -13,10 +13,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from aeros.runtime.ports import Completion, Monitor, Reading, Readings
-from aeros.sim.outcomes import draw_outcome, shares_of
+from aeros.sim.outcomes import draw_outcome
 from aeros.sim.symbolic_motions import Motion, UnableError, motion_of
 from aeros.sim.symbolic_state import initial_values, measured
 from aeros.skill import Action
+from aeros.spec.closed_loop.chances import shares_of
 from aeros.spec.errors import MisuseError
 from aeros.spec.model import Ecm, Outcome, Site
 

@@ -8,8 +8,10 @@ the certificate must then be the one that results (docs/decisions/0004-certifica
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
+import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
@@ -79,6 +81,8 @@ def check_lock(folder: Path, expected: Certificate) -> Diagnostic | None:
     """Why the `ecm.lock` in `folder` is not `expected`, or None if it is.  Never raises for its contents."""
     path = folder / LOCK
     cure = (f"run `aeros verify {folder}` and read what it says",)
+    if path.is_symlink():
+        return Diagnostic("AE903", f"`{path}` is a link, not a certificate", help=cure)
     if not path.exists():
         return Diagnostic("AE901", f"`{expected.module}` has no certificate", help=cure)
     try:
@@ -98,6 +102,24 @@ def check_lock(folder: Path, expected: Certificate) -> Diagnostic | None:
             help=cure,
         )
     return None
+
+
+def write_lock(folder: Path, certificate: Certificate) -> None:
+    """Put the certificate into `folder`, whole or not at all; raises OSError where it cannot be.
+
+    What is there already is replaced and never followed: a link in a stranger's module may lead anywhere.
+    """
+    lock = folder / LOCK
+    if check_lock(folder, certificate) is None:
+        return
+    if lock.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "it is a folder")
+    new = folder / f".{LOCK}.{os.getpid()}"
+    try:
+        new.write_text(certificate.text(), encoding="utf-8")
+        new.replace(lock)
+    finally:
+        new.unlink(missing_ok=True)
 
 
 def _digest(body: Mapping[str, object]) -> str:

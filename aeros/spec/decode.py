@@ -13,26 +13,14 @@ Every problem is reported, and what has a problem is not built: a result is None
 from __future__ import annotations
 
 import dataclasses
-import keyword
 import re
-import types
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache
-from typing import (
-    Annotated,
-    Any,
-    Final,
-    Literal,
-    TypeVar,
-    Union,
-    get_args,
-    get_origin,
-    get_type_hints,
-)
+from typing import Any, Final, Literal, TypeVar, get_args, get_origin
 
 from aeros.spec.diagnostics import Diagnostics, did_you_mean, quoted
 from aeros.spec.errors import MisuseError
+from aeros.spec.hints import Field, fields_of, kind_of, options_of, parted, words_of
 from aeros.spec.located import (
     PATTERNS,
     Boolean,
@@ -56,7 +44,6 @@ _INTEGER: Final = re.compile(r"-?(0|[1-9][0-9]*)")
 _NUMBER: Final = re.compile(r"-?(0|[1-9][0-9]*)(\.[0-9]+)?([eE][+-]?[0-9]{1,3})?")
 _LONGEST_LITERAL: Final = 64  # no quantity needs more digits, and exact arithmetic pays for each
 
-_LOCATED: Final[tuple[type, ...]] = (Text, Expression, Boolean, Integer, Number)
 _SCALARS: Final[dict[type, str]] = {
     Text: "text",
     Expression: "an expression",
@@ -64,7 +51,6 @@ _SCALARS: Final[dict[type, str]] = {
     Integer: "an integer",
     Number: "a number",
 }
-_FILLED: Final = ("span", "key_span")
 
 
 def decode(node: Node, schema: type[T], sink: Diagnostics, *, key_span: Span | None = None) -> T | None:
@@ -73,17 +59,6 @@ def decode(node: Node, schema: type[T], sink: Diagnostics, *, key_span: Span | N
         raise MisuseError(f"{schema!r} is not a dataclass")
     decoded: T | None = _Decoder(sink).value(node, schema, _Place("", key_span))
     return decoded
-
-
-@dataclass(frozen=True, slots=True)
-class _Field:
-    """One declared field under the name it has in YAML."""
-
-    attribute: str
-    hint: Any
-    is_required: bool
-    doc: str
-    example: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,9 +80,9 @@ class _Decoder:
         self._sink = sink
 
     def value(self, node: Node, hint: Any, place: _Place) -> Any:
-        for option in _options(hint):
-            base, marks = _parted(option)
-            if _kind(base) is type(node):
+        for option in options_of(hint):
+            base, marks = parted(option)
+            if kind_of(base) is type(node):
                 if isinstance(node, ScalarNode):
                     return self._scalar(node, base, marks, place)
                 if isinstance(node, SequenceNode):
@@ -233,7 +208,7 @@ class _Decoder:
         return True
 
     def _record(self, node: MappingNode, schema: type, place: _Place) -> Any:
-        fields = _fields(schema)
+        fields = fields_of(schema)
         values: dict[str, Any] = {}
         for key, item in node.entries:
             if self._sink.full:
@@ -253,7 +228,7 @@ class _Decoder:
         declared = {declared.name for declared in dataclasses.fields(schema)}
         return schema(**values, **{name: span for name, span in filled.items() if name in declared})
 
-    def _unknown(self, key: ScalarNode, fields: dict[str, _Field], place: _Place) -> None:
+    def _unknown(self, key: ScalarNode, fields: dict[str, Field], place: _Place) -> None:
         within = f" in {quoted(place.name)}" if place.name else ""
         self._sink.error(
             "AE101",
@@ -263,7 +238,7 @@ class _Decoder:
         )
 
     def _report_missing(
-        self, node: MappingNode, fields: dict[str, _Field], values: dict[str, Any], place: _Place
+        self, node: MappingNode, fields: dict[str, Field], values: dict[str, Any], place: _Place
     ) -> None:
         first_key = node.entries[0][0].span if node.entries else _head(node)
         within = f" in {quoted(place.name)}" if place.name else ""
@@ -278,93 +253,16 @@ class _Decoder:
                 )
 
 
-@cache
-def _fields(schema: type) -> dict[str, _Field]:
-    """The fields of a schema by YAML name, checked to be decodable."""
-    hints = get_type_hints(schema, include_extras=True)
-    if hints.get("span") is not Span:
-        raise MisuseError(f"{schema.__name__} must declare `span: Span`")
-    fields = {}
-    for declared in dataclasses.fields(schema):
-        if declared.name in _FILLED:
-            continue
-        hint = hints[declared.name]
-        kinds = [_kind(_parted(option)[0]) for option in _options(hint)]
-        if len(set(kinds)) != len(kinds):
-            raise MisuseError(
-                f"{schema.__name__}.{declared.name}: YAML cannot tell the options of {hint} apart"
-            )
-        is_required = (
-            declared.default is dataclasses.MISSING and declared.default_factory is dataclasses.MISSING
-        )
-        doc, example = declared.metadata.get("doc", ""), declared.metadata.get("example") or _example(hint)
-        fields[_yaml_name(declared.name)] = _Field(declared.name, hint, is_required, doc, example)
-    return fields
-
-
-def _yaml_name(attribute: str) -> str:
-    """`from_` is written `from`; every other attribute is written as it is."""
-    bare = attribute.removesuffix("_")
-    return bare if keyword.iskeyword(bare) or bare in ("all", "any") else attribute
-
-
-def _options(hint: Any) -> tuple[Any, ...]:
-    """The forms a hint admits; None only says that the field has a default."""
-    if get_origin(hint) in (Union, types.UnionType):
-        return tuple(option for option in get_args(hint) if option is not type(None))
-    return (hint,)
-
-
-def _parted(hint: Any) -> tuple[Any, tuple[Any, ...]]:
-    """A hint without its `Annotated` marks, and the marks."""
-    if get_origin(hint) is Annotated:
-        base, *marks = get_args(hint)
-        return base, tuple(marks)
-    return hint, ()
-
-
-def _kind(base: Any) -> type[ScalarNode] | type[SequenceNode] | type[MappingNode]:
-    """The kind of node a form is written as."""
-    origin = get_origin(base)
-    if base in _LOCATED or origin in (Literal, Choice):
-        return ScalarNode
-    if origin is tuple and len(get_args(base)) == 2 and get_args(base)[1] is ...:
-        return SequenceNode
-    if origin is Entries or dataclasses.is_dataclass(base):
-        return MappingNode
-    raise MisuseError(f"{base!r} cannot be decoded")
-
-
-def _words(base: Any) -> tuple[str, ...] | None:
-    if get_origin(base) is Choice:
-        base = get_args(base)[0]
-    return get_args(base) if get_origin(base) is Literal else None
-
-
 def _described(hint: Any) -> str:
-    return " or ".join(_described_form(_parted(option)[0]) for option in _options(hint))
+    return " or ".join(_described_form(parted(option)[0]) for option in options_of(hint))
 
 
 def _described_form(base: Any) -> str:
-    words = _words(base)
+    words = words_of(base)
     if words is not None:
         return f"one of {_listed(words)}"
     kinds = {SequenceNode: "a list", MappingNode: "a mapping"}
-    return _SCALARS.get(base) or kinds[_kind(base)]
-
-
-def _example(hint: Any) -> str:
-    """How a field of this hint could be written."""
-    base, marks = _parted(_options(hint)[0])
-    words = _words(base)
-    if words is not None:
-        return words[0]
-    for mark in marks:
-        if isinstance(mark, Pattern) and base is Text:
-            return PATTERNS[mark.name].example
-    written = {Text: "…", Expression: "…", Boolean: "true", Integer: "1", Number: "0.25"}
-    kinds = {SequenceNode: "[…]", MappingNode: "{…}"}
-    return written.get(base) or kinds[_kind(base)]
+    return _SCALARS.get(base) or kinds[kind_of(base)]
 
 
 def _found(node: Node) -> str:

@@ -112,6 +112,7 @@ _TABLE: Final = (
     Code("AE407", "risk-understated", "permission", "a skill declares less risk than its actions carry"),
     Code("AE408", "blocked", "permission", "an operator override blocks the module, a skill or an action"),
     Code("AE409", "empty-permission", "permission", "a permission allows no action at all"),
+    Code("AE410", "actuator-not-held", "permission", "a skill moves what it does not hold while it runs"),
     # AE5xx: safety
     Code("AE501", "invariant-violated", "safety", "a skill may ask for an action that breaks an invariant"),
     Code("AE502", "dead-action", "safety", "no action that a skill may ask for is ever allowed"),
@@ -120,6 +121,7 @@ _TABLE: Final = (
     Code("AE505", "needless-gate", "safety", "an invariant is left to the gate although it is proved"),
     Code("AE506", "never-allowed", "safety", "a skill may ask for an action that no state allows"),
     Code("AE507", "goal-never-holds", "safety", "a task could never reach its goal"),
+    Code("AE508", "goal-always-holds", "safety", "a task's goal is reached by doing nothing"),
     Code("AE509", "undecided", "safety", "the solver ran out of its budget"),
     # AE6xx: policy
     Code("AE601", "unsatisfiable-policy", "policy", "no action of a kind is ever allowed"),
@@ -151,6 +153,44 @@ _TABLE: Final = (
     Code("AE801", "precondition-not-met", "closed-loop", "a planning rule calls a skill that may not start"),
     Code("AE802", "dead-end", "closed-loop", "planning rules can come to a state without a way to the goal"),
     Code("AE803", "not-analysed", "closed-loop", "planning rules are not over finitely many predicates"),
+    Code(
+        "AE804", "invariant-not-kept", "closed-loop", "a task can come to a state that its invariant excludes"
+    ),
+    Code("AE805", "nothing-to-do", "closed-loop", "a task starts where its goal is reached"),
+    # AE85x: compositions
+    Code("AE851", "step-not-ready", "composition", "a step may start where its precondition does not hold"),
+    Code("AE852", "flow-mismatch", "composition", "an output does not fit the input that takes it"),
+    Code(
+        "AE853",
+        "output-not-there",
+        "composition",
+        "an input takes the output of a step that may not have run",
+    ),
+    Code("AE854", "unhandled-failure", "composition", "nothing is said of what follows when a step fails"),
+    Code("AE855", "unreachable-step", "composition", "a step or handler of a composition can never run"),
+    Code("AE856", "handler-cycle", "composition", "handlers of failures lead back to each other"),
+    Code("AE857", "uncovered-case", "composition", "a condition without `else` may not be measured"),
+    Code(
+        "AE858", "resource-shared", "composition", "parallel branches need more of a resource than there is"
+    ),
+    Code("AE859", "actuator-shared", "composition", "parallel branches move the same actuator"),
+    Code("AE860", "interference", "composition", "a parallel branch writes what another reads or writes"),
+    Code(
+        "AE861", "joint-invariant-violated", "composition", "two parallel actions together break an invariant"
+    ),
+    Code("AE862", "too-many-paths", "composition", "a composition has more paths than are explored"),
+    # AE88x: configurations
+    Code("AE881", "same-module-twice", "configuration", "two modules have the same name"),
+    Code("AE882", "ambiguous-word", "configuration", "one word routes to tasks of two modules"),
+    Code("AE883", "capability-twice", "configuration", "two modules provide the same capability"),
+    Code(
+        "AE884",
+        "inconsistent-dependency",
+        "configuration",
+        "the set lacks the one version that its modules need",
+    ),
+    Code("AE885", "opposed-effects", "configuration", "what one module brings about, another undoes"),
+    Code("AE886", "absent-module", "configuration", "the policy names a module that is not in the set"),
     # AE9xx: certificates
     Code("AE901", "certificate-missing", "certificate", "a module has no certificate"),
     Code(
@@ -158,6 +198,11 @@ _TABLE: Final = (
     ),
     Code("AE903", "certificate-tampered", "certificate", "a certificate's contents do not match its digest"),
     Code("AE904", "certificate-unwritable", "certificate", "a certificate could not be written"),
+    # AE95x: differences
+    Code("AE951", "newly-allowed", "difference", "a change allows something that was denied"),
+    Code("AE952", "newly-denied", "difference", "a change denies something that was allowed"),
+    Code("AE953", "not-comparable", "difference", "two versions do not speak of the same things"),
+    Code("AE954", "otherwise-changed", "difference", "a change alters something but what is allowed"),
 )
 
 CODES: Final[dict[str, Code]] = {code.id: code for code in _TABLE}

@@ -6,11 +6,18 @@ or from a name, into another unnoticed.  (Assumes SHA-256 is collision-resistant
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
+
+MAX_FILE: Final = 128 * 1024
+"""Bytes of one code file at most: what can be read and reviewed."""
+
+MAX_CODE: Final = 1024 * 1024
+"""Bytes of all code of a module at most."""
 
 _CODE_FORMAT: Final = b"aeros/code/1\n"
 """Hashed first, so a code digest is never the digest of anything else."""
@@ -24,11 +31,20 @@ def file_digest(content: bytes) -> str:
 def code_files(folder: str | Path) -> dict[str, bytes]:
     """The content of every `*.py` file in `folder` and below, by path relative to it (`/` between parts).
 
-    Raises OSError for a file that cannot be read.  A missing folder holds no files.
+    Raises OSError for a file that cannot be read, is no regular file (a link may lead anywhere, a
+    device may never end) or is too large.  A missing folder holds no files.
     """
     root = Path(folder)
-    found = (path for path in root.rglob("*.py") if path.is_file())
-    return {path.relative_to(root).as_posix(): path.read_bytes() for path in sorted(found)}
+    files: dict[str, bytes] = {}
+    for path in sorted(root.rglob("*.py")):
+        name = path.relative_to(root).as_posix()
+        if path.is_symlink() or not path.is_file():
+            raise OSError(errno.EINVAL, f"`{name}` is no regular file")
+        with path.open("rb") as file:
+            files[name] = file.read(MAX_FILE + 1)
+        if len(files[name]) > MAX_FILE or sum(map(len, files.values())) > MAX_CODE:
+            raise OSError(errno.EFBIG, f"`{name}` is larger than skill code may be")
+    return files
 
 
 def code_digest(files: Mapping[str, bytes]) -> str:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
-from aeros.spec.backends.budget import DEFAULT_RLIMIT
+from aeros.spec.backends.answers import Result
+from aeros.spec.backends.oracle import Oracle
+from aeros.spec.diagnostics import Label
 from aeros.spec.expr import terms as t
 from aeros.spec.model import Declared, ranges_of
 from aeros.spec.obligations.obligation import Claim, Obligation, Space, Verdict
@@ -20,12 +21,19 @@ class Finding:
     witness: for a REFUTED claim about always, a counterexample; for a PROVED claim about sometimes,
         an example; replayed through `semantics.py`.
     reason: why the verdict is UNKNOWN.
+    labels: what is at fault, the primary one first; where empty, the obligation's own are to be shown.
+    repair: the line to write in place of a refuted envelope, or nothing.
+    boundary: of a guarded claim: what has to hold for the gate to allow an action.
+    The last three are for `answers` to fill in.
     """
 
     obligation: Obligation
     verdict: Verdict
     witness: Witness | None = None
     reason: str = ""
+    labels: tuple[Label, ...] = ()
+    repair: str = ""
+    boundary: str = ""
 
     @property
     def guarded(self) -> bool:
@@ -33,29 +41,23 @@ class Finding:
         return self.verdict is Verdict.REFUTED and self.obligation.guard is not None
 
 
-def discharge(obligations: Iterable[Obligation], rlimit: int = DEFAULT_RLIMIT) -> list[Finding]:
+def discharge(obligations: Iterable[Obligation], oracle: Oracle | None = None) -> list[Finding]:
     """The verdict on each obligation, in order.  UNKNOWN is never a pass.
 
-    Verdicts and witnesses depend on these obligations and this budget alone: the solver's context is new.
+    A verdict and its witness depend on the obligation and the oracle's budget alone.
     """
-    # z3 takes 80 ms to import, which a command that proves nothing need not pay.
-    from aeros.spec.backends.smt import fresh_context
-
-    context = fresh_context()
-    return [_discharge(one, rlimit, context) for one in obligations]
+    asked = Oracle() if oracle is None else oracle
+    return [_discharge(one, asked) for one in obligations]
 
 
-def _discharge(obligation: Obligation, rlimit: int, context: Any) -> Finding:
-    from aeros.spec.backends.smt import Result, Session
-
+def _discharge(obligation: Obligation, oracle: Oracle) -> Finding:
     always = obligation.claim is Claim.ALWAYS
     sought = t.Not(obligation.conclusion) if always else obligation.conclusion
     wanted = (*obligation.space.assumptions, sought)
     declared = _mentioned(obligation.space, wanted)
-    session = Session((one.variable for one in declared), ranges_of(declared), rlimit, context)
-    answer = session.ask(*wanted)
+    answer = oracle.ask([one.variable for one in declared], ranges_of(declared), wanted)
     if answer.result is Result.UNKNOWN:
-        return Finding(obligation, Verdict.UNKNOWN, reason=f"{answer.reason} (rlimit {rlimit})")
+        return Finding(obligation, Verdict.UNKNOWN, reason=f"{answer.reason} (rlimit {oracle.rlimit})")
     if answer.result is Result.UNSAT:
         return Finding(obligation, Verdict.PROVED if always else obligation.failing)
     witness = witness_of(answer.model, declared, wanted, shown=always and obligation.guard is None)

@@ -6,12 +6,13 @@ Built by `elaborate` alone; obligations, the gate and planners read it.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
+from aeros.spec.composition import Composition
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import scalar_variables
 from aeros.spec.expr.scope import Box
@@ -39,6 +40,7 @@ class Declared:
     max_age: seconds after which a measured value is unknown; None for parameters and inputs.
     sensor: what measures it; None for parameters and inputs.
     default: of an input, in SI; None where a step must give it.
+    range_span: where the bounds are written.
     """
 
     variable: t.Variable
@@ -48,6 +50,7 @@ class Declared:
     max_age: Fraction | None = None
     sensor: str | None = None
     default: Any = None
+    range_span: Span | None = None
 
     @property
     def name(self) -> str:
@@ -78,11 +81,20 @@ class ActionKind:
 
 
 @dataclass(frozen=True)
+class Conjunct:
+    """One of the conditions that a larger one is the conjunction of, and where it is written."""
+
+    term: t.Term
+    span: Span
+
+
+@dataclass(frozen=True)
 class Rule:
     """An invariant of Φ, as a term for each action kind it governs.
 
     attenuations: by action kind, the term each reducible parameter is set to when the rule alone
         stands in the way.
+    conjuncts: by action kind, what its term is the conjunction of.
     """
 
     id: str
@@ -93,11 +105,29 @@ class Rule:
     attenuations: Mapping[str, Mapping[str, t.Term]]
     span: Span
     require_span: Span
+    conjuncts: Mapping[str, tuple[Conjunct, ...]] = field(default_factory=dict)
 
     def speaks_of_action(self, kind: str) -> bool:
         """Whether it constrains the action itself, and not only the state in which it is asked for."""
         roles = {variable.role for variable in t.variables_of(self.terms[kind]).values()}
         return t.Role.PARAMETER in roles or not roles
+
+
+@dataclass(frozen=True)
+class JointRule:
+    """An invariant about two simultaneous actions; a parameter `p` of the role `a` is the variable `a.p`.
+
+    roles: the two roles, in order, and the action kind of each.
+    """
+
+    id: str
+    text: str
+    rationale: str
+    source: str
+    roles: tuple[tuple[str, str], tuple[str, str]]
+    term: t.Term
+    span: Span
+    require_span: Span
 
 
 @dataclass(frozen=True)
@@ -128,6 +158,7 @@ class Block:
     module: str | None
     skill: str | None
     action: str | None
+    span: Span | None = None
 
     def matches(self, module: str, skill: str, action: str) -> bool:
         """Whether an action of this kind, asked for by this skill, is blocked."""
@@ -174,6 +205,8 @@ class Site:
     quotas: tuple[Quota, ...]
     resources: Mapping[str, int]
     span: Span
+    joint: tuple[JointRule, ...] = ()
+    grant_spans: Mapping[str, Span] = field(default_factory=dict)
 
     def access_of(self, module: str) -> Access:
         """Everything that `module` may be permitted to touch."""
@@ -202,11 +235,15 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Clause:
-    """A condition on actions of one kind: of an envelope or of a permission."""
+    """A condition on actions of one kind: of an envelope or of a permission.
+
+    conjuncts: what the term is the conjunction of.
+    """
 
     term: t.Term
     text: str
     span: Span
+    conjuncts: tuple[Conjunct, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -228,6 +265,7 @@ class Skill:
     span: Span
     risk_span: Span
     entry_span: Span
+    outputs: Mapping[str, Declared] = field(default_factory=dict)
 
     @property
     def success_outcomes(self) -> tuple[Outcome, ...]:
@@ -249,6 +287,16 @@ class PlanningRule:
 
 
 @dataclass(frozen=True)
+class TaskInvariant:
+    """A task invariant: a condition on state that is to hold from the start of a task to its end."""
+
+    id: str
+    term: t.Term
+    text: str
+    span: Span
+
+
+@dataclass(frozen=True)
 class Task:
     """A task: the words that route to it, its goal and its planning rules in order.
 
@@ -264,6 +312,9 @@ class Task:
     initial: Mapping[str, Any]
     scene: str | None
     span: Span
+    invariants: tuple[TaskInvariant, ...] = ()
+    goal_conjuncts: tuple[Conjunct, ...] = ()
+    word_spans: tuple[Span, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -291,3 +342,4 @@ class Ecm:
     runtime_span: Span
     access_span: Span
     span: Span
+    compositions: Mapping[str, Composition] = field(default_factory=dict)

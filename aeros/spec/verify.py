@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
+from aeros.spec.answers import answered
 from aeros.spec.backends.budget import DEFAULT_RLIMIT
+from aeros.spec.backends.oracle import Oracle
+from aeros.spec.backends.store import Store
 from aeros.spec.certificate import Certificate, certificate_for
 from aeros.spec.diagnostics import Diagnostic, Diagnostics, Label, Severity
 from aeros.spec.discharge import Finding, discharge
 from aeros.spec.loading import MANIFEST, LoadedEcm, load_ecm, load_site, module_folders
 from aeros.spec.model import Ecm, Site
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
+from aeros.spec.obligations.composition import composition_obligations
+from aeros.spec.obligations.configuration import configuration_obligations
 from aeros.spec.obligations.dependencies import dependency_obligations
 from aeros.spec.obligations.entry_points import entry_point_obligations
+from aeros.spec.obligations.joint import joint_policy_obligations
 from aeros.spec.obligations.obligation import Claim, Obligation, Settled, Verdict
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.policy import policy_obligations
@@ -57,6 +63,11 @@ class SubjectReport:
         return len(self.settled) + len(self.findings)
 
     @property
+    def boundaries(self) -> tuple[tuple[str, str], ...]:
+        """Each rule that the gate decides, with what has to hold for it to allow; each pair once."""
+        return tuple(dict.fromkeys((str(one.obligation.guard), one.boundary) for one in self.guarded))
+
+    @property
     def guarded(self) -> tuple[Finding, ...]:
         """The claims that the gate decides, each time."""
         return tuple(finding for finding in self.findings if finding.guarded)
@@ -64,16 +75,26 @@ class SubjectReport:
 
 @dataclass(frozen=True)
 class Report:
-    """A site and the modules that were verified under it."""
+    """A site and the modules that were verified under it.
+
+    configuration: of all modules together; None unless there are several that can be read.
+    """
 
     site: SubjectReport
     modules: tuple[SubjectReport, ...]
     site_model: Site | None
+    configuration: SubjectReport | None = None
+
+    @property
+    def subjects(self) -> tuple[SubjectReport, ...]:
+        """The site, the modules, and then their configuration where there is one."""
+        together = () if self.configuration is None else (self.configuration,)
+        return (self.site, *self.modules, *together)
 
     @property
     def conclusion(self) -> Conclusion:
         """REJECTED if anything is, else UNDECIDED if anything is, else PROVED."""
-        conclusions = {self.site.conclusion, *(module.conclusion for module in self.modules)}
+        conclusions = {subject.conclusion for subject in self.subjects}
         for worst in (Conclusion.REJECTED, Conclusion.UNDECIDED):
             if worst in conclusions:
                 return worst
@@ -84,14 +105,20 @@ Progress = Callable[[str], None]
 
 
 def verify(
-    paths: Iterable[Path], site_path: Path, rlimit: int = DEFAULT_RLIMIT, progress: Progress = lambda _: None
+    paths: Iterable[Path],
+    site_path: Path,
+    rlimit: int = DEFAULT_RLIMIT,
+    progress: Progress = lambda _: None,
+    store: Store | None = None,
 ) -> Report:
     """Everything that can be said of the modules at `paths` under the site at `site_path`.
 
     progress: told the name of each subject before it is proved.
+    store: answers of earlier runs, where the caller wants them used.
     """
+    oracle = Oracle(rlimit, store)
     progress(f"site {site_path}")
-    site, site_report = _verify_site(site_path, rlimit)
+    site, site_report = _verify_site(site_path, oracle)
     reports: list[SubjectReport] = []
     sink = Diagnostics()
     folders = list(dict.fromkeys(folder for path in paths for folder in module_folders(path, sink)))
@@ -107,8 +134,19 @@ def verify(
         if found is None:
             reports.append(SubjectReport(str(folder), folder, Conclusion.REJECTED, problems))
         else:
-            reports.append(_verify_ecm(found, folder, site, around, problems, rlimit))
-    return Report(site_report, tuple(reports), site)
+            reports.append(_verify_ecm(found, folder, site, around, problems, oracle))
+    oracle.keep()
+    together = _verify_configuration([report.ecm for report in reports if report.ecm is not None], site)
+    return Report(site_report, tuple(reports), site, together)
+
+
+def _verify_configuration(ecms: Sequence[Ecm], site: Site) -> SubjectReport | None:
+    """What is to be said of several modules together."""
+    if len(ecms) < 2:
+        return None
+    settled = tuple(configuration_obligations(ecms, site))
+    problems = tuple(_diagnostics(settled, ()))
+    return SubjectReport("configuration", Path(), _conclude(problems), problems, settled)
 
 
 def _load(folder: Path, site: Site) -> tuple[LoadedEcm | None, tuple[Diagnostic, ...]]:
@@ -130,12 +168,12 @@ def _modules_around(
     return around | {ecm.id: ecm for ecm in given.values()}
 
 
-def _verify_site(path: Path, rlimit: int) -> tuple[Site | None, SubjectReport]:
+def _verify_site(path: Path, oracle: Oracle) -> tuple[Site | None, SubjectReport]:
     sink = Diagnostics()
     site = load_site(path, sink)
     if site is None:
         return None, SubjectReport(str(path), path, Conclusion.REJECTED, tuple(sink))
-    settled, findings = _settle(policy_obligations(site), rlimit)
+    settled, findings = _settle((*policy_obligations(site), *joint_policy_obligations(site)), site, oracle)
     problems = (*sink, *_diagnostics(settled, findings))
     return site, SubjectReport(site.id, path, _conclude(problems), problems, settled, findings)
 
@@ -146,18 +184,19 @@ def _verify_ecm(
     site: Site,
     around: Mapping[str, Ecm],
     warnings: tuple[Diagnostic, ...],
-    rlimit: int,
+    oracle: Oracle,
 ) -> SubjectReport:
     ecm = loaded.ecm
     claims = (
         *entry_point_obligations(ecm, loaded.code),
-        *skill_code_obligations(ecm, loaded.code),
+        *skill_code_obligations(ecm, site, loaded.code),
         *dependency_obligations(ecm, around),
         *permission_obligations(ecm, site),
         *safety_obligations(ecm, site),
+        *composition_obligations(ecm, site),
         *closed_loop_obligations(ecm, site),
     )
-    settled, findings = _settle(claims, rlimit)
+    settled, findings = _settle(claims, site, oracle)
     problems = (*warnings, *_diagnostics(settled, findings), *_needless_gates(ecm, findings))
     conclusion = _conclude(problems)
     certificate = None
@@ -169,18 +208,19 @@ def _verify_ecm(
 
 
 def _settle(
-    claims: Iterable[Obligation | Settled], rlimit: int
+    claims: Iterable[Obligation | Settled], site: Site, oracle: Oracle
 ) -> tuple[tuple[Settled, ...], tuple[Finding, ...]]:
     listed = list(claims)
     open_ = [claim for claim in listed if isinstance(claim, Obligation)]
-    return tuple(claim for claim in listed if isinstance(claim, Settled)), tuple(discharge(open_, rlimit))
+    settled = tuple(claim for claim in listed if isinstance(claim, Settled))
+    return settled, answered(discharge(open_, oracle), site, oracle)
 
 
 def _conclude(problems: Iterable[Diagnostic]) -> Conclusion:
     errors = {problem.code for problem in problems if problem.severity is Severity.ERROR}
     if not errors:
         return Conclusion.PROVED
-    return Conclusion.UNDECIDED if errors == {"AE509"} else Conclusion.REJECTED
+    return Conclusion.UNDECIDED if errors <= {"AE509", "AE803"} else Conclusion.REJECTED
 
 
 def _diagnostics(settled: Iterable[Settled], findings: Iterable[Finding]) -> Iterator[Diagnostic]:
@@ -198,7 +238,7 @@ def _diagnostics(settled: Iterable[Settled], findings: Iterable[Finding]) -> Ite
         # to say so once is enough.
         if finding.obligation.code in ("AE502", "AE604") and _subject(finding) in vacuous:
             continue
-        diagnostic = _diagnostic(finding)
+        diagnostic = diagnostic_of(finding)
         if diagnostic is not None:
             yield diagnostic
 
@@ -209,7 +249,7 @@ def _subject(finding: Finding) -> tuple[str, ...]:
     return tuple(part for part in finding.obligation.id.split("/") if part not in claims)
 
 
-def _diagnostic(finding: Finding) -> Diagnostic | None:
+def diagnostic_of(finding: Finding) -> Diagnostic | None:
     """What to say of a finding that is not a proof; nothing of what is proved or left to the gate."""
     one = finding.obligation
     if finding.verdict is Verdict.PROVED or finding.guarded:
@@ -223,10 +263,12 @@ def _diagnostic(finding: Finding) -> Diagnostic | None:
             notes=(f"the solver said: {finding.reason}",),
             help=("raise `--rlimit`, or write the conditions with fewer products of variables",),
         )
-    notes: tuple[str, ...] = ()
-    if finding.witness is not None:
-        notes = ("for example, with\n" + "\n".join(finding.witness.lines()),)
-    return Diagnostic(one.code, one.headline, one.primary, one.secondary, notes, one.help)
+    notes = one.notes
+    if finding.witness is not None and finding.witness.declared:
+        notes += ("for example, with\n" + "\n".join(finding.witness.lines()),)
+    primary, *secondary = finding.labels or (one.primary, *one.secondary)
+    help_ = (f"write `{finding.repair}`",) if finding.repair else ()
+    return Diagnostic(one.code, one.headline, primary, tuple(secondary), notes, (*help_, *one.help))
 
 
 def _needless_gates(ecm: Ecm, findings: Iterable[Finding]) -> Iterator[Diagnostic]:

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import cast
 
+from aeros.spec.backends.answers import Scalar
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import scalar_variables
 from aeros.spec.expr.semantics import Value, holds
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
 from aeros.spec.model import Declared
 from aeros.spec.units import Unit, show_number, show_quantity
-
-Scalar = bool | Fraction | str
 
 
 @dataclass(frozen=True)

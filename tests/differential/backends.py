@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import cast
 
 from aeros.spec.backends import closure, smt
+from aeros.spec.backends.answers import Result, Scalar
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.conformance import Ranges, Raw, exact_environment, raw_scalars
 from aeros.spec.expr.lower import lower, scalars_of
@@ -33,10 +34,10 @@ class Smt:
     def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
         session = smt.Session(variables.values(), ranges)
         scalars = scalars_of(variables, exact_environment(values))
-        given = cast("Mapping[str, smt.Scalar]", scalars)
+        given = cast("Mapping[str, Scalar]", scalars)
         results = [session.ask_given(given, question).result for question in (term, t.Not(term))]
-        assert set(results) == {smt.Result.SAT, smt.Result.UNSAT}, results
-        return results[0] is smt.Result.SAT
+        assert set(results) == {Result.SAT, Result.UNSAT}, results
+        return results[0] is Result.SAT
 
 
 @dataclass

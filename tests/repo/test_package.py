@@ -23,10 +23,12 @@ def test_the_licence_is_the_whole_apache_2_0_unchanged() -> None:
 
 
 def test_what_is_needed_at_run_time_is_part_of_the_package() -> None:
-    # Hatchling packs every file of the package that git does not ignore; nothing else is configured.
-    assert _PROJECT["tool"]["hatch"]["build"]["targets"] == {"wheel": {"packages": ["aeros"]}}
+    # Hatchling packs every file of the package that git does not ignore, and the pages of the codes.
+    assert _PROJECT["tool"]["hatch"]["build"]["targets"] == {
+        "wheel": {"packages": ["aeros"], "force-include": {"docs/codes": "aeros/docs/codes"}}
+    }
     ignored = text_of(".gitignore").split()
-    for needed in ("py.typed", "sites/panda_cell.yaml", "sim/models/wrapper.urdf"):
+    for needed in ("py.typed", "sites/panda_cell.yaml", "schemas/report.json", "sim/models/wrapper.urdf"):
         path = ROOT / "aeros" / needed
         assert path.is_file()
         assert not {path.name, f"*{path.suffix}", f"{path.parent.name}/"} & set(ignored)

@@ -8,13 +8,12 @@ every machine.  Enum members are integers by their order, constrained to the set
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from enum import Enum
 from fractions import Fraction
 from typing import Any, cast
 
 import z3
 
+from aeros.spec.backends.answers import Answer, Result, Scalar
 from aeros.spec.backends.budget import DEFAULT_RLIMIT
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, scalar_variables
@@ -22,42 +21,17 @@ from aeros.spec.expr.types import BoolType, EnumType, RealType
 
 _DIGITS = 30  # an irrational model value is shown to this many decimals
 
-Scalar = bool | Fraction | str
-
-
-class Result(Enum):
-    """What the solver found."""
-
-    SAT = "sat"
-    UNSAT = "unsat"
-    UNKNOWN = "unknown"
-
-
-@dataclass(frozen=True, slots=True)
-class Answer:
-    """A result, with the model by scalar variable when SAT and the reason when UNKNOWN."""
-
-    result: Result
-    model: Mapping[str, Scalar]
-    reason: str = ""
-
 
 def solver_version() -> str:
     """The solver's name and version, as certificates record it."""
     return f"z3 {z3.get_version_string()}"
 
 
-def fresh_context() -> Any:
-    """A solver context that remembers nothing; answers depend on what was asked in the same one before."""
-    return z3.Context()
-
-
 class Session:
     """A solver over declared variables; what is assumed stays, each question is asked alone.
 
-    ranges: closed range in SI of each real scalar variable.
-    context: one that other sessions share, which saves the milliseconds of making one; a fresh one
-        if None.  Models repeat where the questions in a context repeat, in number and order.
+    ranges: closed range in SI of each real scalar variable; one without a range is unbounded.
+    Its context is its own: in a shared one, models depend on everything that was asked before.
     """
 
     def __init__(
@@ -65,9 +39,8 @@ class Session:
         variables: Iterable[t.Variable],
         ranges: Mapping[str, tuple[Fraction, Fraction]],
         rlimit: int = DEFAULT_RLIMIT,
-        context: Any = None,
     ) -> None:
-        self._context = fresh_context() if context is None else context
+        self._context = z3.Context()
         self._solver = z3.Solver(ctx=self._context)
         self._solver.set("random_seed", 0)
         self._solver.set("rlimit", rlimit)
@@ -83,10 +56,9 @@ class Session:
                 constant = z3.Bool(scalar.name, self._context)
             case RealType():
                 constant = z3.Real(scalar.name, self._context)
-                low, high = ranges[scalar.name]
-                self._solver.add(
-                    constant >= _rational(self._context, low), constant <= _rational(self._context, high)
-                )
+                if scalar.name in ranges:
+                    low, high = (_rational(self._context, bound) for bound in ranges[scalar.name])
+                    self._solver.add(constant >= low, constant <= high)
             case EnumType(members=members):
                 constant = z3.Int(scalar.name, self._context)
                 self._solver.add(constant >= 0, constant < len(members))

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
+from aeros.spec.declared.composition import Composition
 from aeros.spec.declared.site import Access, Identifier, Named, Quantity, RiskWord, Slug
 from aeros.spec.located import Boolean, Bounds, Entries, Expression, Integer, Number, Pattern, Text
 from aeros.spec.source import Span
@@ -70,7 +71,9 @@ class Capability:
 
     span: Span
     description: Text = field(metadata={"doc": "what the robot can then do"})
-    provided_by: tuple[Identifier, ...] = field(metadata={"doc": "skills, as in `provided_by: [wrap]`"})
+    provided_by: tuple[Identifier, ...] = field(
+        metadata={"doc": "skills or compositions, as in `provided_by: [wrap]`"}
+    )
 
 
 @dataclass(frozen=True)
@@ -90,6 +93,15 @@ class PlanningRule:
 
 
 @dataclass(frozen=True)
+class TaskInvariant:
+    """What stays measured all through a task, whatever outcomes its skills have."""
+
+    span: Span
+    id: Slug = field(metadata={"doc": "its name, as in `wrapped-before-cooked`"})
+    require: Expression = field(metadata={"doc": "what is measured in every state that can be reached"})
+
+
+@dataclass(frozen=True)
 class Task:
     """Something a person can ask for, and how to get there from any state."""
 
@@ -101,6 +113,9 @@ class Task:
     initial: Named[Expression] = field(
         default=Entries(),
         metadata={"doc": "what is typically measured at the start, as in `door_open: true`"},
+    )
+    invariants: tuple[TaskInvariant, ...] = field(
+        default=(), metadata={"doc": "what stays measured from the start to the end, proved of every path"}
     )
     scene: Identifier | None = field(
         default=None, metadata={"doc": "the simulated scene in which the task can be rehearsed"}
@@ -149,5 +164,8 @@ class Ecm:
     skills: Named[Skill] = field(metadata={"doc": "its skills"})
     permissions: Permissions = field(metadata={"doc": "the most it may ever do"})
     dependencies: Dependencies = field(metadata={"doc": "what it needs around it"})
+    compositions: Named[Composition] = field(
+        default=Entries(), metadata={"doc": "skills put together, proved together"}
+    )
     tasks: Named[Task] = field(default=Entries(), metadata={"doc": "what a person can ask for"})
     models: Named[Tool] = field(default=Entries(), metadata={"doc": "models and tool adapters"})

@@ -104,6 +104,22 @@ class Invariant:
 
 
 @dataclass(frozen=True)
+class JointInvariant:
+    """A rule about two actions that are executed at the same time."""
+
+    span: Span
+    id: Slug = field(metadata={"doc": "a short name, as in `id: combined-speed`"})
+    on: Named[Identifier] = field(
+        metadata={"doc": "two roles, each of an action kind, as in `on: {a: move_tool, b: move_base}`"}
+    )
+    require: Expression = field(
+        metadata={"doc": "the condition, as in `require: a.speed + b.speed <= 500 mm/s`"}
+    )
+    rationale: Text = field(metadata={"doc": "why the rule is there"})
+    source: Text = field(metadata={"doc": "the standard, data sheet or assessment it comes from"})
+
+
+@dataclass(frozen=True)
 class Access:
     """What a module may be permitted to touch."""
 
@@ -183,6 +199,9 @@ class Site:
     enums: Named[tuple[Identifier, ...]] = field(default=Entries(), metadata={"doc": "closed enumerations"})
     constants: Named[Constant] = field(default=Entries(), metadata={"doc": "named constants"})
     volumes: Named[Volume] = field(default=Entries(), metadata={"doc": "named boxes in W"})
+    joint: tuple[JointInvariant, ...] = field(
+        default=(), metadata={"doc": "rules of Φ about two actions at the same time"}
+    )
     resources: Named[Annotated[Integer, Bounds(1, 1_000_000)]] = field(
         default=Entries(), metadata={"doc": "what skills hold while they run, and how many there are"}
     )

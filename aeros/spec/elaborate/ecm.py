@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path, PurePosixPath
 from typing import Any, TypeVar
@@ -12,12 +13,20 @@ from packaging.specifiers import InvalidSpecifier, SpecifierSet
 from packaging.version import InvalidVersion, Version
 
 from aeros.spec.declared import ecm as declared
-from aeros.spec.diagnostics import Diagnostics, did_you_mean
-from aeros.spec.elaborate.expressions import elaborate_constant, elaborate_expression, elaborate_quantity
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.elaborate.composition import elaborate_compositions
+from aeros.spec.elaborate.expressions import (
+    elaborate_condition,
+    elaborate_constant,
+    elaborate_expression,
+    elaborate_quantity,
+)
+from aeros.spec.elaborate.lookup import check_range, known
 from aeros.spec.elaborate.scopes import constant_scope, kind_scope, state_scope
 from aeros.spec.elaborate.site import elaborate_access
 from aeros.spec.elaborate.vocabulary import check_name, elaborate_variable
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.scope import Scope
 from aeros.spec.expr.types import FamilyType, VectorType
 from aeros.spec.located import Entries, Expression, Text
 from aeros.spec.model import (
@@ -30,8 +39,9 @@ from aeros.spec.model import (
     Site,
     Skill,
     Task,
+    TaskInvariant,
 )
-from aeros.spec.units import TIME, show_number
+from aeros.spec.units import TIME, parse_quantity, show_number
 
 _T = TypeVar("_T")
 
@@ -61,7 +71,7 @@ class _EcmElaborator:
         self._declared = ecm
         self._site = site
         self._sink = sink
-        self._skill_names = {name.value: None for name, _ in ecm.skills}
+        self._provider_names = {name.value: None for name, _ in (*ecm.skills, *ecm.compositions)}
 
     def ecm(self, folder: str, digests: tuple[str, str]) -> Ecm:
         ecm = self._declared
@@ -85,6 +95,7 @@ class _EcmElaborator:
             runtime_span=ecm.dependencies.aeros.span,
             access_span=ecm.permissions.key_span or ecm.permissions.span,
             span=ecm.id.span,
+            compositions=elaborate_compositions(ecm.compositions, self._site, skills, self._sink),
         )
 
     def _check_metadata(self) -> None:
@@ -130,18 +141,19 @@ class _EcmElaborator:
         if not capability.provided_by:
             self._sink.error("AE112", "a capability is provided by at least one skill", capability.span)
         for name in capability.provided_by:
-            self._known(name, self._skill_names, "a skill of this module")
+            self._known(name, self._provider_names, "a skill or composition of this module")
         return tuple(name.value for name in capability.provided_by)
 
     def _skill(self, name: Text, skill: declared.Skill) -> Skill:
-        inputs = self._inputs(skill.inputs)
+        inputs, enums = self._inputs(skill.inputs), self._site.enums
         precondition = None
         if skill.precondition is not None:
-            term = elaborate_expression(skill.precondition, state_scope(self._site, inputs), self._sink)
-            if term is not None:
-                precondition = Clause(term, skill.precondition.value, skill.precondition.span)
-        for output, quantity in skill.outputs:
-            elaborate_variable(output.value, quantity, t.Role.INPUT, self._site.enums, self._sink)
+            precondition = self._clause(skill.precondition, state_scope(self._site, inputs))
+        outputs = {
+            output.value: variable
+            for output, quantity in skill.outputs
+            if (variable := elaborate_variable(output.value, quantity, t.Role.INPUT, enums, self._sink))
+        }
         for resource in skill.resources:
             self._known(resource, self._site.resources, "a resource of this site")
         rules = {rule.id: None for rule in self._site.rules}
@@ -163,11 +175,12 @@ class _EcmElaborator:
             actuators=frozenset(actuator.value for actuator in skill.actuators),
             resources=frozenset(resource.value for resource in skill.resources),
             risk=Risk[skill.risk.value.upper()],
-            timeout=self._timeout(skill.timeout),
+            timeout=self._timeout(skill),
             gated={rule.value: rule.span for rule in skill.gated},
             span=name.span,
             risk_span=skill.risk.span,
             entry_span=skill.entry.span,
+            outputs=outputs,
         )
 
     def _inputs(self, entries: Entries[declared.Input]) -> dict[str, Declared]:
@@ -186,21 +199,14 @@ class _EcmElaborator:
                     one.default, constant_scope(self._site), self._sink, variable.variable.type
                 )
                 self._check_range(variable, default, one.default)
-            inputs[name.value] = Declared(
-                variable.variable, variable.span, variable.unit, variable.range, default=default
-            )
+            inputs[name.value] = replace(variable, default=default)
         return inputs
 
     def _check_range(self, variable: Declared, value: Any, at: Expression) -> None:
-        if value is None or variable.range is None:
-            return
-        low, high = variable.range
-        components = value if isinstance(value, tuple) else (value,)
-        if not all(low <= component <= high for component in components):
-            self._sink.error("AE111", "this value is outside the declared range", at.span)
+        check_range(variable, value, at, self._sink)
 
-    def _timeout(self, text: Text) -> Fraction:
-        timeout = elaborate_quantity(text, TIME, self._sink)
+    def _timeout(self, skill: declared.Skill) -> Fraction:
+        timeout = elaborate_quantity(skill.timeout, TIME, self._sink)
         if timeout is None:
             return Fraction(0)
         ceiling = self._site.limits.skill_timeout
@@ -208,8 +214,12 @@ class _EcmElaborator:
             self._sink.error(
                 "AE129",
                 f"a time-out is longer than 0 s and at most {show_number(ceiling)} s at this site",
-                text.span,
+                skill.timeout.span,
             )
+        for name, outcome in skill.outcomes:
+            duration = None if outcome.duration is None else parse_quantity(outcome.duration.value)
+            if duration is not None and duration[0] * duration[1].factor > timeout:
+                self._sink.error("AE129", f"`{name.value}` lasts longer than the skill's time-out", name.span)
         return timeout
 
     def _outcomes(self, name: Text, entries: Entries[declared.Outcome]) -> dict[str, Outcome]:
@@ -260,22 +270,48 @@ class _EcmElaborator:
             kind = self._known(name, self._site.kinds, "an action kind of this site")
             if kind is None:
                 continue
-            term = elaborate_expression(expression, kind_scope(self._site, kind, inputs), self._sink)
-            if term is not None:
-                clauses[name.value] = Clause(term, expression.value, expression.span)
+            clause = self._clause(expression, kind_scope(self._site, kind, inputs))
+            if clause is not None:
+                clauses[name.value] = clause
         return clauses
+
+    def _clause(self, expression: Expression, scope: Scope) -> Clause | None:
+        found = elaborate_condition(expression, scope, self._sink)
+        return None if found is None else Clause(found[0], expression.value, expression.span, found[1])
 
     def _task(self, name: Text, task: declared.Task, skills: Mapping[str, Skill]) -> Task:
         if not task.words:
             self._sink.error("AE112", f"no word routes to the task `{name.value}`", name.span)
         if not task.rules:
             self._sink.error("AE112", f"the task `{name.value}` has no planning rule", name.span)
-        goal = elaborate_expression(task.goal, state_scope(self._site), self._sink)
+        goal = self._clause(task.goal, state_scope(self._site))
         rules = tuple(rule for one in task.rules if (rule := self._planning_rule(one, skills)) is not None)
         words = tuple(word.value.casefold() for word in task.words)
         scene = None if task.scene is None else task.scene.value
         initial = self._values(task.initial)
-        return Task(name.value, words, goal or t.FALSE, task.goal.value, rules, initial, scene, name.span)
+        return Task(
+            name.value,
+            words,
+            t.FALSE if goal is None else goal.term,
+            task.goal.value,
+            rules,
+            initial,
+            scene,
+            name.span,
+            self._invariants(task.invariants),
+            () if goal is None else goal.conjuncts,
+            tuple(word.span for word in task.words),
+        )
+
+    def _invariants(self, listed: tuple[declared.TaskInvariant, ...]) -> tuple[TaskInvariant, ...]:
+        found: dict[str, TaskInvariant] = {}
+        for one in listed:
+            if one.id.value in found:
+                self._sink.error("AE120", f"the invariant `{one.id.value}` is declared twice", one.id.span)
+            term = elaborate_expression(one.require, state_scope(self._site), self._sink)
+            if term is not None:
+                found[one.id.value] = TaskInvariant(one.id.value, term, one.require.value, one.require.span)
+        return tuple(found.values())
 
     def _planning_rule(self, one: declared.PlanningRule, skills: Mapping[str, Skill]) -> PlanningRule | None:
         unless = elaborate_expression(one.unless, state_scope(self._site), self._sink)
@@ -315,9 +351,4 @@ class _EcmElaborator:
         return given
 
     def _known(self, name: Text, among: Mapping[str, _T], what: str) -> _T | None:
-        if name.value not in among:
-            near = did_you_mean(name.value, among)
-            listed = ", ".join(f"`{known}`" for known in list(among)[:12]) or "none"
-            help_ = f"did you mean `{near}`?" if near else f"declared here: {listed}"
-            self._sink.error("AE122", f"`{name.value}` is not {what}", name.span, help=(help_,))
-        return among.get(name.value)
+        return known(name, among, what, self._sink)

@@ -8,13 +8,14 @@ from typing import Any, TypeVar
 
 from aeros.spec.diagnostics import Diagnostics, Label
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.check import check, infer
+from aeros.spec.expr.check import check, check_condition, infer
 from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 from aeros.spec.expr.scope import ExpressionTypeError, Scope
 from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.syntax import Extent, Node
 from aeros.spec.expr.types import BOOL, RealType, Type
 from aeros.spec.located import Expression, Text
+from aeros.spec.model import Conjunct
 from aeros.spec.places import span_within
 from aeros.spec.source import Span
 from aeros.spec.units import Dimension, Unit, parse_quantity, parse_unit
@@ -27,6 +28,19 @@ def elaborate_expression(
 ) -> t.Term | None:
     """The typed term of `expression`, or None after reporting why there is none."""
     return _reporting(expression, sink, lambda node: check(node, scope, expected))
+
+
+def elaborate_condition(
+    expression: Expression, scope: Scope, sink: Diagnostics
+) -> tuple[t.Term, tuple[Conjunct, ...]] | None:
+    """As `elaborate_expression`, with the conjuncts that the condition is made of."""
+    found = _reporting(expression, sink, lambda node: check_condition(node, scope))
+    if found is None:
+        return None
+    term, parts = found
+    if len(parts) == 1:
+        return term, (Conjunct(term, expression.span),)
+    return term, tuple(Conjunct(part, _span(expression, extent)) for part, extent in parts)
 
 
 def elaborate_constant(expression: Expression, scope: Scope, sink: Diagnostics, expected: Type) -> Any:

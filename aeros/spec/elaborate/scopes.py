@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Protocol
 
 from aeros.spec.expr import terms as t
@@ -48,6 +49,26 @@ def kind_scope(site: Vocabulary, kind: ActionKind, inputs: Mapping[str, Declared
     """For conditions on actions of `kind`: state, its parameters, and a skill's inputs."""
     variables = _variables({**site.state, **kind.parameters})
     return Scope(variables, _variables(inputs), site.constants, site.enums, site.volumes)
+
+
+def scope_over(site: Vocabulary, declared: Iterable[Declared]) -> Scope:
+    """For conditions on just these variables: of a state, of a kind of action, or inputs of a skill."""
+    inputs, others = {}, {}
+    for one in declared:
+        if one.variable.role is t.Role.INPUT:
+            inputs[one.name.removeprefix("inputs.")] = one.variable
+        else:
+            others[one.name] = one.variable
+    return Scope(others, inputs, site.constants, site.enums, site.volumes)
+
+
+def joint_scope(site: Vocabulary, roles: Mapping[str, ActionKind]) -> Scope:
+    """For conditions on two simultaneous actions: state, and `ROLE.PARAMETER` of each."""
+    parameters = {
+        role: {name: replace(one.variable, name=f"{role}.{name}") for name, one in kind.parameters.items()}
+        for role, kind in roles.items()
+    }
+    return replace(state_scope(site), roles=parameters)
 
 
 def _variables(declared: Mapping[str, Declared]) -> dict[str, t.Variable]:

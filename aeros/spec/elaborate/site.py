@@ -9,12 +9,13 @@ from typing import TypeVar
 from aeros.spec.declared import site as declared
 from aeros.spec.diagnostics import Diagnostics, did_you_mean
 from aeros.spec.elaborate.expressions import (
+    elaborate_condition,
     elaborate_expression,
     elaborate_number,
     elaborate_quantity,
     elaborate_unit,
 )
-from aeros.spec.elaborate.scopes import constant_scope, kind_scope
+from aeros.spec.elaborate.scopes import constant_scope, joint_scope, kind_scope
 from aeros.spec.elaborate.vocabulary import check_name, elaborate_state, elaborate_variable
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import Box, Scope
@@ -24,7 +25,9 @@ from aeros.spec.model import (
     Access,
     ActionKind,
     Block,
+    Conjunct,
     Declared,
+    JointRule,
     Limits,
     Quota,
     Risk,
@@ -34,6 +37,8 @@ from aeros.spec.model import (
 from aeros.spec.units import LENGTH, TIME
 
 _T = TypeVar("_T")
+_LONGEST_TIMEOUT = 3600  # s: what runs longer than this unwatched is not halted by any time-out
+_Identified = declared.Invariant | declared.JointInvariant | declared.Block | declared.Quota
 
 
 def elaborate_site(site: declared.Site, digest: str, sink: Diagnostics) -> Site | None:
@@ -72,7 +77,7 @@ class _SiteElaborator:
         # A name whose declaration is at fault is not undeclared: rules wait until all are in order.
         whole = len(self._sink) == before
         self._check_protective()
-        self._check_unique(site.invariants, site.policy.blocks, site.policy.quotas)
+        self._check_unique(site.invariants, site.joint, site.policy.blocks, site.policy.quotas)
         rules = tuple(rule for one in site.invariants if whole and (rule := self._rule(one)) is not None)
         access_of = self._access if whole else elaborate_access
         policy = site.policy
@@ -93,6 +98,8 @@ class _SiteElaborator:
             quotas=tuple(quota for one in policy.quotas if (quota := self._quota(one)) is not None),
             resources={name.value: count.value for name, count in site.resources},
             span=site.span,
+            grant_spans={name.value: name.span for name, _ in policy.grants},
+            joint=tuple(found for one in site.joint if whole and (found := self._joint(one)) is not None),
         )
 
     def _enum(self, name: Text, members: tuple[Text, ...]) -> None:
@@ -198,10 +205,14 @@ class _SiteElaborator:
                 help=("declare an action kind `stop` without parameters and with `protective: true`",),
             )
         for stop in stops:
+            if stop.risk is not Risk.LOW:
+                self._sink.error(
+                    "AE607", "the protective stop is of low risk: no ceiling may deny it", stop.span
+                )
             if stop.parameters:
                 self._sink.error("AE607", "a protective stop has no parameters to get wrong", stop.span)
 
-    def _check_unique(self, *groups: Iterable[declared.Invariant | declared.Block | declared.Quota]) -> None:
+    def _check_unique(self, *groups: Iterable[_Identified]) -> None:
         seen: dict[str, Text] = {}
         for one in (one for group in groups for one in group):
             if one.id.value in seen:
@@ -223,13 +234,14 @@ class _SiteElaborator:
             else [k for k in self.kinds.values() if not k.protective]
         )
         terms: dict[str, t.Term] = {}
+        conjuncts: dict[str, tuple[Conjunct, ...]] = {}
         attenuations: dict[str, dict[str, t.Term]] = {}
         for kind in kinds:
             scope = kind_scope(self, kind)
-            term = elaborate_expression(one.require, scope, self._sink)
-            if term is None:
+            found = elaborate_condition(one.require, scope, self._sink)
+            if found is None:
                 return None  # the same fault would be found for every kind
-            terms[kind.name] = term
+            terms[kind.name], conjuncts[kind.name] = found
             reduced = self._attenuation(one.attenuate, kind, scope)
             if reduced:
                 attenuations[kind.name] = reduced
@@ -240,6 +252,35 @@ class _SiteElaborator:
             one.source.value,
             terms,
             attenuations,
+            one.span,
+            one.require.span,
+            conjuncts,
+        )
+
+    def _joint(self, one: declared.JointInvariant) -> JointRule | None:
+        if len(one.on) != 2:
+            self._sink.error(
+                "AE112", "a joint rule has two roles, as in `on: {a: move, b: drive}`", one.id.span
+            )
+            return None
+        before = len(self._sink)
+        for role, _ in one.on:
+            check_name(role, self._taken, "role", self._sink)
+        kinds = {role.value: self._known(kind, self.kinds, "an action kind") for role, kind in one.on}
+        roles = {role: kind for role, kind in kinds.items() if kind is not None}
+        if len(self._sink) > before:
+            return None
+        term = elaborate_expression(one.require, joint_scope(self, roles), self._sink)
+        if term is None:
+            return None
+        first, second = ((role, kind.name) for role, kind in roles.items())
+        return JointRule(
+            one.id.value,
+            one.require.value,
+            one.rationale.value,
+            one.source.value,
+            (first, second),
+            term,
             one.span,
             one.require.span,
         )
@@ -285,6 +326,10 @@ class _SiteElaborator:
 
     def _limits(self, limits: declared.Limits) -> Limits:
         timeout = elaborate_quantity(limits.skill_timeout, TIME, self._sink)
+        if timeout is not None and not 0 < timeout <= _LONGEST_TIMEOUT:
+            self._sink.error(
+                "AE129", "a time-out is longer than 0 s and at most 1 h", limits.skill_timeout.span
+            )
         return Limits(timeout or Fraction(0), limits.retries.value, limits.replans.value)
 
     def _block(self, block: declared.Block) -> Block:
@@ -297,7 +342,8 @@ class _SiteElaborator:
                 "AE102", "an operator override needs a `module`, a `skill` or an `action`", block.span
             )
         names = (None if name is None else name.value for name in (block.module, block.skill, block.action))
-        return Block(block.id.value, block.reason.value, *names)
+        module, skill, action = names
+        return Block(block.id.value, block.reason.value, module, skill, action, block.id.span)
 
     def _quota(self, quota: declared.Quota) -> Quota | None:
         within = elaborate_quantity(quota.within, TIME, self._sink)

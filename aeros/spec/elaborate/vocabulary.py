@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 
 from aeros.spec.declared import site as declared
@@ -64,7 +65,8 @@ def elaborate_variable(
     bounds = None if quantity.range is None else _range(quantity.range, unit, sink)
     if numeric and bounds is None:
         return None
-    return Declared(t.Variable(name, type_, role), quantity.span, unit, bounds)
+    place = quantity.range[0].span.cover(quantity.range[-1].span) if quantity.range else None
+    return Declared(t.Variable(name, type_, role), quantity.span, unit, bounds, range_span=place)
 
 
 def elaborate_state(
@@ -89,7 +91,7 @@ def elaborate_state(
             return None
         type_ = FamilyType(index, type_)
     variable = t.Variable(name, type_, t.Role.STATE)
-    return Declared(variable, one.span, base.unit, base.range, age, one.sensor.value)
+    return replace(base, variable=variable, span=one.span, max_age=age, sensor=one.sensor.value)
 
 
 def _type(quantity: declared.Quantity, unit: Unit | None, enums: Enums, sink: Diagnostics) -> Type | None:

@@ -8,7 +8,7 @@ irrational values, so they may stand only beside a comparison, where `norm(v) <=
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Literal as OneOf
@@ -44,18 +44,20 @@ class _Typed:
     extent: s.Extent
 
 
-def check(node: s.Node, scope: Scope, expected: Type) -> t.Term:
+def check(node: s.Node, scope: Scope, expected: Type, checker: _Checker | None = None) -> t.Term:
     """The typed term of `node`, which must be of type `expected`; raises `ExpressionTypeError`."""
-    term, type_ = infer(node, scope, expected)
+    term, type_ = infer(node, scope, expected, checker)
     if type_ != expected:
         code = "AE204" if isinstance(type_, RealType) and isinstance(expected, RealType) else "AE203"
         raise ExpressionTypeError(code, f"expected {expected}, found {type_}", node.extent, label=str(type_))
     return term
 
 
-def infer(node: s.Node, scope: Scope, hint: Type | None = None) -> tuple[t.Term, Type]:
+def infer(
+    node: s.Node, scope: Scope, hint: Type | None = None, checker: _Checker | None = None
+) -> tuple[t.Term, Type]:
     """The typed term of `node` and its type; `hint` tells which enum a bare member is of."""
-    checker = _Checker(scope, {})
+    checker = checker or _Checker(scope, {})
     typed = checker.check(node, hint)
     term = checker.plain(typed)
     size, height = measure(term)
@@ -69,13 +71,36 @@ def infer(node: s.Node, scope: Scope, hint: Type | None = None) -> tuple[t.Term,
     return term, typed.type
 
 
+def check_condition(node: s.Node, scope: Scope) -> tuple[t.Term, tuple[tuple[t.Term, s.Extent], ...]]:
+    """`check(node, scope, BOOL)`, and the conjuncts that it is made of, each with its own extent.
+
+    The operands of `and`, and each pair of a comparison chain; their conjunction is the term.
+    """
+    checker = _Checker(scope, {})
+    return check(node, scope, BOOL, checker), tuple(checker.conjuncts(node))
+
+
 class _Checker:
     def __init__(self, scope: Scope, bound: Mapping[str, t.BoundVariable]) -> None:
         self._scope = scope
         self._bound = bound
+        self._terms: dict[int, tuple[_Typed, ...]] = {}  # by identity, of what `conjuncts` may ask for
+
+    def conjuncts(self, node: s.Node) -> Iterator[tuple[t.Term, s.Extent]]:
+        """The conjuncts of a condition that was checked."""
+        if isinstance(node, s.Junction) and node.op == "and":
+            for operand in node.operands:
+                yield from self.conjuncts(operand)
+        else:
+            yield from ((self.plain(typed), typed.extent) for typed in self._terms[id(node)])
 
     def check(self, node: s.Node, hint: Type | None = None) -> _Typed:
         """`node` typed; `hint` is the type its neighbour has, which decides a bare enum member."""
+        typed = self._typed(node, hint)
+        self._terms.setdefault(id(node), (typed,))
+        return typed
+
+    def _typed(self, node: s.Node, hint: Type | None) -> _Typed:
         match node:
             case s.Number(value=value, unit=unit):
                 type_ = RealType(unit.dimension)
@@ -175,6 +200,8 @@ class _Checker:
                     "AE202", f"this skill has no input `{node.name.text}`", node.extent, cure=cure
                 )
             return _Typed(variable, variable.type, node.extent)
+        if isinstance(node.base, s.Name) and node.base.text in self._scope.roles:
+            return self._of_role(node, node.base.text)
         base = self.check(node.base)
         axis = _AXES.get(node.name.text)
         if not isinstance(base.type, VectorType) or axis is None:
@@ -186,6 +213,18 @@ class _Checker:
             )
         vector = self.plain(base)
         return _Typed(t.Component(vector, axis), RealType(base.type.dimension), node.extent)
+
+    def _of_role(self, node: s.Attribute, role: str) -> _Typed:
+        parameters = self._scope.roles[role]
+        variable = parameters.get(node.name.text)
+        if variable is None:
+            raise ExpressionTypeError(
+                "AE202",
+                f"the action `{role}` has no parameter `{node.name.text}`",
+                node.extent,
+                cure=_near(node.name.text, parameters),
+            )
+        return _Typed(variable, variable.type, node.extent)
 
     def _index(self, node: s.Index) -> _Typed:
         base = self.check(node.base)
@@ -296,6 +335,12 @@ class _Checker:
             typed.append(self.check(operand, typed[-1].type if typed else self._hint(node.operands[1:])))
         pairs = zip(node.ops, typed, typed[1:], strict=False)
         parts = tuple(self._compare(op, left, right) for op, left, right in pairs)
+        starts = (node.extent.start, *(operand.extent.start for operand in typed[1:-1]))
+        ends = (*(operand.extent.end for operand in typed[1:-1]), node.extent.end)
+        self._terms[id(node)] = tuple(
+            _Typed(part, BOOL, s.Extent(start, end))
+            for part, start, end in zip(parts, starts, ends, strict=True)
+        )
         return _Typed(parts[0] if len(parts) == 1 else t.And(parts), BOOL, node.extent)
 
     def _hint(self, operands: tuple[s.Node, ...]) -> Type | None:

@@ -21,13 +21,17 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Scope:
-    """What the names of an expression may mean."""
+    """What the names of an expression may mean.
+
+    roles: parameters by name, of each action that a joint rule speaks of.
+    """
 
     variables: Mapping[str, t.Variable]
     inputs: Mapping[str, t.Variable] = field(default_factory=dict)
     constants: Mapping[str, t.Term] = field(default_factory=dict)
     enums: Mapping[str, EnumType] = field(default_factory=dict)
     volumes: Mapping[str, Box] = field(default_factory=dict)
+    roles: Mapping[str, Mapping[str, t.Variable]] = field(default_factory=dict)
 
 
 class ExpressionTypeError(Exception):

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from aeros.spec.diagnostics import Diagnostic, Label, did_you_mean
 from aeros.spec.model import Ecm, Skill
 from aeros.spec.obligations.obligation import Settled
+from aeros.spec.obligations.skill_source import SkillFile, UnreadableCodeError
 
 _Function = ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -28,11 +29,9 @@ def _fault(skill: Skill, code: Mapping[str, bytes]) -> Diagnostic | None:
         help_ = (f"did you mean `{near}`?",) if near else ()
         return Diagnostic("AE123", f"there is no `{path}` in this module", label, help=help_)
     try:
-        tree = ast.parse(code[path])
-    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        where = f" (line {error.lineno})" if isinstance(error, SyntaxError) and error.lineno else ""
-        return Diagnostic("AE123", f"`{path}` is not Python{where}: {_first_line(error)}", label)
-    functions = {node.name: node for node in tree.body if isinstance(node, _Function)}
+        functions = _functions(SkillFile(path, code[path]).tree)
+    except UnreadableCodeError as error:
+        return Diagnostic("AE123", f"`{path}` is not plain Python: {error}", label)
     function = functions.get(skill.function)
     if function is None:
         near = did_you_mean(skill.function, functions)
@@ -69,6 +68,5 @@ def _yields(function: _Function) -> bool:
     return False
 
 
-def _first_line(error: Exception) -> str:
-    lines = str(error).splitlines()
-    return lines[0] if lines else type(error).__name__
+def _functions(tree: ast.Module) -> dict[str, _Function]:
+    return {node.name: node for node in tree.body if isinstance(node, _Function)}

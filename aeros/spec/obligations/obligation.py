@@ -5,12 +5,13 @@ Building a query and running a solver are two things: this package builds, `disc
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 
 from aeros.spec.diagnostics import Diagnostic, Label, Severity
 from aeros.spec.expr import terms as t
-from aeros.spec.model import Declared
+from aeros.spec.model import Clause, Conjunct, Declared, Rule
 
 
 class Verdict(Enum):
@@ -44,14 +45,38 @@ class Space:
 
 
 @dataclass(frozen=True)
+class Member:
+    """A conjunct of what an obligation asks for, and what to say beside it where it is at fault."""
+
+    term: t.Term
+    label: Label
+
+
+def members_of(conjuncts: Iterable[Conjunct], text: str) -> tuple[Member, ...]:
+    """A member for each conjunct, with `text` beside it."""
+    return tuple(Member(one.term, Label(one.span, text)) for one in conjuncts)
+
+
+def required_by(rules: Iterable[Rule], kind: str) -> tuple[Member, ...]:
+    """The conjuncts of what `rules` require of an action of `kind`."""
+    return tuple(
+        member
+        for rule in rules
+        for member in members_of(rule.conjuncts.get(kind, ()), f"required by `{rule.id}`")
+    )
+
+
+@dataclass(frozen=True)
 class Obligation:
     """One claim, as a formula over a space, and what to say if it fails.
 
     id: stable and unique in its module, as in `safety/wrap/move_tool/workspace`.
-    code, headline, primary, secondary, help: the diagnostic of a refutation.
+    code, headline, primary, secondary, notes, help: the diagnostic of a refutation.
     failing: the verdict of a SOMETIMES claim that fails, REFUTED or VACUOUS.
     guard: the invariant that the gate may decide where this claim fails, if the manifest or the
         rule itself leaves it to the gate; None where a refutation is an error.
+    members: the conjuncts of assumptions and conclusion (SOMETIMES) or of the conclusion (ALWAYS).
+    clause: the envelope that is to imply the conclusion.
     """
 
     id: str
@@ -65,6 +90,9 @@ class Obligation:
     help: tuple[str, ...] = ()
     failing: Verdict = Verdict.REFUTED
     guard: str | None = None
+    members: tuple[Member, ...] = ()
+    clause: Clause | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def group(self) -> str:

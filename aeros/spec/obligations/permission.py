@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from aeros.spec.composition import If, parts_of
 from aeros.spec.diagnostics import Diagnostic, Label, Severity
 from aeros.spec.expr import terms as t
 from aeros.spec.model import Ecm, Risk, Site, Skill
-from aeros.spec.obligations.obligation import Claim, Obligation, Settled, Verdict
+from aeros.spec.obligations.obligation import Claim, Obligation, Settled, Verdict, members_of
 from aeros.spec.obligations.policy import space_of
 from aeros.spec.obligations.safety import envelope_space
 from aeros.spec.source import Span
@@ -30,15 +31,22 @@ def permission_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Settle
             headline=f"this permission allows no `{kind}` at all",
             primary=Label(clause.span, "never true"),
             failing=Verdict.VACUOUS,
+            members=members_of(clause.conjuncts, "clashes"),
         )
     for skill in ecm.skills.values():
         yield from _envelope_permitted(ecm, site, skill)
         yield from _risk_in_bounds(site, skill)
         yield _actuators_permitted(ecm, skill)
+        yield _actuators_held(site, skill)
         yield _sensors_permitted(ecm, site, skill)
     for task in ecm.tasks.values():
         read = [(task.goal, ecm.span), *((rule.unless, rule.span) for rule in task.rules)]
         yield _reads_permitted(f"permission/task/{task.id}/sensors", ecm, site, read)
+    for composition in ecm.compositions.values():
+        guards = [part for part in parts_of(composition.body) if isinstance(part, If)]
+        read = [(guard.condition, guard.span) for guard in guards]
+        read.append((composition.precondition, composition.precondition_span or composition.span))
+        yield _reads_permitted(f"permission/composition/{composition.id}/sensors", ecm, site, read)
     yield from _not_blocked(ecm, site)
 
 
@@ -99,6 +107,8 @@ def _envelope_permitted(ecm: Ecm, site: Site, skill: Skill) -> Iterator[Obligati
             primary=Label(clause.span, "allows it"),
             secondary=(Label(permitted.span, "does not permit it"),),
             help=("tighten the envelope, or widen the permission if the module is to be trusted with it",),
+            members=members_of(permitted.conjuncts, "does not permit it"),
+            clause=clause,
         )
 
 
@@ -112,6 +122,21 @@ def _actuators_permitted(ecm: Ecm, skill: Skill) -> Settled:
             f"`{skill.id}` moves {_listed(excess)}, which `{ecm.id}` has no permission for",
             Label(skill.span),
             help=("add it to `permissions.actuators`, or do without",),
+        ),
+    )
+
+
+def _actuators_held(site: Site, skill: Skill) -> Settled:
+    """What a skill moves and the site counts as a resource, it holds: no other skill moves it meanwhile."""
+    loose = sorted((skill.actuators & site.resources.keys()) - skill.resources)
+    return _settled(
+        f"permission/{skill.id}/held",
+        not loose,
+        Diagnostic(
+            "AE410",
+            f"`{skill.id}` moves {_listed(loose)} without holding it while it runs",
+            Label(skill.span),
+            help=("add it to the skill's `resources`",),
         ),
     )
 

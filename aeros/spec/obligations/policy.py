@@ -9,7 +9,16 @@ from aeros.spec.diagnostics import Diagnostic, Label
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.model import ActionKind, Rule, Site
-from aeros.spec.obligations.obligation import Claim, Obligation, Settled, Space, Verdict
+from aeros.spec.obligations.obligation import (
+    Claim,
+    Member,
+    Obligation,
+    Settled,
+    Space,
+    Verdict,
+    members_of,
+    required_by,
+)
 
 
 def policy_obligations(site: Site) -> Iterator[Obligation | Settled]:
@@ -46,6 +55,7 @@ def _stop_obligations(
             headline=f"`{rule.id}` denies the protective stop in some state",
             primary=Label(rule.require_span, "does not hold in every state"),
             help=(f"take `{kind.name}` out of the rule's `on`",),
+            members=members_of(rule.conjuncts.get(kind.name, ()), "does not hold in every state"),
         )
     for block in site.blocks:
         blocked = block.action == kind.name
@@ -73,6 +83,7 @@ def _satisfiable(site: Site, kind: ActionKind, rules: tuple[Rule, ...]) -> Oblig
         headline=f"the invariants contradict each other: no `{kind.name}` is ever allowed",
         primary=Label(kind.span, "never allowed"),
         secondary=tuple(Label(rule.require_span, rule.id) for rule in rules),
+        members=required_by(rules, kind.name),
     )
 
 
@@ -88,6 +99,7 @@ def _not_vacuous(site: Site, kind: ActionKind, rule: Rule) -> Obligation:
         primary=Label(rule.require_span, "always true"),
         help=("check its numbers and units, or widen the declared ranges to what can really be measured",),
         failing=Verdict.VACUOUS,
+        members=(_denied_by(rule, kind),),
     )
 
 
@@ -105,7 +117,12 @@ def _not_shadowed(site: Site, kind: ActionKind, rule: Rule, rules: tuple[Rule, .
         secondary=tuple(Label(other.require_span, other.id) for other in others),
         help=("remove it, or take the action kind out of its `on`",),
         failing=Verdict.VACUOUS,
+        members=(_denied_by(rule, kind), *required_by(others, kind.name)),
     )
+
+
+def _denied_by(rule: Rule, kind: ActionKind) -> Member:
+    return Member(t.Not(rule.terms[kind.name]), Label(rule.require_span))
 
 
 def _attenuation_obligations(

@@ -18,7 +18,15 @@ from collections.abc import Iterator
 from aeros.spec.diagnostics import Diagnostic, Label
 from aeros.spec.expr import terms as t
 from aeros.spec.model import Clause, Ecm, Rule, Site, Skill, Task
-from aeros.spec.obligations.obligation import Claim, Obligation, Settled, Space, Verdict
+from aeros.spec.obligations.obligation import (
+    Claim,
+    Obligation,
+    Settled,
+    Space,
+    Verdict,
+    members_of,
+    required_by,
+)
 
 
 def safety_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Settled]:
@@ -35,6 +43,7 @@ def safety_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Settled]:
         yield from _gated_rules_read_state(site, skill)
     for task in ecm.tasks.values():
         yield _goal_can_hold(site, ecm, task)
+        yield _goal_can_fail(site, ecm, task)
 
 
 def envelope_space(site: Site, skill: Skill, kind: str, clause: Clause) -> Space:
@@ -53,14 +62,23 @@ def _reads_state(rule: Rule, kind: str) -> bool:
 
 
 def _can_start(site: Site, skill: Skill, precondition: Clause) -> Obligation:
+    """Some state satisfies the precondition and every rule on states that all its actions must obey."""
+    always = [
+        rule.terms[next(iter(skill.envelope))]
+        for rule in site.rules
+        if skill.envelope
+        and skill.envelope.keys() <= rule.terms.keys()
+        and not any(rule.speaks_of_action(kind) for kind in skill.envelope)
+    ]
     return Obligation(
         id=f"safety/{skill.id}/can-start",
         code="AE504",
         claim=Claim.SOMETIMES,
         space=Space((*site.state.values(), *skill.inputs.values()), ()),
-        conclusion=precondition.term,
-        headline=f"`{skill.id}` could never start: no state satisfies its precondition",
+        conclusion=t.conjunction(precondition.term, *always),
+        headline=f"`{skill.id}` could never act: no state that the invariants allow meets its precondition",
         primary=Label(precondition.span, "never true"),
+        members=members_of(precondition.conjuncts, "clashes"),
     )
 
 
@@ -75,12 +93,15 @@ def _not_empty(skill: Skill, kind: str, clause: Clause, space: Space) -> Obligat
         primary=Label(clause.span, "satisfied by no action in range"),
         help=("remove the action kind, or correct the condition",),
         failing=Verdict.VACUOUS,
+        members=members_of(clause.conjuncts, "clashes"),
     )
 
 
 def _not_dead(ecm: Ecm, site: Site, skill: Skill, kind: str, clause: Clause, space: Space) -> Obligation:
     rules = site.rules_on(kind)
-    permitted = ecm.permission[kind].term if kind in ecm.permission else t.TRUE
+    permission = ecm.permission.get(kind)
+    permitted = t.TRUE if permission is None else permission.term
+    allowed = () if permission is None else members_of(permission.conjuncts, "required by the permission")
     return Obligation(
         id=f"safety/{skill.id}/{kind}/not-dead",
         code="AE502",
@@ -90,6 +111,7 @@ def _not_dead(ecm: Ecm, site: Site, skill: Skill, kind: str, clause: Clause, spa
         headline=f"`{skill.id}` is dead: no `{kind}` that it may ask for is ever allowed",
         primary=Label(clause.span, "all of these are denied, in every state"),
         secondary=tuple(Label(rule.require_span, rule.id) for rule in rules if rule.speaks_of_action(kind)),
+        members=(*members_of(clause.conjuncts, "clashes"), *allowed, *required_by(rules, kind)),
     )
 
 
@@ -108,6 +130,8 @@ def _obeys(skill: Skill, kind: str, clause: Clause, rule: Rule, space: Space) ->
         secondary=(Label(rule.require_span, f"`{rule.id}` forbids it"),),
         help=tuple(help_),
         guard=rule.id if guarded_by_gate(rule, skill, kind) else None,
+        members=members_of(rule.conjuncts.get(kind, ()), f"`{rule.id}` forbids it"),
+        clause=clause,
     )
 
 
@@ -139,6 +163,8 @@ def _gated_rules_read_state(site: Site, skill: Skill) -> Iterator[Settled]:
 
 
 def _goal_can_hold(site: Site, ecm: Ecm, task: Task) -> Obligation:
+    whole = task.goal_conjuncts
+    place = whole[0].span.cover(whole[-1].span) if whole else ecm.span
     return Obligation(
         id=f"safety/goal/{task.id}",
         code="AE507",
@@ -146,5 +172,21 @@ def _goal_can_hold(site: Site, ecm: Ecm, task: Task) -> Obligation:
         space=Space(tuple(site.state.values()), ()),
         conclusion=task.goal,
         headline=f"no state satisfies the goal of `{task.id}`",
-        primary=Label(ecm.span, f"`{task.goal_text}` is never true"),
+        primary=Label(place, "never true" if whole else f"`{task.goal_text}` is never true"),
+        members=members_of(task.goal_conjuncts, "clashes"),
+    )
+
+
+def _goal_can_fail(site: Site, ecm: Ecm, task: Task) -> Obligation:
+    """The goal says something: in some state it is not reached."""
+    whole = task.goal_conjuncts
+    return Obligation(
+        id=f"safety/goal/{task.id}/effective",
+        code="AE508",
+        claim=Claim.SOMETIMES,
+        space=Space(tuple(site.state.values()), ()),
+        conclusion=t.Not(task.goal),
+        headline=f"the goal of `{task.id}` holds in every state, so it would be reached by doing nothing",
+        primary=Label(whole[0].span.cover(whole[-1].span) if whole else ecm.span, "always true"),
+        failing=Verdict.VACUOUS,
     )

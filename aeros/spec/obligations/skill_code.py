@@ -1,9 +1,9 @@
-"""Claims about what skill code reaches for, by reading it: nothing is imported, nothing runs.
+"""Claims about what skill code reaches for, by reading it: nothing of it is imported, nothing runs.
 
-Every action kind that a skill asks for by name is in its envelope, and the code imports nothing that
-could act or listen by itself.  This finds the mistakes and the plain lies.  Code that hides what it
-does (an action kind computed at run time, a builtin reached through another object) is for the gate,
-which decides every action, and for isolation; here such an action kind is noted, not refused.
+Every action that a skill asks for is of a kind in its envelope and has that kind's parameters; and
+the code imports nothing, and touches no builtin or attribute, through which it could act or listen
+by itself.  This finds mistakes and plain lies.  It is no sandbox: Python has more doors than a
+reader can name, and what keeps code in is the gate and, for code that is not trusted, isolation.
 """
 
 from __future__ import annotations
@@ -12,127 +12,106 @@ import ast
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from aeros.spec.diagnostics import Diagnostic, Label, Severity, did_you_mean
-from aeros.spec.model import Ecm, Skill
+from aeros.spec.diagnostics import Diagnostic, Label, did_you_mean
+from aeros.spec.model import Ecm, Site, Skill
 from aeros.spec.obligations.obligation import Settled
-from aeros.spec.source import Source, Span
+from aeros.spec.obligations.skill_reach import first_reach
+from aeros.spec.obligations.skill_source import SkillFile, UnreadableCodeError
 
-HARMLESS = frozenset(
-    [
-        "__future__",
-        "aeros.skill",
-        "bisect",
-        "cmath",
-        "collections",
-        "collections.abc",
-        "dataclasses",
-        "decimal",
-        "enum",
-        "fractions",
-        "functools",
-        "heapq",
-        "itertools",
-        "math",
-        "numbers",
-        "operator",
-        "statistics",
-        "string",
-        "typing",
-    ]
-)
-"""Modules that compute and do nothing else."""
-
-FORBIDDEN = frozenset(
-    ("__builtins__", "__import__", "breakpoint", "compile", "eval", "exec", "globals", "input", "open")
-)
-"""Builtins that reach outside the skill or run other code."""
+_ASKING = ("act", "Action")
 
 
-def skill_code_obligations(ecm: Ecm, code: Mapping[str, bytes]) -> Iterator[Settled]:
-    """Every claim about the code of `ecm`; code that does not parse is left to `entry_points`.
+def skill_code_obligations(ecm: Ecm, site: Site, code: Mapping[str, bytes]) -> Iterator[Settled]:
+    """Every claim about the code of `ecm`.
 
     code: the module's Python files by path relative to its folder.
     """
-    files = {path: file for path, content in code.items() if (file := _read(ecm, path, content)) is not None}
-    for path, file in files.items():
-        yield Settled(f"form/code/{path}/reach", _reach(ecm, file))
-    for skill in ecm.skills.values():
-        file = files.get(f"{skill.module_name}.py")
-        if file is not None:
-            yield Settled(f"form/{skill.id}/asks", _asks(skill, file))
+    for path, content in code.items():
+        name = str(Path(ecm.folder) / path)
+        try:
+            file = SkillFile(name, content)
+        except UnreadableCodeError as error:
+            help_ = ("write it as plain UTF-8",)
+            yield Settled(
+                f"form/code/{path}", Diagnostic("AE134", f"`{name}` is not plain Python: {error}", help=help_)
+            )
+            continue
+        yield Settled(f"form/code/{path}", _reach(ecm, file))
+        yield Settled(f"form/code/{path}/asking", _only_asks_plainly(file))
+        for skill in ecm.skills.values():
+            if path == f"{skill.module_name}.py":
+                yield Settled(f"form/{skill.id}/asks", _asks(skill, site, file))
 
 
-class _File:
-    """One file of skill code: its text, its syntax tree, its functions by name."""
-
-    def __init__(self, source: Source, tree: ast.Module) -> None:
-        self.source = source
-        self.tree = tree
-        self.functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
-        self._starts = [source.line_start(line) for line in range(1, source.line_count + 1)]
-
-    def span(self, node: ast.expr | ast.stmt) -> Span:
-        """Where `node` begins, to the end of that line at most."""
-        line = self.source.line_text(node.lineno)
-        column = len(line.encode()[: node.col_offset].decode(errors="ignore"))
-        start = self._starts[node.lineno - 1] + column
-        same_line = node.end_lineno == node.lineno and node.end_col_offset is not None
-        length = (
-            node.end_col_offset - node.col_offset if same_line and node.end_col_offset else len(line) - column
-        )
-        return self.source.span(start, min(start + max(length, 1), len(self.source.text)))
-
-
-def _read(ecm: Ecm, path: str, content: bytes) -> _File | None:
-    try:
-        text = content.decode("utf-8")
-        return _File(Source(str(Path(ecm.folder) / path), text), ast.parse(text))
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
+def _reach(ecm: Ecm, file: SkillFile) -> Diagnostic | None:
+    """The first import, builtin or attribute through which the code could act by itself."""
+    reach = first_reach(file.tree)
+    if reach is None:
         return None
-
-
-def _reach(ecm: Ecm, file: _File) -> Diagnostic | None:
-    """The first import or builtin through which the code could act by itself."""
-    for node in ast.walk(file.tree):
-        names: list[str] = []
-        if isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            names = ["." * node.level + (node.module or "")]
-        elif isinstance(node, ast.Name) and node.id in FORBIDDEN:
-            return _refused(file, node, f"skill code of `{ecm.id}` uses `{node.id}`")
-        elif isinstance(node, ast.Attribute) and node.attr.startswith("__") and node.attr.endswith("__"):
-            return _refused(file, node, f"skill code of `{ecm.id}` reaches into `{node.attr}`")
-        for name in names:
-            if name not in HARMLESS and isinstance(node, ast.stmt):
-                return _refused(file, node, f"skill code of `{ecm.id}` imports `{name}`")
-    return None
-
-
-def _refused(file: _File, node: ast.expr | ast.stmt, headline: str) -> Diagnostic:
+    node, what = reach
     return Diagnostic(
         "AE134",
-        headline,
+        f"skill code of `{ecm.id}` {what}",
         Label(file.span(node), "a skill only yields actions and gets observations"),
         help=(
-            "import `aeros.skill` and what computes, such as `math`; ask for everything else as an action",
+            "import names of `aeros.skill` and of what computes, such as `math`; ask for the rest as actions",
         ),
     )
 
 
-def _asks(skill: Skill, file: _File) -> Diagnostic | None:
+def _only_asks_plainly(file: SkillFile) -> Diagnostic | None:
+    """`act` and `Action` are called or annotate, and no function is bound twice: so calls can be read off."""
+    called = {id(node.func) for node in ast.walk(file.tree) if isinstance(node, ast.Call)}
+    annotations = {id(part) for hint in _annotations(file.tree) for part in ast.walk(hint)}
+    for node in ast.walk(file.tree):
+        if isinstance(node, ast.Name) and node.id == "act" and id(node) not in called | annotations:
+            return _unclear(file, node, "`act` is used for something else than a call")
+        if isinstance(node, ast.ImportFrom) and node.module == "aeros.skill":
+            renamed = [alias.name for alias in node.names if alias.asname not in (None, alias.name)]
+            if renamed:
+                return _unclear(file, node, f"`{renamed[0]}` is imported under another name")
+    bound: set[str] = set(_ASKING)
+    for statement in file.tree.body:
+        for name in _bound_by(statement):
+            if name in bound:
+                return _unclear(file, statement, f"`{name}` is bound a second time")
+            bound.add(name)
+    return None
+
+
+def _annotations(tree: ast.Module) -> Iterator[ast.expr]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef) and node.returns is not None:
+            yield node.returns
+        elif isinstance(node, ast.arg | ast.AnnAssign) and node.annotation is not None:
+            yield node.annotation
+
+
+def _bound_by(statement: ast.stmt) -> Iterator[str]:
+    if isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+        yield statement.name
+    elif not isinstance(statement, ast.Import | ast.ImportFrom):
+        for node in ast.walk(statement):
+            if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+                yield node.id
+
+
+def _unclear(file: SkillFile, node: ast.expr | ast.stmt, what: str) -> Diagnostic:
+    return Diagnostic(
+        "AE133",
+        f"which actions this code asks for cannot be read: {what}",
+        Label(file.span(node)),
+        help=("call `act(KIND, ...)` where the action is asked for, and give every name one meaning",),
+    )
+
+
+def _asks(skill: Skill, site: Site, file: SkillFile) -> Diagnostic | None:
     """The first action that the skill's code asks for and its envelope does not hold."""
-    unclear: Diagnostic | None = None
     for call in _act_calls(skill.function, file):
         kind = call.args[0] if call.args else None
         if not (isinstance(kind, ast.Constant) and isinstance(kind.value, str)):
-            unclear = Diagnostic(
-                "AE133",
-                f"`{skill.id}` asks for an action kind that is only known at run time: the gate will decide",
-                Label(file.span(call)),
-                severity=Severity.NOTE,
-            )
-        elif kind.value not in skill.envelope:
+            return _unclear(file, call, "the kind of an action is not written out")
+        if kind.value not in skill.envelope:
             near = did_you_mean(kind.value, skill.envelope)
             help_ = f"did you mean `{near}`?" if near else f"declare `{kind.value}` in its `envelope`"
             return Diagnostic(
@@ -142,20 +121,28 @@ def _asks(skill: Skill, file: _File) -> Diagnostic | None:
                 (Label(skill.span, "declared here"),),
                 help=(help_,),
             )
-    return unclear
+        declared = site.kinds[kind.value].parameters
+        unknown = [one.arg for one in call.keywords if one.arg is not None and one.arg not in declared]
+        if unknown and isinstance(call.func, ast.Name) and call.func.id == "act":
+            near = did_you_mean(unknown[0], declared)
+            help_ = f"did you mean `{near}`?" if near else f"it has {', '.join(declared) or 'none'}"
+            headline = f"`{kind.value}` has no parameter `{unknown[0]}`"
+            return Diagnostic("AE133", headline, Label(file.span(call)), help=(help_,))
+    return None
 
 
-def _act_calls(function: str, file: _File) -> Iterator[ast.Call]:
-    """Every call of `act` in `function` and in the functions of the file that it leads to."""
+def _act_calls(function: str, file: SkillFile) -> Iterator[ast.Call]:
+    """Every call of `act` or `Action` that the skill may come to.
+
+    That is in its function and the functions that it leads to, and everywhere outside of functions.
+    """
     seen: set[str] = set()
-    pending = [function]
+    pending: list[ast.AST] = [node for node in file.tree.body if not isinstance(node, ast.FunctionDef)]
+    pending += [file.functions[function]] if function in file.functions else []
     while pending:
-        name = pending.pop()
-        if name in seen or name not in file.functions:
-            continue
-        seen.add(name)
-        for node in ast.walk(file.functions[name]):
-            if isinstance(node, ast.Name):
-                pending.append(node.id)
-            elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "act":
+        for node in ast.walk(pending.pop()):
+            if isinstance(node, ast.Name) and node.id in file.functions and node.id not in seen:
+                seen.add(node.id)
+                pending.append(file.functions[node.id])
+            elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _ASKING:
                 yield node

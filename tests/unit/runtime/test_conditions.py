@@ -7,6 +7,7 @@ import pytest
 
 from aeros.runtime.conditions import CompiledCondition, Condition, SolverCondition, Truth
 from aeros.spec.backends import smt
+from aeros.spec.backends.answers import Answer, Result
 from tests.unit.runtime.bench import configuration
 
 KINDS = (CompiledCondition, SolverCondition)
@@ -49,7 +50,7 @@ def test_a_bound_is_decided_as_the_rational_it_is(
 
 def test_a_solver_out_of_budget_is_undecided(monkeypatch: pytest.MonkeyPatch) -> None:
     starved = condition("momentum", "carry", SolverCondition)
-    unknown = smt.Answer(smt.Result.UNKNOWN, {}, "out of resources")
+    unknown = Answer(Result.UNKNOWN, {}, "out of resources")
     monkeypatch.setattr(smt.Session, "ask_given", lambda *_: unknown)
     assert starved.decide({"load": 1.0, "gait": 0.0625}) is Truth.UNDECIDED
 

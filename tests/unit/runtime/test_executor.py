@@ -243,7 +243,14 @@ class _Mimic(Action):
         (_yields(None), "the skill yielded a `NoneType`, not an action"),
         (_yields(("move", {})), "the skill yielded a `tuple`, not an action"),
         (_yields(_Mimic("move", {})), "the skill yielded a `_Mimic`, not an action"),
-        (_yields(Action("move", cast("Any", 3))), "the skill yielded parameters that are no mapping"),
+        (
+            _yields(Action("move", cast("Any", 3))),
+            "the skill yielded parameters that are no dict of at most 64",
+        ),
+        (
+            _yields(Action("move", {f"p{number}": 0.0 for number in range(65)})),
+            "the skill yielded parameters that are no dict of at most 64",
+        ),
         (_yields(Action(cast("Any", 3), {})), "the skill yielded a kind or a parameter name that is no text"),
         (_yields(Action("move", cast("Any", {3: 1}))), "the skill yielded a kind or a parameter name"),
     ],

@@ -347,9 +347,19 @@ def test_a_quota_that_is_used_up_denies(used: int) -> None:
     ]
 
 
-@pytest.mark.parametrize("usage", [{}, {"carry-rate": -1}, {"carry-rate": 0.0}, {"carry-rate": False}])
-def test_a_quota_whose_use_is_not_known_denies(usage: dict[str, Any]) -> None:
-    assert denied(replace(request("quickly", "carry"), usage=usage)) == [("AE703", "carry-rate")]
+def test_a_quota_whose_use_is_not_known_denies() -> None:
+    assert denied(replace(request("quickly", "carry"), usage={})) == [("AE703", "carry-rate")]
+
+
+@pytest.mark.parametrize("used", [-1, 0.0, False, None, "0", {"value": 1}])
+@pytest.mark.parametrize("asked", [request("quickly", "carry"), request()], ids=["governed", "not governed"])
+def test_a_use_that_is_no_count_denies_every_action(asked: Any, used: Any) -> None:
+    reasons = denied(replace(asked, usage={"carry-rate": used}))
+    assert ("AE704", "carry-rate") in reasons
+
+
+def test_a_quota_that_the_site_does_not_have_denies() -> None:
+    assert denied(replace(request(), usage={"carry-rate": 0, "other": 0})) == [("AE702", "other")]
 
 
 def test_a_quota_does_not_concern_other_kinds() -> None:

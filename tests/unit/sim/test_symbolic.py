@@ -8,9 +8,10 @@ from typing import Any
 import pytest
 
 from aeros.runtime.ports import Completion, Plant
-from aeros.sim.outcomes import draw_outcome, shares_of
+from aeros.sim.outcomes import draw_outcome
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.skill import Action, act
+from aeros.spec.closed_loop.chances import shares_of
 from aeros.spec.errors import MisuseError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType

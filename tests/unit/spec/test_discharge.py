@@ -6,6 +6,8 @@ from typing import Any
 import pytest
 
 from aeros.spec.backends import smt
+from aeros.spec.backends.answers import Answer, Result
+from aeros.spec.backends.oracle import Oracle
 from aeros.spec.diagnostics import Label
 from aeros.spec.discharge import discharge
 from aeros.spec.expr import terms as t
@@ -90,7 +92,7 @@ def test_one_question_does_not_hear_of_another() -> None:
 
 def test_a_spent_budget_is_unknown_and_says_which_budget() -> None:
     product = t.Multiply(X, t.Multiply(Y, Y))
-    (found,) = discharge([obligation(t.Compare("<=", product, number(999)))], rlimit=1)
+    (found,) = discharge([obligation(t.Compare("<=", product, number(999)))], Oracle(1))
     assert found.verdict is Verdict.UNKNOWN
     assert found.witness is None
     assert not found.guarded
@@ -99,7 +101,7 @@ def test_a_spent_budget_is_unknown_and_says_which_budget() -> None:
 
 def test_an_unknown_is_not_left_to_the_gate() -> None:
     product = t.Multiply(X, t.Multiply(Y, Y))
-    (found,) = discharge([obligation(t.Compare("<=", product, number(999)), guard="r")], rlimit=1)
+    (found,) = discharge([obligation(t.Compare("<=", product, number(999)), guard="r")], Oracle(1))
     assert not found.guarded
 
 
@@ -116,9 +118,9 @@ def test_an_irrational_witness_that_does_not_replay_is_unknown() -> None:
 def test_a_solver_that_lies_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
     honest = smt.Session.ask
 
-    def lying(self: smt.Session, *terms: t.Term) -> smt.Answer:
+    def lying(self: smt.Session, *terms: t.Term) -> Answer:
         answer = honest(self, *terms)
-        return smt.Answer(smt.Result.SAT, {"x": Fraction(3)}) if answer.result is smt.Result.UNSAT else answer
+        return Answer(Result.SAT, {"x": Fraction(3)}) if answer.result is Result.UNSAT else answer
 
     monkeypatch.setattr(smt.Session, "ask", lying)
     assert verdict_of(obligation(t.Compare("<=", X, number(10)))) is Verdict.UNKNOWN

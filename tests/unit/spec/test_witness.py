@@ -4,13 +4,14 @@ from fractions import Fraction
 
 import pytest
 
+from aeros.spec.backends.answers import Scalar
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Value
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
 from aeros.spec.model import Declared
 from aeros.spec.source import Source
 from aeros.spec.units import LENGTH, parse_unit
-from aeros.spec.witness import Scalar, Witness, show_value, witness_of
+from aeros.spec.witness import Witness, show_value, witness_of
 
 SPAN = Source("site.yaml", "x").span(0, 1)
 SIDES = EnumType("sides", ("left", "right"))

@@ -4,7 +4,8 @@ from fractions import Fraction
 
 import pytest
 
-from aeros.spec.backends.smt import Result, Session, solver_version
+from aeros.spec.backends.answers import Result
+from aeros.spec.backends.smt import Session, solver_version
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import holds
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, VectorType

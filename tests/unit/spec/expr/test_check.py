@@ -7,6 +7,7 @@ from fractions import Fraction
 import pytest
 
 from aeros.spec.backends import closure, smt
+from aeros.spec.backends.answers import Result, Scalar
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.check import MAX_HEIGHT
 from aeros.spec.expr.lower import lower, measure, scalar_variables
@@ -84,7 +85,7 @@ def _decided_by_all(term: t.Term) -> set[bool]:
     names = [scalar.name for one in SCOPE.variables.values() for scalar in scalar_variables(one)]
     ranges = dict.fromkeys([*names, "inputs.pace"], (Fraction(-10), Fraction(10)))
     variables = {one.name: one for one in (*SCOPE.variables.values(), *SCOPE.inputs.values())}
-    exact: dict[str, smt.Scalar] = {}
+    exact: dict[str, Scalar] = {}
     for name, variable in variables.items():
         value = ENV[name]
         parts = value if isinstance(value, tuple) else (value,)
@@ -95,8 +96,8 @@ def _decided_by_all(term: t.Term) -> set[bool]:
         holds(term, ENV),
         holds(lower(term), exact),
         closure.compile_condition(term, ranges)(raw),
-        session.ask_given(exact, term).result is smt.Result.SAT,
-        session.ask_given(exact, t.Not(term)).result is smt.Result.UNSAT,
+        session.ask_given(exact, term).result is Result.SAT,
+        session.ask_given(exact, t.Not(term)).result is Result.UNSAT,
     }
 
 

@@ -53,15 +53,16 @@ def test_a_generator_of_two_arguments_is_an_entry_point(ecm: Ecm, code: bytes) -
         # Code that is no Python stands here and not in the corpus, where it would trip linters.
         (
             b"def tidy(observed, inputs:\n    yield\n",
-            "`skills.py` is not Python (line 1): '(' was never closed",
+            "`skills.py` is not plain Python: line 1: '(' was never closed",
         ),
-        (b"def tidy(o, i):\nyield\n", "`skills.py` is not Python (line 2): expected an indented block"),
-        (b"x = '\xff'\n", "`skills.py` is not Python (line 1): (unicode error)"),
-        (b"\x00", "`skills.py` is not Python: source code string cannot contain null bytes"),
-        (b"(" * 5_000, "`skills.py` is not Python (line 1): too many nested parentheses"),
-        (b"# coding: nonsense\n", "`skills.py` is not Python"),
+        (b"def tidy(o, i):\nyield\n", "`skills.py` is not plain Python: line 2: expected an indented block"),
+        (b"x = '\xff'\n", "`skills.py` is not plain Python: byte 5 is not UTF-8"),
+        (b"\x00", "`skills.py` is not plain Python: source code string cannot contain null bytes"),
+        (b"(" * 5_000, "`skills.py` is not plain Python: line 1: too many nested parentheses"),
+        (b"# coding: nonsense\n", "`skills.py` is not plain Python: it declares an encoding"),
+        (b"\xef\xbb\xbfimport os\n", "`skills.py` is not plain Python: it begins with a byte order mark"),
     ],
-    ids=["bracket", "indent", "bytes", "NUL", "deep", "encoding"],
+    ids=["bracket", "indent", "bytes", "NUL", "deep", "encoding", "mark"],
 )
 def test_what_is_no_python_is_said_to_be_none(ecm: Ecm, code: bytes, said: str) -> None:
     assert (fault(ecm, code) or "").startswith(f"error[AE123] missing-entry-point: {said}")

@@ -1,0 +1,194 @@
+"""A drawing, which is nodes and labelled edges, as Mermaid, DOT or SVG.  Text is escaped, never markup."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from html import escape
+from typing import Literal
+
+import networkx as nx
+
+from aeros.spec.render import safe
+
+Shape = Literal["step", "state", "start", "goal", "stuck"]
+
+
+@dataclass(frozen=True)
+class Node:
+    """One node: the lines written in it and what it stands for."""
+
+    id: str
+    lines: tuple[str, ...]
+    shape: Shape = "step"
+
+
+@dataclass(frozen=True)
+class Edge:
+    """One arrow and what is written beside it; dashed for what happens on failure."""
+
+    source: str
+    target: str
+    label: str = ""
+    dashed: bool = False
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """Nodes in reading order, the first of which stands first, and edges between them."""
+
+    title: str
+    nodes: tuple[Node, ...]
+    edges: tuple[Edge, ...]
+
+
+def mermaid(drawing: Drawing) -> str:
+    """The drawing as a Mermaid flow chart."""
+    brackets = {
+        "step": ("[", "]"),
+        "state": ("(", ")"),
+        "start": ("([", "])"),
+        "goal": ("[[", "]]"),
+        "stuck": ("{{", "}}"),
+    }
+    rows = ["---", f"title: {json.dumps(drawing.title)}", "---", "flowchart TD"]
+    for node in drawing.nodes:
+        left, right = brackets[node.shape]
+        rows.append(f'  {node.id}{left}"{"<br/>".join(map(_entities, node.lines))}"{right}')
+    for edge in drawing.edges:
+        arrow = "-.->" if edge.dashed else "-->"
+        label = f'|"{_entities(edge.label)}"|' if edge.label else ""
+        rows.append(f"  {edge.source} {arrow}{label} {edge.target}")
+    return "\n".join(rows) + "\n"
+
+
+def _entities(text: str) -> str:
+    """Text inside a Mermaid string: everything that Mermaid or HTML could read becomes an entity."""
+    return "".join(one if one.isalnum() or one in " _.,:=→/+-" else f"#{ord(one)};" for one in safe(text))
+
+
+def dot(drawing: Drawing) -> str:
+    """The drawing in the language of Graphviz."""
+    styles = {
+        "step": "shape=box",
+        "state": "shape=box, style=rounded",
+        "start": "shape=box, style=rounded, penwidth=2",
+        "goal": "shape=box, peripheries=2",
+        "stuck": "shape=octagon",
+    }
+    rows = [f"digraph {_quoted([drawing.title])} {{", "  node [fontname=sans]; edge [fontname=sans];"]
+    rows += [f"  {node.id} [{styles[node.shape]}, label={_quoted(node.lines)}];" for node in drawing.nodes]
+    for edge in drawing.edges:
+        style = ", style=dashed" if edge.dashed else ""
+        rows.append(f"  {edge.source} -> {edge.target} [label={_quoted([edge.label])}{style}];")
+    return "\n".join([*rows, "}"]) + "\n"
+
+
+def _quoted(lines: Iterable[str]) -> str:
+    parts = (safe(line).replace("\\", "\\\\").replace('"', '\\"') for line in lines)
+    return '"' + r"\n".join(parts) + '"'
+
+
+_LINE, _GLYPH, _GAP_X, _GAP_Y, _PAD = 18, 7.3, 80, 70, 12
+_FILLS = {"step": "#fff", "state": "#fff", "start": "#e8f0fe", "goal": "#e6f4ea", "stuck": "#fce8e6"}
+
+
+@dataclass(frozen=True)
+class _Box:
+    """Where a node is drawn, in pixels: its centre and its size."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+
+
+def svg(drawing: Drawing) -> str:
+    """The drawing as an SVG image: layers from top to bottom, by distance from the first nodes."""
+    boxes, width, height = _layout(drawing)
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}"'
+        f' width="{width:.0f}" height="{height:.0f}" font-family="sans-serif" font-size="13">',
+        f"<title>{escape(safe(drawing.title))}</title>",
+        '<defs><marker id="head" viewBox="0 0 8 8" refX="8" refY="4" markerWidth="8" markerHeight="8"'
+        ' orient="auto"><path d="M0 0L8 4L0 8z" fill="#555"/></marker></defs>',
+        f'<rect width="{width:.0f}" height="{height:.0f}" fill="#fff"/>',
+    ]
+    parts += [_arrow(edge, boxes, width) for edge in drawing.edges]
+    parts += [_shape(node, boxes[node.id]) for node in drawing.nodes]
+    parts += [_label(edge, boxes, width) for edge in drawing.edges if edge.label]
+    return "\n".join([*parts, "</svg>"]) + "\n"
+
+
+def _layout(drawing: Drawing) -> tuple[dict[str, _Box], float, float]:
+    """A box for each node, and the size of the whole."""
+    graph: nx.DiGraph[str] = nx.DiGraph()
+    graph.add_nodes_from(node.id for node in drawing.nodes)
+    graph.add_edges_from((edge.source, edge.target) for edge in drawing.edges)
+    first = {node.id for node in drawing.nodes if node.shape == "start"} or {drawing.nodes[0].id}
+    layers = [list(layer) for layer in nx.bfs_layers(graph, sorted(first))]
+    reached = {name for layer in layers for name in layer}
+    layers += [[name] for name in graph if name not in reached]
+    lines = {node.id: node.lines for node in drawing.nodes}
+    sizes = {
+        name: (max(map(len, text)) * _GLYPH + 2 * _PAD, len(text) * _LINE + _PAD)
+        for name, text in lines.items()
+    }
+    widths = [sum(sizes[name][0] + _GAP_X for name in layer) for layer in layers]
+    whole, top = max(widths) + _GAP_X, float(_GAP_Y) / 2
+    boxes: dict[str, _Box] = {}
+    for layer, layer_width in zip(layers, widths, strict=True):
+        tallest = max(sizes[name][1] for name in layer)
+        left = (whole - layer_width + _GAP_X) / 2
+        for name in layer:
+            width, height = sizes[name]
+            boxes[name] = _Box(left + width / 2, top + tallest / 2, width, height)
+            left += width + _GAP_X
+        top += tallest + _GAP_Y
+    return boxes, whole, top
+
+
+def _way(edge: Edge, boxes: dict[str, _Box], width: float) -> tuple[str, float, float]:
+    """The path of an arrow, and where its label goes.
+
+    Down the layers it is a line; up, along a layer or back to itself a curve, at the nearer side.
+    """
+    a, b = boxes[edge.source], boxes[edge.target]
+    if b.y > a.y:
+        x0, y0, x1, y1 = a.x, a.y + a.height / 2, b.x, b.y - b.height / 2
+        return f"M{x0:.0f} {y0:.0f}L{x1:.0f} {y1:.0f}", (x0 + 2 * x1) / 3, (y0 + 2 * y1) / 3
+    side = -1 if a.x < width / 2 and edge.source != edge.target else 1
+    x0, x1 = a.x + side * a.width / 2, b.x + side * b.width / 2
+    y0, y1, bow = a.y - 8, b.y + 8, (max if side > 0 else min)(x0, x1) + side * _GAP_X * 0.8
+    curve = f"M{x0:.0f} {y0:.0f}C{bow:.0f} {y0:.0f} {bow:.0f} {y1:.0f} {x1:.0f} {y1:.0f}"
+    return curve, bow - side * _GAP_X / 4, (y0 + y1) / 2
+
+
+def _arrow(edge: Edge, boxes: dict[str, _Box], width: float) -> str:
+    path, _, _ = _way(edge, boxes, width)
+    dash = ' stroke-dasharray="5 4"' if edge.dashed else ""
+    return f'<path d="{path}" fill="none" stroke="#555"{dash} marker-end="url(#head)"/>'
+
+
+def _label(edge: Edge, boxes: dict[str, _Box], width: float) -> str:
+    _, x, y = _way(edge, boxes, width)
+    wide = len(safe(edge.label)) * _GLYPH
+    ground = f'<rect x="{x - wide / 2:.0f}" y="{y - 8:.0f}" width="{wide:.0f}" height="16" fill="#fff"/>'
+    return ground + _text(edge.label, x, y)
+
+
+def _shape(node: Node, box: _Box) -> str:
+    radius = 2 if node.shape == "step" else 12
+    left, top = box.x - box.width / 2, box.y - box.height / 2
+    rect = (
+        f'<rect x="{left:.0f}" y="{top:.0f}" width="{box.width:.0f}" height="{box.height:.0f}" rx="{radius}"'
+        f' fill="{_FILLS[node.shape]}" stroke="#222"/>'
+    )
+    middle = (len(node.lines) - 1) / 2
+    lines = (_text(line, box.x, box.y + (i - middle) * _LINE) for i, line in enumerate(node.lines))
+    return rect + "".join(lines)
+
+
+def _text(text: str, x: float, y: float) -> str:
+    return f'<text x="{x:.0f}" y="{y + 4:.0f}" text-anchor="middle" fill="#111">{escape(safe(text))}</text>'

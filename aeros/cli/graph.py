@@ -1,0 +1,156 @@
+"""`aeros graph`: draws a task's planning rules, or everything its closed loop can come to."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from aeros.cli.arguments import existing_path
+from aeros.cli.drawing import Drawing, Edge, Node, dot, mermaid, svg
+from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.spec.closed_loop.exploration import Exploration, NotExploredError, explore
+from aeros.spec.closed_loop.transition_system import Node as LoopNode
+from aeros.spec.diagnostics import Diagnostics, did_you_mean
+from aeros.spec.loading import load_ecm, load_site, module_folders, reference_site
+from aeros.spec.model import Ecm, PlanningRule, Site, Task
+from aeros.spec.render import safe
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+LARGEST = 400
+"""Nodes of a drawing at most; more than that nobody reads."""
+
+_FORMATS = {"mermaid": mermaid, "dot": dot, "svg": svg}
+_EXAMPLES = """\
+rules: the planning rules in order, each with what it is left out for, its retries and its recovery.
+closed-loop: the states that the agent may measure when it plans or runs a step, and every declared
+outcome between them, as `aeros verify` explores them.  Dashed: a failure.
+
+examples:
+  aeros graph ecms/make_dumplings                                     for a Markdown page
+  aeros graph ecms/make_dumplings --format svg > rules.svg
+  aeros graph ecms/make_dumplings --what closed-loop --format dot | dot -Tpdf > loop.pdf
+"""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = commands.add_parser(
+        "graph",
+        description=__doc__,
+        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("module", type=existing_path, metavar="MODULE", help="the module")
+    parser.add_argument("--task", help="the task (default: the module's first)")
+    parser.add_argument(
+        "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
+    )
+    parser.add_argument("--what", choices=("rules", "closed-loop"), default="rules", help="default: rules")
+    parser.add_argument("--format", choices=tuple(_FORMATS), default="mermaid", help="default: mermaid")
+    parser.set_defaults(command=_command)
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    ecm, site = _read(arguments.module, arguments.site or reference_site())
+    name: str = arguments.task or next(iter(ecm.tasks), "")
+    if name not in ecm.tasks:
+        near = did_you_mean(name, ecm.tasks)
+        hint = f"; did you mean `{near}`?" if near else ""
+        print(f"aeros: `{ecm.id}` has no task{name and f' `{safe(name)}`'}{hint}", file=sys.stderr)
+        return Exit.USAGE
+    task = ecm.tasks[name]
+    drawing = rules_drawing(ecm, task)
+    if arguments.what == "closed-loop":
+        try:
+            drawing = closed_loop_drawing(ecm, explore(ecm, task, site))
+        except NotExploredError as why:
+            print(f"aeros: the closed loop of `{name}` cannot be drawn: {why}", file=sys.stderr)
+            return Exit.REJECTED
+    print(_FORMATS[arguments.format](drawing), end="")
+    return Exit.PROVED
+
+
+def _read(path: Path, site_path: Path) -> tuple[Ecm, Site]:
+    """The first module at `path`; raises `UserError` with everything that stands in its way."""
+    sink = Diagnostics()
+    site = load_site(site_path, sink)
+    folders = module_folders(path, sink)
+    loaded = load_ecm(folders[0], site, sink) if site is not None and folders else None
+    sink.raise_if_errors()
+    assert site is not None and loaded is not None  # noqa: S101, PT018 - otherwise an error was reported
+    return loaded.ecm, site
+
+
+def rules_drawing(ecm: Ecm, task: Task) -> Drawing:
+    """The rules in the order in which the planner reads them, from start to goal."""
+    nodes = [Node("start", (task.id,), "start")]
+    edges = []
+    for index, rule in enumerate(task.rules):
+        step = f"step{index}"
+        nodes.append(Node(step, (f"{index + 1}. {rule.skill}", *_told(rule))))
+        edges.append(Edge("start" if index == 0 else f"step{index - 1}", step))
+        if rule.on_failure is not None:
+            recovery = f"recovery{index}"
+            nodes.append(Node(recovery, (rule.on_failure,), "state"))
+            edges.append(Edge(step, recovery, "on failure", dashed=True))
+            edges.append(Edge(recovery, step, "try again", dashed=True))
+        elif rule.retry:
+            edges.append(Edge(step, step, "try again", dashed=True))
+    nodes.append(Node("goal", (f"goal: {task.goal_text}",), "goal"))
+    edges.append(Edge(f"step{len(task.rules) - 1}", "goal"))
+    return Drawing(f"{ecm.id}: planning rules of {task.id}", tuple(nodes), tuple(edges))
+
+
+def _told(rule: PlanningRule) -> Iterator[str]:
+    yield f"unless {rule.text}"
+    if rule.retry:
+        yield f"at most {rule.retry + 1} tries"
+
+
+def closed_loop_drawing(ecm: Ecm, explored: Exploration) -> Drawing:
+    """Every node at which the loop plans, tries or recovers, and what leads from one to another.
+
+    Raises `NotExploredError` where there are more than `LARGEST`.
+    """
+    if len(explored.graph) > LARGEST:
+        raise NotExploredError(f"it has {len(explored.graph)} nodes, and nobody reads more than {LARGEST}")
+    names = {node: f"n{index}" for index, node in enumerate(explored.graph)}
+    stuck = set(explored.without_way_to_goal())
+    nodes, edges = [], []
+    for node, name in names.items():
+        nodes.append(_loop_node(explored, node, name, stuck=node in stuck))
+        for move in explored.system.moves(node):
+            failed = move.role in ("step", "retry") and move.target.phase in ("plan", "recover")
+            edges.append(Edge(name, names[move.target], move.said, dashed=failed))
+    return Drawing(
+        f"{ecm.id}: closed loop of {explored.system.task.id}", tuple(nodes), tuple(dict.fromkeys(edges))
+    )
+
+
+def _loop_node(explored: Exploration, node: LoopNode, name: str, *, stuck: bool) -> Node:
+    task = explored.system.task
+    if node.phase == "reached":
+        return Node(name, (f"goal: {task.goal_text}", *_measured(explored, node)), "goal")
+    doing: str = node.phase
+    if node.remaining:
+        rule = task.rules[node.remaining[0]]
+        recovery = rule.on_failure or "trying again"
+        doing = f"try {rule.skill}" if node.phase == "try" else f"recover by {recovery}"
+        doing += f" (try {node.tries + 1})" if node.tries else ""
+    elif node.phase == "try":
+        doing = "plan exhausted"
+    lines = (doing, *_measured(explored, node))
+    if stuck or node.phase == "rejected":
+        return Node(name, lines, "stuck")
+    return Node(name, lines, "state" if node in explored.came_from else "start")
+
+
+def _measured(explored: Exploration, node: LoopNode) -> list[str]:
+    """What holds in the state of `node`; what it does not name is false."""
+    values = zip(explored.system.names, node.state, strict=True)
+    return [name if value is True else f"{name} = {value}" for name, value in values if value is not False]

@@ -1,0 +1,1 @@
+"""What `aeros verify` found, in the formats that people, programs and CI services read."""

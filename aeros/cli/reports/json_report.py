@@ -1,0 +1,51 @@
+"""The report as JSON for programs: exactly what `aeros schema report` describes."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, Final
+
+from aeros.cli.reports.result import Result
+from aeros.spec.render import render_json
+from aeros.spec.verify import SubjectReport
+
+SCHEMA: Final = "aeros/report/1"
+"""Changes when a program that reads reports would have to."""
+
+
+def as_json(result: Result) -> str:
+    """The report as ASCII text, whatever the files hold."""
+    data: dict[str, Any] = {
+        "schema": SCHEMA,
+        "conclusion": result.report.conclusion.value,
+        "site": _subject(result.report.site),
+        "modules": [_subject(module) for module in result.report.modules],
+        "certificates": [render_json(problem.diagnostic) for problem in result.certificates],
+    }
+    if result.report.configuration is not None:
+        data["configuration"] = _subject(result.report.configuration)
+    return json.dumps(data, indent=1, ensure_ascii=True)
+
+
+def _subject(subject: SubjectReport) -> dict[str, Any]:
+    verdicts: list[dict[str, Any]] = [
+        {"id": one.id, "verdict": one.verdict.value, "guarded": False} for one in subject.settled
+    ]
+    for finding in subject.findings:
+        verdict: dict[str, Any] = {
+            "id": finding.obligation.id,
+            "verdict": finding.verdict.value,
+            "guarded": finding.guarded,
+        }
+        if finding.witness is not None:
+            verdict["witness"] = finding.witness.lines()
+        if finding.boundary:
+            verdict["boundary"] = finding.boundary
+        verdicts.append(verdict)
+    return {
+        "name": subject.name,
+        "path": str(subject.path),
+        "conclusion": subject.conclusion.value,
+        "obligations": verdicts,
+        "diagnostics": [render_json(problem) for problem in subject.diagnostics],
+    }

@@ -1,0 +1,34 @@
+"""The report for a person at a terminal: every diagnostic, then a line for each subject."""
+
+from __future__ import annotations
+
+from aeros.cli.reports.result import Result
+from aeros.spec.render import render_text, safe
+from aeros.spec.verify import Conclusion, SubjectReport
+
+
+def as_text(result: Result, *, colour: bool = False) -> str:
+    """The report as lines; none of them holds a character that could fool a terminal."""
+    parts = [render_text(problem.diagnostic, colour=colour) for problem in result.problems]
+    width = max(len(safe(subject.name)) for subject in result.subjects)
+    lines = [_summary(subject, width) for subject in result.subjects if subject.name]
+    return "\n".join([*(part.rstrip("\n") + "\n" for part in parts), *lines, *_boundaries(result)])
+
+
+def _boundaries(result: Result) -> list[str]:
+    """A line for each rule that the gate decides of a proved module, and for each way it then reads."""
+    proved = (subject for subject in result.subjects if subject.conclusion is Conclusion.PROVED)
+    pairs = dict.fromkeys(pair for subject in proved for pair in subject.boundaries)
+    shown = [(safe(rule), safe(boundary)) for rule, boundary in pairs]
+    width = max((len(rule) for rule, _ in shown), default=0)
+    lines = [f"  {rule:{width}}  {boundary}" for rule, boundary in shown]
+    return ["", "the gate allows while", *lines] if lines else []
+
+
+def _summary(subject: SubjectReport, width: int) -> str:
+    name, conclusion = safe(subject.name), subject.conclusion.value
+    line = f"{name:{width}}  {conclusion:9}  {subject.obligation_count:4} obligations"
+    if subject.conclusion is Conclusion.PROVED and subject.guarded:
+        rules = dict.fromkeys(finding.obligation.guard for finding in subject.guarded)
+        line += f", {len(subject.guarded)} guarded: the gate decides {', '.join(map(str, rules))}"
+    return line

@@ -1,0 +1,98 @@
+"""Questions about terms, each put to the solver once, in a context of its own.
+
+So an answer depends on the question alone, and on nothing that was asked before.  Modules repeat
+themselves: skills share envelopes, and most of a run asks what another run has asked.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+from aeros.spec.backends.answers import Answer
+from aeros.spec.backends.budget import DEFAULT_RLIMIT
+from aeros.spec.backends.store import Store
+from aeros.spec.expr import terms as t
+
+_SPEC = Path(__file__).parents[1]
+
+
+class Oracle:
+    """Answers questions under one budget, from memory, from a store, or by asking Z3.
+
+    rlimit: the solver's budget for one question.
+    store: answers of earlier runs; None to ask everything.
+    """
+
+    def __init__(self, rlimit: int = DEFAULT_RLIMIT, store: Store | None = None) -> None:
+        self.rlimit = rlimit
+        self._store = store
+        self._known: dict[str, Answer] = {}
+        self._new: dict[str, Answer] = {}
+
+    def ask(
+        self,
+        variables: Sequence[t.Variable],
+        ranges: Mapping[str, tuple[Fraction, Fraction]],
+        terms: Sequence[t.Term],
+    ) -> Answer:
+        """Whether all `terms` can hold together.
+
+        variables: every free variable of the terms.
+        ranges: closed range in SI of each real scalar variable.
+        """
+        key = self._key(variables, ranges, terms)
+        answer = self._known.get(key)
+        if answer is None and self._store is not None:
+            answer = self._store.get(key)
+        if answer is None:
+            answer = self._new[key] = self._solve(variables, ranges, terms)
+        self._known[key] = answer
+        return answer
+
+    def hurried(self, times: int) -> Oracle:
+        """One with the same memory and store, which gives up after a part of the budget."""
+        other = Oracle(max(self.rlimit // times, 1), self._store)
+        other._known, other._new = self._known, self._new
+        return other
+
+    def keep(self) -> None:
+        """Put what had to be asked into the store."""
+        if self._store is not None and self._new:
+            self._store.put(self._new)
+            self._new = {}
+
+    def _solve(
+        self,
+        variables: Sequence[t.Variable],
+        ranges: Mapping[str, tuple[Fraction, Fraction]],
+        terms: Sequence[t.Term],
+    ) -> Answer:
+        # z3 takes 80 ms to import, which a run that finds every answer need not pay.
+        from aeros.spec.backends.smt import Session
+
+        return Session(variables, ranges, self.rlimit).ask(*terms)
+
+    def _key(
+        self,
+        variables: Sequence[t.Variable],
+        ranges: Mapping[str, tuple[Fraction, Fraction]],
+        terms: Sequence[t.Term],
+    ) -> str:
+        bounds = [(name, str(low), str(high)) for name, (low, high) in ranges.items()]
+        question = repr((_asked_by(), self.rlimit, tuple(variables), bounds, tuple(terms)))
+        return hashlib.sha256(question.encode()).hexdigest()
+
+
+@cache
+def _asked_by() -> str:
+    """Digest of the solver's version and of the code that gives terms their meaning."""
+    digest = hashlib.sha256(version("z3-solver").encode())
+    for folder in ("backends", "expr"):
+        for path in sorted((_SPEC / folder).glob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,85 @@
+"""Everything that can be reached in a task's closed loop, breadth first, so that traces are shortest."""
+
+from __future__ import annotations
+
+import itertools
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import networkx as nx
+
+from aeros.spec.closed_loop.invocation import State
+from aeros.spec.closed_loop.transition_system import Node, TransitionSystem
+from aeros.spec.closed_loop.transition_system import NotExploredError as NotExploredError
+from aeros.spec.model import Ecm, Site, Task
+
+MAX_STARTS = 4096
+MAX_NODES = 200_000
+
+
+@dataclass
+class Exploration:
+    """The reachable part of a transition system.
+
+    graph: nodes in breadth-first order, so that what comes first is nearest to a start; edges are the
+        moves that have any probability.
+    came_from: of each node but the starts, the node before it on a shortest way, and what happened.
+    """
+
+    system: TransitionSystem
+    graph: nx.DiGraph[Node] = field(default_factory=nx.DiGraph)
+    came_from: dict[Node, tuple[Node, str]] = field(default_factory=dict)
+
+    def without_way_to_goal(self) -> Iterator[Node]:
+        """Every node at which a plan is due, and from which no path of outcomes reaches the goal."""
+        pending = [node for node in self.graph if node.phase == "reached"]
+        hopeful = set(pending)
+        while pending:
+            before = set(self.graph.predecessors(pending.pop())) - hopeful
+            hopeful |= before
+            pending += before
+        return (node for node in self.graph if node.phase == "plan" and node not in hopeful)
+
+    def trace(self, node: Node) -> str:
+        """A shortest way from a start to `node`, for people."""
+        told = [f"then {self.shown(node.state)}"]
+        while node in self.came_from:
+            node, said = self.came_from[node]
+            told += [said] if said else []
+        return "\n".join(["for example:", f"start with {self.shown(node.state)}", *reversed(told)])
+
+    def shown(self, state: State) -> str:
+        """The values of `state`, as a manifest writes them."""
+        values = zip(self.system.names, state, strict=True)
+        return ", ".join(f"{name} = {str(value).lower()}" for name, value in values)
+
+
+def explore(ecm: Ecm, task: Task, site: Site) -> Exploration:
+    """Everything that can be reached from the starts of `task`; raises `NotExploredError`.
+
+    Starts are the states that agree with `initial`; a predicate it does not name may have any value.
+    """
+    system = TransitionSystem(ecm, task, site)
+    domains = (
+        (task.initial[name],) if name in task.initial else domain
+        for name, domain in zip(system.names, system.domains, strict=True)
+    )
+    starts = [*itertools.islice(itertools.product(*domains), MAX_STARTS + 1)]
+    if len(starts) > MAX_STARTS:
+        raise NotExploredError("it has too many states to start from")
+    found = Exploration(system)
+    pending = deque(Node("plan", start) for start in starts)
+    found.graph.add_nodes_from(pending)
+    while pending:
+        node = pending.popleft()
+        for move in system.moves(node):
+            if move.target not in found.graph:
+                if len(found.graph) >= MAX_NODES:
+                    raise NotExploredError("it has too many states")
+                found.graph.add_node(move.target)
+                found.came_from[move.target] = (node, move.said)
+                pending.append(move.target)
+            if move.probability:
+                found.graph.add_edge(node, move.target)
+    return found

@@ -1,0 +1,78 @@
+"""A skill as the agent's loop sees it: where it can start, and which outcome is measured after it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
+from aeros.spec.closed_loop.chances import shares_of
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.semantics import holds
+from aeros.spec.model import Outcome, Skill
+
+State = tuple[Any, ...]
+"""A value for each predicate of a task, in the order of `TransitionSystem.names`."""
+
+
+class Condition:
+    """A term over predicates and constant inputs, decided once for all states that agree on what it reads."""
+
+    def __init__(self, term: t.Term, names: tuple[str, ...], inputs: Mapping[str, Any] | None = None) -> None:
+        used = t.variables_of(term)
+        self._term = term
+        self._places = [(place, name) for place, name in enumerate(names) if name in used]
+        self._inputs = inputs or {}
+        self._decided: dict[State, bool] = {}
+
+    def __call__(self, state: State) -> bool:
+        """Whether it is measured as true in `state`."""
+        values = tuple(state[place] for place, _ in self._places)
+        if values not in self._decided:
+            read = {name: state[place] for place, name in self._places}
+            self._decided[values] = holds(self._term, {**self._inputs, **read})
+        return self._decided[values]
+
+
+class Invocation:
+    """A skill with its inputs, constant in a task.
+
+    An outcome is what is *measured*, as in the agent's supervisor: where more effects are measured than
+    those that happened, or a success's that are as many, then that outcome is what the step counts as.
+    """
+
+    def __init__(self, skill: Skill, inputs: Mapping[str, Any], names: tuple[str, ...]) -> None:
+        bound = {declared.name: inputs.get(name, declared.default) for name, declared in skill.inputs.items()}
+        clause = skill.precondition
+        self.name = skill.id
+        self._precondition = None if clause is None else Condition(clause.term, names, bound)
+        self._outcomes = [
+            (outcome, share, [(names.index(name), value) for name, value in outcome.effects.items()])
+            for outcome, share in shares_of(skill.outcomes.values())
+        ]
+
+    def can_start(self, state: State) -> bool:
+        """Whether its precondition is measured as true."""
+        return self._precondition is None or self._precondition(state)
+
+    def after(self, state: State) -> list[tuple[State, Outcome, Fraction]]:
+        """Each state after it, the outcome measured there and its probability.
+
+        An outcome is left out where it declares the probability 0, not where others leave it none.
+        """
+        found = []
+        for outcome, share, effects in self._outcomes:
+            if outcome.probability != 0:
+                changed = list(state)
+                for place, value in effects:
+                    changed[place] = value
+                found.append((tuple(changed), self._measured(changed), share))
+        return found
+
+    def _measured(self, values: list[Any]) -> Outcome:
+        matching = [
+            outcome
+            for outcome, _, effects in self._outcomes
+            if all(values[place] == value for place, value in effects)
+        ]
+        return max(matching, key=lambda one: (len(one.effects), not one.failure))

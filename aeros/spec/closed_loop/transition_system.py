@@ -1,0 +1,193 @@
+"""The agent's loop on one task as a finite transition system over the task's predicates.
+
+Mirrors rules 1 to 6 of `aeros.agent.pursuit` for the planner that plans by the task's rules, as the
+differential tests compare; each move of the system is a line of that loop.
+
+Assumes: effects of an outcome happen, nothing else changes, and every predicate is measured in time
+(the supervisor records a broken assumption where that is not so); no submission is refused, denied or
+halted, so every recovery is repeatable and no request is denied twice.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, Final, Literal
+
+import networkx as nx
+
+from aeros.spec.closed_loop.invocation import Condition, Invocation, State
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import BoolType, EnumType
+from aeros.spec.model import Ecm, PlanningRule, Site, Task
+
+MOST_STEPS: Final = 100
+"""The most steps of a plan that the agent accepts; `aeros.agent.graph` has the same."""
+
+
+class NotExploredError(Exception):
+    """The loop has no finite, or too large a state space; the message says which."""
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """Where the loop is.
+
+    phase: `plan` (about to plan), `try` or `recover` (of the first step of `remaining`), `reached` (the
+        goal is measured), or `rejected` (no plan is accepted here, and another would be the same).
+    remaining: the rules, by index, still to be run of the current plan.
+    tries: of the current step that failed so far.
+    """
+
+    phase: Literal["plan", "try", "recover", "reached", "rejected"]
+    state: State
+    remaining: tuple[int, ...] = ()
+    tries: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """One way on from a node.
+
+    role: of the skill that is submitted, as in the agent's report; None where none is.
+    said: that skill and the outcome that is measured then.
+    """
+
+    target: Node
+    probability: Fraction = Fraction(1)
+    role: Literal["step", "retry", "recovery"] | None = None
+    said: str = ""
+
+
+class TransitionSystem:
+    """The loop of one task; raises `NotExploredError` where it is not over finitely many states.
+
+    names: its predicates, every state variable that the loop depends on, in the order of every state.
+    domains: the values that each of them can have.
+    """
+
+    def __init__(self, ecm: Ecm, task: Task, site: Site) -> None:
+        self.task = task
+        self.names = _predicates(ecm, task)
+        self.domains = [_domain(site, name) for name in self.names]
+        self._skills = ecm.skills
+        self._most_retries = site.limits.retries
+        self._goal = self.condition(task.goal)
+        self._unless = [self.condition(rule.unless) for rule in task.rules]
+        self._steps = [Invocation(ecm.skills[rule.skill], rule.inputs, self.names) for rule in task.rules]
+        self._recoveries = [
+            None if rule.on_failure is None else Invocation(ecm.skills[rule.on_failure], {}, self.names)
+            for rule in task.rules
+        ]
+        self._rejections: dict[tuple[int, ...], str | None] = {}
+
+    def condition(self, term: t.Term) -> Condition:
+        """`term` as a condition on the states of this system."""
+        return Condition(term, self.names)
+
+    def hindered(self, node: Node) -> PlanningRule | None:
+        """The rule whose step comes to its first try at `node` where its precondition does not hold."""
+        if node.phase != "try" or node.tries or not node.remaining or self._goal(node.state):
+            return None
+        index = node.remaining[0]
+        if self._unless[index](node.state) or self._steps[index].can_start(node.state):
+            return None
+        return self.task.rules[index]
+
+    def moves(self, node: Node) -> list[Move]:
+        """Every way on from `node`; none where the loop has ended."""
+        if node.phase in ("reached", "rejected"):
+            return []
+        if self._goal(node.state):
+            return [Move(Node("reached", node.state))]
+        if node.phase == "plan":
+            return [Move(self._planned(node.state))]
+        if not node.remaining:
+            return [Move(Node("plan", node.state))]
+        if self._unless[node.remaining[0]](node.state):
+            return [Move(Node("try", node.state, node.remaining[1:]))]
+        return self._recover(node) if node.phase == "recover" else self._try(node)
+
+    def rejection(self, plan: tuple[int, ...]) -> str | None:
+        """Why the agent rejects the plan of these rules, if it does."""
+        if plan not in self._rejections:
+            self._rejections[plan] = self._rejection([self.task.rules[index] for index in plan])
+        return self._rejections[plan]
+
+    def plan(self, state: State) -> tuple[int, ...]:
+        """The rules of the plan that is made in `state`."""
+        return tuple(index for index, unless in enumerate(self._unless) if not unless(state))
+
+    def _planned(self, state: State) -> Node:
+        plan = self.plan(state)
+        return Node("rejected", state) if self.rejection(plan) else Node("try", state, plan)
+
+    def _rejection(self, rules: list[PlanningRule]) -> str | None:
+        if not rules:
+            return "no rule applies, so the plan is empty"
+        if len(rules) > MOST_STEPS:
+            return f"the plan has {len(rules)} steps; at most {MOST_STEPS} are allowed"
+        if any(rule.retry > self._most_retries for rule in rules):
+            return f"a step has more than the {self._most_retries} retries that this site allows"
+        recovered = [(rule.skill, rule.on_failure) for rule in rules if rule.on_failure is not None]
+        for _, recovery in recovered:
+            if any(declared.default is None for declared in self._skills[recovery].inputs.values()):
+                return f"`{recovery}` runs with default inputs after a failure, and it has an input without"
+        if not nx.is_directed_acyclic_graph(nx.DiGraph(recovered)):
+            return "`on_failure` goes round in a circle"
+        return None
+
+    def _try(self, node: Node) -> list[Move]:
+        index, rest = node.remaining[0], node.remaining[1:]
+        step = self._steps[index]
+        if not step.can_start(node.state):
+            return [Move(Node("plan", node.state))]
+        last = node.tries >= self.task.rules[index].retry
+        found = []
+        for state, outcome, probability in step.after(node.state):
+            if not outcome.failure or (last and self._unless[index](state)):
+                target = Node("try", state, rest)
+            elif last:
+                target = Node("plan", state)
+            else:
+                target = Node("recover", state, node.remaining, node.tries + 1)
+            said = f"{step.name} → {outcome.id}"
+            found.append(Move(target, probability, "retry" if node.tries else "step", said))
+        return found
+
+    def _recover(self, node: Node) -> list[Move]:
+        """`on_failure`, which does no harm by not starting; then the next try."""
+        recovery = self._recoveries[node.remaining[0]]
+        if recovery is None or not recovery.can_start(node.state):
+            return [Move(Node("try", node.state, node.remaining, node.tries))]
+        return [
+            Move(
+                Node("try", state, node.remaining, node.tries),
+                probability,
+                "recovery",
+                f"{recovery.name} → {outcome.id}",
+            )
+            for state, outcome, probability in recovery.after(node.state)
+        ]
+
+
+def _predicates(ecm: Ecm, task: Task) -> tuple[str, ...]:
+    """Every state variable that the task's goal, rules and invariants, or their skills speak of."""
+    used = {rule.skill for rule in task.rules} | {rule.on_failure for rule in task.rules if rule.on_failure}
+    skills = [ecm.skills[name] for name in sorted(used)]
+    conditions = [task.goal, *(rule.unless for rule in task.rules), *(one.term for one in task.invariants)]
+    conditions += [skill.precondition.term for skill in skills if skill.precondition is not None]
+    variables = {name: one for term in conditions for name, one in t.variables_of(term).items()}
+    names = {name for name, one in variables.items() if one.role is t.Role.STATE}
+    names |= {name for skill in skills for outcome in skill.outcomes.values() for name in outcome.effects}
+    return tuple(sorted(names))
+
+
+def _domain(site: Site, name: str) -> tuple[Any, ...]:
+    match site.state[name].variable.type:
+        case BoolType():
+            return (False, True)
+        case EnumType(members=members):
+            return members
+        case _:
+            raise NotExploredError(f"it depends on `{name}`, which is no predicate")

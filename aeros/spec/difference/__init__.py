@@ -1,0 +1,1 @@
+"""What a change of modules or of a site newly allows and newly denies."""

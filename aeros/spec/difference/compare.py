@@ -1,0 +1,91 @@
+"""Paths → difference: reads both sides, pairs what belongs together, compares.  What `aeros diff` does.
+
+Neither side is verified: what is compared is what the gate would allow, which is what Φ allows too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from aeros.spec.backends.budget import DEFAULT_RLIMIT
+from aeros.spec.diagnostics import Diagnostic, Diagnostics, Label
+from aeros.spec.difference.change import Change, Relation
+from aeros.spec.difference.modules import module_changes
+from aeros.spec.difference.sites import site_changes
+from aeros.spec.loading import MANIFEST, load_ecm, load_site, module_folders
+from aeros.spec.model import Ecm, Site
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Everything that differs, and why a side could not be read, in which case nothing is compared."""
+
+    changes: tuple[Change, ...] = ()
+    problems: tuple[Diagnostic, ...] = ()
+
+    @property
+    def allows_more(self) -> bool:
+        """Whether anything is newly allowed."""
+        return any(
+            change.relation.allows_more or Relation.NEWLY_ALLOWED.value in change.witnesses
+            for change in self.changes
+        )
+
+    @property
+    def undecided(self) -> bool:
+        """Whether anything could not be compared or decided."""
+        open_ = (Relation.UNDECIDED, Relation.NOT_COMPARABLE)
+        return any(change.relation in open_ for change in self.changes)
+
+
+def is_site(path: Path) -> bool:
+    """Whether `path` is meant as a site file: any file that is not a manifest."""
+    return path.is_file() and path.name != MANIFEST
+
+
+def compare(old: Path, new: Path, site_path: Path, rlimit: int = DEFAULT_RLIMIT) -> Difference:
+    """What going from `old` to `new` newly allows and denies: both site files, or both of modules.
+
+    site_path: the site under which modules are compared; unused for sites.
+    """
+    sink = Diagnostics()
+    if is_site(new):
+        before, after = load_site(old, sink), load_site(new, sink)
+        if before is None or after is None:
+            return Difference(problems=tuple(sink))
+        return Difference(tuple(site_changes(before, after, rlimit)), tuple(sink))
+    site = load_site(site_path, sink)
+    modules = [] if site is None else [_modules(path, site, sink) for path in (old, new)]
+    if site is None or sink.has_errors:
+        return Difference(problems=tuple(sink))
+    return Difference(tuple(_compare_modules(modules[0], modules[1], site, rlimit)), tuple(sink))
+
+
+def _modules(path: Path, site: Site, sink: Diagnostics) -> dict[str, Ecm]:
+    """The modules at or below `path` by id."""
+    found: dict[str, Ecm] = {}
+    for folder in module_folders(path, sink):
+        problems = Diagnostics()
+        loaded = load_ecm(folder, site, problems)
+        for problem in problems:
+            sink.report(problem)
+        if loaded is None:
+            continue
+        ecm = loaded.ecm
+        if ecm.id in found:
+            first = (Label(found[ecm.id].span, "first here"),)
+            sink.error("AE120", f"two modules are called `{ecm.id}`", ecm.span, secondary=first)
+        found[ecm.id] = ecm
+    return found
+
+
+def _compare_modules(old: dict[str, Ecm], new: dict[str, Ecm], site: Site, rlimit: int) -> Iterator[Change]:
+    """Modules are paired by id; a single one on either side is meant as the same module."""
+    if len(old) == len(new) == 1:
+        ((before,), (after,)) = (old.values(), new.values())
+        yield from module_changes(after.id, before, after, site, rlimit)
+        return
+    for name in dict.fromkeys([*old, *new]):
+        yield from module_changes(name, old.get(name), new.get(name), site, rlimit)

@@ -1,0 +1,139 @@
+"""Two versions of a module under one site: what each skill may ask for and is then allowed.
+
+For each skill and action kind the set compared is envelope and permission and Φ, and nothing where
+the gate's finite layers (overrides, access, risk) deny the kind whatever its parameters are.  Quotas,
+the age of measurements and attenuation are the site's and so the same on both sides.  Not compared:
+tasks and compositions, which only choose among what skills may do, and skill code.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from aeros.spec.difference.change import (
+    Change,
+    Relation,
+    bounds_relation,
+    finite,
+    listed_change,
+    sets_relation,
+)
+from aeros.spec.difference.sets import Condition, Side, compare_sets
+from aeros.spec.expr import terms as t
+from aeros.spec.model import ActionKind, Ecm, Site, Skill
+from aeros.spec.units import show_number
+
+ACCESS = ("actuators", "sensors", "channels", "compute")
+
+
+@dataclass(frozen=True)
+class _Asking:
+    """A skill of one version of a module; either may be missing."""
+
+    ecm: Ecm | None
+    skill: Skill | None
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        return tuple(self.skill.envelope) if self.skill else ()
+
+
+def module_changes(
+    module: str, old: Ecm | None, new: Ecm | None, site: Site, rlimit: int
+) -> Iterator[Change]:
+    """Every subject of either version of `module`, and how it changed; None where there is none."""
+    names = dict.fromkeys([*(old.skills if old else ()), *(new.skills if new else ())])
+    for name in names:
+        before, after = (_Asking(ecm, ecm.skills.get(name) if ecm else None) for ecm in (old, new))
+        for kind in dict.fromkeys([*before.kinds, *after.kinds]):
+            yield compare_sets(
+                f"{module}/{name}/{kind}",
+                f"a `{kind}` of `{name}`",
+                _allowed(before, site, site.kinds[kind]),
+                _allowed(after, site, site.kinds[kind]),
+                rlimit,
+            )
+        if before.skill is not None and after.skill is not None:
+            yield from _skill_changes(f"{module}/{name}", before.skill, after.skill, site, rlimit)
+    if old is not None and new is not None:
+        yield from _module_changes(old, new)
+
+
+def _allowed(asking: _Asking, site: Site, kind: ActionKind) -> Side:
+    """Every state, input and action of `kind` that the skill may ask for and the gate allows as asked."""
+    ecm, skill = asking.ecm, asking.skill
+    if ecm is None or skill is None:
+        return Side((), (Condition(t.FALSE, None),), ecm.span if ecm else None)
+    declared = (*site.state.values(), *kind.parameters.values(), *skill.inputs.values())
+    clause, permitted = skill.envelope.get(kind.name), ecm.permission.get(kind.name)
+    if clause is None:
+        return Side(declared, (Condition(t.FALSE, skill.span),), skill.span)
+    conditions = [Condition(clause.term, clause.span)]
+    if permitted is None:
+        conditions.append(Condition(t.FALSE, ecm.access_span))
+    else:
+        conditions.append(Condition(permitted.term, permitted.span))
+    if _denied_whatever_it_is(ecm, site, skill, kind):
+        conditions.append(Condition(t.FALSE, skill.span))
+    conditions += [Condition(rule.terms[kind.name], rule.require_span) for rule in site.rules_on(kind.name)]
+    return Side(declared, tuple(conditions), clause.span)
+
+
+def _denied_whatever_it_is(ecm: Ecm, site: Site, skill: Skill, kind: ActionKind) -> bool:
+    """Whether overrides, access or risk deny every action of the kind, as the gate's finite layers do."""
+    usable = skill.actuators & ecm.access.actuators & site.access_of(ecm.id).actuators
+    blocked = any(block.matches(ecm.id, skill.id, kind.name) for block in site.blocks)
+    return blocked or not kind.actuators <= usable or not kind.risk <= skill.risk <= site.risk_ceiling
+
+
+def _skill_changes(subject: str, old: Skill, new: Skill, site: Site, rlimit: int) -> Iterator[Change]:
+    yield compare_sets(
+        f"{subject}/precondition",
+        f"a start of `{new.id}`",
+        _startable(old, site),
+        _startable(new, site),
+        rlimit,
+    )
+    risk = bounds_relation(new.risk > old.risk, new.risk < old.risk)
+    words = (old.risk.name.lower(), new.risk.name.lower())
+    yield finite(
+        f"{subject}/risk",
+        risk,
+        f"the risk of `{new.id}` was {words[0]} and is {words[1]}",
+        old.risk_span,
+        new.risk_span,
+    )
+    yield finite(
+        f"{subject}/timeout",
+        bounds_relation(new.timeout > old.timeout, new.timeout < old.timeout),
+        f"the time-out of `{new.id}` was {show_number(old.timeout)} s and is {show_number(new.timeout)} s",
+        old.span,
+        new.span,
+    )
+    for what in ("actuators", "resources"):
+        before, after = getattr(old, what), getattr(new, what)
+        headline = listed_change(f"{what} of `{new.id}`", before, after)
+        yield finite(f"{subject}/{what}", sets_relation(before, after), headline, old.span, new.span)
+    if set(old.gated) != set(new.gated):
+        headline = listed_change(f"`{new.id}` leaves invariants to the gate", set(old.gated), set(new.gated))
+        spans = [next(iter(skill.gated.values()), skill.span) for skill in (old, new)]
+        yield finite(f"{subject}/gated", Relation.OTHERWISE, headline, *spans)
+
+
+def _startable(skill: Skill, site: Site) -> Side:
+    declared = (*site.state.values(), *skill.inputs.values())
+    start = skill.precondition
+    conditions = () if start is None else (Condition(start.term, start.span),)
+    return Side(declared, conditions, skill.span)
+
+
+def _module_changes(old: Ecm, new: Ecm) -> Iterator[Change]:
+    for group in ACCESS:
+        before, after = getattr(old.access, group), getattr(new.access, group)
+        headline = listed_change(f"{group} of `{new.id}`", before, after)
+        relation = sets_relation(before, after)
+        yield finite(f"{new.id}/{group}", relation, headline, old.access_span, new.access_span)
+    if old.code_digest != new.code_digest:
+        headline = f"the code of `{new.id}` differs: what it may ask for is compared here, not what it does"
+        yield finite(f"{new.id}/code", Relation.OTHERWISE, headline)

@@ -1,0 +1,1 @@
+"""Composition graphs at work: their edges, and every path of outcomes through them."""

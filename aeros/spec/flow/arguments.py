@@ -1,0 +1,49 @@
+"""What a step of a composition gives its skill: constants, and the outputs of earlier steps as variables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any, cast
+
+from aeros.spec.composition import Step
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import RealType, ScalarType, Type, VectorType
+from aeros.spec.model import Declared, Skill
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """The term of each input, by its variable's name, and the variables that these terms bring in."""
+
+    terms: Mapping[str, t.Term]
+    declared: tuple[Declared, ...]
+
+
+def arguments_of(step: Step, sources: Mapping[str, Step], skills: Mapping[str, Skill]) -> Arguments:
+    """The inputs of `step`; an output `x` of the step `s` among `sources` is the variable `s.x`.
+
+    An output that does not fit is refused elsewhere; here the input may then be anything it admits.
+    """
+    terms: dict[str, t.Term] = {}
+    declared: list[Declared] = []
+    for name, one in skills[step.skill].inputs.items():
+        flow = step.flows.get(name)
+        if flow is None:
+            terms[one.name] = constant(step.inputs[name], one.variable.type)
+            continue
+        output = skills[sources[flow.step].skill].outputs[flow.output]
+        fits = output.variable.type == one.variable.type
+        brought, called = (output, f"{flow.step}.{flow.output}") if fits else (one, f"{step.id}.{name}")
+        declared.append(replace(brought, variable=replace(brought.variable, name=called)))
+        terms[one.name] = declared[-1].variable
+    return Arguments(terms, tuple(declared))
+
+
+def constant(value: Any, type_: Type) -> t.Term:
+    """The term of a value of an effect or an input: a literal, or a vector of literals."""
+    if isinstance(type_, VectorType):
+        x, y, z = (t.Literal(Fraction(part), RealType(type_.dimension)) for part in value)
+        return t.Vector(x, y, z)
+    return t.Literal(value, cast("ScalarType", type_))  # no family is an effect or an input

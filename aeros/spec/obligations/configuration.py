@@ -1,0 +1,202 @@
+"""Claims about all modules together: the configuration they would be installed as.
+
+That adding a module never enlarges what another may do holds by construction, if names are unique.
+What module `m` may do is envelope ∩ P_m ∩ Π(m) ∩ Φ: envelope and P_m are of its own manifest, Φ is of
+the site, and Π(m) = access ∪ grants[m], risk ceiling, blocks and quotas are of the site and of the name
+`m`.  No other module occurs.  What others do can only deny more: quotas and resources are shared.  So
+what is to be checked is what a name gives:
+
+- identity: two modules of one name, the second of which would get what is granted to the first;
+- absent: a grant or block for a name that is not in the set waits for whoever takes that name.
+
+Routing: an instruction that names one task can be told from those that name another.  Skills are
+addressed by module and skill, so equal skill names do not meet.  Dependencies: every requirement is met
+inside the set, by the one version there is.  Resources: one step runs at a time, and each needs no more
+than one of each resource, of which a site has at least one; compositions are proved in their own group.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TypeVar
+
+from packaging.specifiers import SpecifierSet
+from packaging.version import Version
+
+from aeros.spec.diagnostics import Diagnostic, Label, Severity
+from aeros.spec.model import Ecm, Site, Task
+from aeros.spec.obligations.obligation import Settled
+from aeros.spec.source import Span
+
+_K = TypeVar("_K")
+_V = TypeVar("_V")
+
+_Phrase = tuple[str, ...]
+
+
+def configuration_obligations(ecms: Sequence[Ecm], site: Site) -> Iterator[Settled]:
+    """Every claim of group configuration about `ecms` under `site`; near-linear in their number."""
+    for name, same in _grouped((ecm.id, ecm) for ecm in ecms).items():
+        yield Settled(f"configuration/identity/{name}", _same_name(same) if len(same) > 1 else None)
+    yield from _routing(ecms)
+    provided = _grouped((capability, ecm) for ecm in ecms for capability in ecm.capabilities)
+    for capability, providers in provided.items():
+        twice = _same_capability(capability, providers) if len(providers) > 1 else None
+        yield Settled(f"configuration/capability/{capability}", twice)
+    yield from _effects(ecms)
+    yield from _dependencies(ecms)
+    yield from _names_of_the_policy(ecms, site)
+
+
+def _grouped(pairs: Iterable[tuple[_K, _V]]) -> dict[_K, list[_V]]:
+    found: dict[_K, list[_V]] = {}
+    for key, value in pairs:
+        found.setdefault(key, []).append(value)
+    return found
+
+
+def _same_name(same: Sequence[Ecm]) -> Diagnostic:
+    first, *others = same
+    return Diagnostic(
+        "AE881",
+        f"{len(same)} modules are named `{first.id}`: one would get what is granted to another",
+        Label(others[0].span),
+        (Label(first.span, "the name is taken here"), *(Label(one.span) for one in others[1:])),
+        help=("install one of them, or rename one together with its folder",),
+    )
+
+
+@dataclass(frozen=True)
+class _Way:
+    """A phrase that routes to a task, and where it is written."""
+
+    phrase: _Phrase
+    module: str
+    task: Task
+    span: Span
+
+
+def _routing(ecms: Sequence[Ecm]) -> Iterator[Settled]:
+    """No phrase of one module's tasks is part of one of another's, as `aeros.agent.routing` reads them."""
+    ways = [
+        _Way(tuple(re.findall(r"\w+", word)), ecm.id, task, span)
+        for ecm in ecms
+        for task in ecm.tasks.values()
+        for word, span in zip(task.words, task.word_spans, strict=True)
+    ]
+    by_phrase = _grouped((way.phrase, way) for way in ways)
+    for phrase, asked in by_phrase.items():
+        inner = {phrase[i:j] for i in range(len(phrase)) for j in range(i + 1, len(phrase) + 1)}
+        meant = [way for part in sorted(inner) for way in by_phrase.get(part, ())]
+        other = next((way for way in meant if way.module != asked[0].module), None)
+        yield Settled(
+            f"configuration/word/{'-'.join(phrase)}", None if other is None else _ambiguous(asked[0], other)
+        )
+
+
+def _ambiguous(one: _Way, other: _Way) -> Diagnostic:
+    tasks = " or ".join(f"`{way.module}.{way.task.id}`" for way in (one, other))
+    return Diagnostic(
+        "AE882",
+        f"`{' '.join(one.phrase)}` may mean {tasks}",
+        Label(one.span, f"routes to `{one.task.id}`"),
+        (Label(other.span, f"routes to `{other.task.id}`"),),
+        help=("give the tasks words of which none is part of another's",),
+    )
+
+
+def _same_capability(name: str, providers: Sequence[Ecm]) -> Diagnostic:
+    first, second, *_ = providers
+    return Diagnostic(
+        "AE883",
+        f"`{first.id}` and `{second.id}` both provide `{name}`",
+        Label(second.span),
+        (Label(first.span, "provides it too"),),
+        severity=Severity.WARNING,
+    )
+
+
+def _effects(ecms: Sequence[Ecm]) -> Iterator[Settled]:
+    """Warn where successes of one module and of another never leave a state variable the same."""
+    written = _grouped((name, (ecm, values)) for ecm in ecms for name, values in _successes(ecm).items())
+    for name, by_module in written.items():
+        one_of_each = {frozenset(values): ecm for ecm, values in by_module}
+        opposed = next((pair for pair in combinations(one_of_each, 2) if pair[0].isdisjoint(pair[1])), None)
+        diagnostic = None
+        if opposed is not None:
+            first, second = (one_of_each[values] for values in opposed)
+            diagnostic = Diagnostic(
+                "AE885",
+                f"success leaves different values of `{name}` in `{first.id}` and in `{second.id}`",
+                Label(second.span),
+                (Label(first.span, "and of this one"),),
+                help=("what a task of one has brought about may not hold after a task of the other",),
+                severity=Severity.WARNING,
+            )
+        yield Settled(f"configuration/effect/{name}", diagnostic)
+
+
+def _successes(ecm: Ecm) -> dict[str, set[object]]:
+    found: dict[str, set[object]] = {}
+    for skill in ecm.skills.values():
+        for outcome in skill.success_outcomes:
+            for name, value in outcome.effects.items():
+                found.setdefault(name, set()).add(value)
+    return found
+
+
+def _dependencies(ecms: Sequence[Ecm]) -> Iterator[Settled]:
+    """What is required is in the set, and no two modules disagree on the one version there is."""
+    versions = {ecm.id: ecm.version for ecm in ecms}
+    for name, asking in _grouped((name, ecm) for ecm in ecms for name in ecm.requires).items():
+        there = versions.get(name)
+        met = {
+            there is not None and SpecifierSet(ecm.requires[name]).contains(Version(there), prereleases=True)
+            for ecm in asking
+        }
+        # That a version suits nobody is told of each module by itself.
+        agreed = met == {True} or (met == {False} and there is not None)
+        what = "not in this set" if there is None else f"version {there} in this set"
+        labels = [Label(ecm.requires_spans[name], f"needs {ecm.requires[name]}") for ecm in asking]
+        yield Settled(
+            f"configuration/dependency/{name}",
+            None
+            if agreed
+            else Diagnostic(
+                "AE884",
+                f"`{name}`, which modules of this set need, is {what}",
+                labels[0],
+                tuple(labels[1:]),
+                help=("verify and install all modules that belong together, in versions that agree",),
+            ),
+        )
+
+
+def _names_of_the_policy(ecms: Sequence[Ecm], site: Site) -> Iterator[Settled]:
+    """Warn of grants and overrides for modules or skills that are not in the set."""
+    skills = {ecm.id: ecm.skills for ecm in ecms}
+    for name in site.grants:
+        gone = _absent(
+            f"the site grants further access to `{name}`, which is not in this set",
+            site.grant_spans.get(name, site.span),
+            "whatever takes that name gets the access: remove the grant while nobody needs it",
+        )
+        yield Settled(f"configuration/grant/{name}", None if name in skills else gone)
+    for block in site.blocks:
+        if block.module is None:
+            continue
+        there = block.module in skills and (block.skill is None or block.skill in skills[block.module])
+        named = block.module if block.skill is None else f"{block.module}.{block.skill}"
+        gone = _absent(
+            f"the operator override `{block.id}` blocks `{named}`, which is not in this set",
+            block.span or site.span,
+            "correct the name if something is meant to be blocked",
+        )
+        yield Settled(f"configuration/block/{block.id}", None if there else gone)
+
+
+def _absent(headline: str, at: Span, help_: str) -> Diagnostic:
+    return Diagnostic("AE886", headline, Label(at), help=(help_,), severity=Severity.WARNING)

@@ -1,0 +1,123 @@
+"""Claims about two actions at the same time: rules of the site over both, and who obeys them.
+
+A joint rule speaks of an action in each of two roles.  Both are allowed by themselves: Φ holds of each in
+the state in which both are executed, as the monitor sees to.  An envelope was decided when its action
+began, perhaps in another state: `a.x` of a state variable `x` is its value when the action `a` began
+(docs/decisions/0003-precondition-is-not-assumed.md says why that may not be assumed to be now).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+from aeros.spec.composition import Step
+from aeros.spec.diagnostics import Label
+from aeros.spec.expr import terms as t
+from aeros.spec.flow.arguments import Arguments
+from aeros.spec.model import Declared, JointRule, Site, Skill
+from aeros.spec.obligations.obligation import Claim, Obligation, Space, Verdict
+
+
+@dataclass(frozen=True)
+class Running:
+    """A step whose skill may be asking for actions, with its inputs; `name` is unique in its composition."""
+
+    name: str
+    step: Step
+    skill: Skill
+    arguments: Arguments
+
+
+def joint_policy_obligations(site: Site) -> Iterator[Obligation]:
+    """Every joint rule allows some pair of allowed actions, and denies some."""
+    for rule in site.joint:
+        allowed = tuple(_phi(site, role, kind) for role, kind in rule.roles)
+        space = Space(joint_variables(site, rule), allowed)
+        label = Label(rule.require_span)
+        yield Obligation(
+            f"policy/joint/{rule.id}/satisfiable",
+            "AE601",
+            Claim.SOMETIMES,
+            space,
+            rule.term,
+            f"`{rule.id}` allows no two actions at the same time",
+            label,
+        )
+        yield Obligation(
+            f"policy/joint/{rule.id}/effective",
+            "AE603",
+            Claim.SOMETIMES,
+            space,
+            t.Not(rule.term),
+            f"`{rule.id}` can never deny anything: no two allowed actions break it",
+            label,
+            failing=Verdict.VACUOUS,
+        )
+
+
+def joint_obligations(identity: str, site: Site, one: Running, other: Running) -> Iterator[Obligation]:
+    """Whatever both may ask for at the same time obeys every joint rule, in either order of the roles."""
+    for rule in site.joint:
+        (first, left), (second, right) = rule.roles
+        for a, b in ((one, other), (other, one)):
+            if left not in a.skill.envelope or right not in b.skill.envelope:
+                continue
+            assumed = (
+                _envelope(site, first, left, a),
+                _envelope(site, second, right, b),
+                *(_phi(site, role, kind) for role, kind in rule.roles),
+            )
+            declared = (*joint_variables(site, rule), *a.arguments.declared, *b.arguments.declared)
+            note = f"`{first}` is the `{left}` of `{a.step.id}`, `{second}` the `{right}` of `{b.step.id}`"
+            begun = {name for term in assumed[:2] for name in t.variables_of(term)}
+            if any(f"{role}.{name}" in begun for role in (first, second) for name in site.state):
+                note += "; of measured values, as they were when the action began"
+            yield Obligation(
+                f"{identity}/{a.name}/{b.name}/{rule.id}",
+                "AE861",
+                Claim.ALWAYS,
+                Space(tuple({d.name: d for d in declared}.values()), assumed),
+                rule.term,
+                f"`{a.step.id}` and `{b.step.id}` together may break the joint invariant `{rule.id}`",
+                Label(a.step.span, f"may ask for `{left}`"),
+                (
+                    Label(b.step.span, f"at the same time, for `{right}`"),
+                    Label(a.skill.envelope[left].span, "allows it"),
+                    Label(b.skill.envelope[right].span, "allows it"),
+                    Label(rule.require_span, f"`{rule.id}` forbids both together"),
+                ),
+                ("tighten an envelope, or run one after the other in a `seq`",),
+                notes=(note,),
+            )
+
+
+def joint_variables(site: Site, rule: JointRule) -> tuple[Declared, ...]:
+    """State now, and of each role its parameters and the state when it began."""
+    own = [
+        _in_role(role, one)
+        for role, kind in rule.roles
+        for one in (*site.kinds[kind].parameters.values(), *site.state.values())
+    ]
+    return (*site.state.values(), *own)
+
+
+def _in_role(role: str, one: Declared) -> Declared:
+    return replace(one, variable=replace(one.variable, name=f"{role}.{one.name}"))
+
+
+def _phi(site: Site, role: str, kind: str) -> t.Term:
+    """Φ of the action in `role`, in the state now."""
+    rules = t.conjunction(*(rule.terms[kind] for rule in site.rules_on(kind)))
+    return t.substitute(rules, _renamed(role, site.kinds[kind].parameters))
+
+
+def _envelope(site: Site, role: str, kind: str, running: Running) -> t.Term:
+    """What the skill may ask for in `role`, in the state when it was asked for."""
+    names = {**site.kinds[kind].parameters, **site.state}
+    terms = {**_renamed(role, names), **running.arguments.terms}
+    return t.substitute(running.skill.envelope[kind].term, terms)
+
+
+def _renamed(role: str, declared: Mapping[str, Declared]) -> dict[str, t.Term]:
+    return {name: _in_role(role, one).variable for name, one in declared.items()}

@@ -1,0 +1,136 @@
+"""The doors out of skill code that can be seen by reading it: imports, builtins, attributes."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+from functools import cache
+from types import ModuleType
+
+_SKILL_NAMES = frozenset(("Action", "Inputs", "Observation", "SkillBody", "act"))
+
+HARMLESS = frozenset(
+    (
+        "__future__",
+        "bisect",
+        "cmath",
+        "collections.abc",
+        "dataclasses",
+        "decimal",
+        "enum",
+        "fractions",
+        "functools",
+        "heapq",
+        "itertools",
+        "math",
+        "statistics",
+        "typing",
+    )
+)
+"""Standard modules whose public functions compute, and what little of theirs does more is in `_HARMFUL`."""
+
+_HARMFUL = frozenset(
+    ("ForwardRef", "evaluate_forward_ref", "get_type_hints", "make_dataclass", "singledispatch")
+)
+
+FORBIDDEN = frozenset(
+    (
+        "__builtins__",
+        "__import__",
+        "__loader__",
+        "__spec__",
+        "breakpoint",
+        "compile",
+        "delattr",
+        "dir",
+        "eval",
+        "exec",
+        "exit",
+        "getattr",
+        "globals",
+        "help",
+        "input",
+        "locals",
+        "memoryview",
+        "open",
+        "print",
+        "quit",
+        "setattr",
+        "vars",
+    )
+)
+"""Builtins that reach outside the skill, run other code, or touch attributes by computed names."""
+
+_INSIDES = ("ag_", "co_", "cr_", "f_", "func_", "gi_", "im_", "tb_")
+"""How the attributes begin through which frames, code and generators show their insides."""
+
+
+def first_reach(tree: ast.Module) -> tuple[ast.expr | ast.stmt, str] | None:
+    """The first door that the code opens, and what it does, completing “skill code …”."""
+    modules = _imported_modules(tree)
+    used_plainly = {
+        id(node.value)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in modules
+    }
+    for node in ast.walk(tree):
+        said: str | None = None
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            said = _import_reach(node)
+        elif isinstance(node, ast.Name) and node.id in FORBIDDEN:
+            said = f"uses `{node.id}`"
+        elif isinstance(node, ast.Name) and node.id in modules and id(node) not in used_plainly:
+            said = f"passes the module `{node.id}` around"
+        elif isinstance(node, ast.Attribute):
+            said = _attribute_reach(node, modules)
+        elif isinstance(node, ast.AsyncFunctionDef | ast.Await | ast.Global | ast.Nonlocal):
+            said = "keeps or awaits something between actions"
+        if said is not None and isinstance(node, ast.expr | ast.stmt):
+            return node, said
+    return None
+
+
+def _imported_modules(tree: ast.Module) -> dict[str, str]:
+    """The modules that are bound as a whole, by the name they are bound to."""
+    return {
+        alias.asname or alias.name: alias.name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Import)
+        for alias in node.names
+    }
+
+
+def _import_reach(node: ast.Import | ast.ImportFrom) -> str | None:
+    if isinstance(node, ast.Import):
+        # `import a.b` binds `a`, through which everything else in it can be reached.
+        refused = [one.name for one in node.names if one.name not in HARMLESS or "." in one.name]
+        return f"imports `{refused[0]}`" if refused else None
+    module = "." * node.level + (node.module or "")
+    if module == "aeros.skill":
+        refused = [one.name for one in node.names if one.name not in _SKILL_NAMES]
+    elif module in HARMLESS:
+        refused = [one.name for one in node.names if one.name not in _public(module)]
+    else:
+        return f"imports `{module}`"
+    return f"imports `{refused[0]}` from `{module}`" if refused else None
+
+
+def _attribute_reach(node: ast.Attribute, modules: dict[str, str]) -> str | None:
+    if node.attr.startswith("__") or node.attr.startswith(_INSIDES):
+        return f"reaches into `{node.attr}`"
+    if isinstance(node.value, ast.Name) and node.value.id in modules:
+        module = modules[node.value.id]
+        if module in HARMLESS and node.attr not in _public(module):
+            return f"uses `{node.attr}` of `{module}`"
+    return None
+
+
+@cache
+def _public(module: str) -> frozenset[str]:
+    """What a harmless standard module offers: its public names that are no modules themselves."""
+    found = importlib.import_module(module)
+    return frozenset(
+        name
+        for name, value in vars(found).items()
+        if not name.startswith("_") and not isinstance(value, ModuleType) and name not in _HARMFUL
+    )

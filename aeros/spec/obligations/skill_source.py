@@ -1,0 +1,59 @@
+"""Skill code as text and syntax tree: the same reading for every claim, and the one Python itself makes.
+
+Python takes the encoding of a file from a byte order mark or a comment, so that the same bytes can
+be one program to a reader and another to the interpreter.  Skill code is plain UTF-8 or refused.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+
+from aeros.spec.source import Source, Span
+
+_COOKIE = re.compile(rb"^[ \t\f]*#.*?coding[:=]")  # PEP 263, looked for in the first two lines
+
+
+class UnreadableCodeError(Exception):
+    """The bytes are no plain UTF-8 Python; the message says why."""
+
+
+class SkillFile:
+    """One file of skill code: its text, its syntax tree, its functions by name.
+
+    Raises `UnreadableCodeError`.
+    """
+
+    def __init__(self, path: str, content: bytes) -> None:
+        self.source = Source(path, _text(content))
+        try:
+            self.tree = ast.parse(self.source.text)
+        except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+            raise UnreadableCodeError(_told(error)) from error
+        self.functions = {node.name: node for node in self.tree.body if isinstance(node, ast.FunctionDef)}
+
+    def span(self, node: ast.expr | ast.stmt) -> Span:
+        """Where `node` begins, to the end of that line at most."""
+        line = self.source.line_text(node.lineno)
+        column = len(line.encode()[: node.col_offset].decode(errors="ignore"))
+        start = self.source.line_start(node.lineno) + column
+        ends_here = node.end_lineno == node.lineno and node.end_col_offset is not None
+        length = node.end_col_offset - node.col_offset if ends_here and node.end_col_offset else len(line)
+        return self.source.span(start, min(start + max(length, 1), start + max(len(line) - column, 0)))
+
+
+def _text(content: bytes) -> str:
+    if content.startswith(b"\xef\xbb\xbf"):
+        raise UnreadableCodeError("it begins with a byte order mark")
+    if any(_COOKIE.match(line) for line in content.split(b"\n", 2)[:2]):
+        raise UnreadableCodeError("it declares an encoding; it is UTF-8 without saying so")
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise UnreadableCodeError(f"byte {error.start} is not UTF-8") from error
+
+
+def _told(error: Exception) -> str:
+    where = f"line {error.lineno}: " if isinstance(error, SyntaxError) and error.lineno else ""
+    lines = str(error).splitlines()
+    return where + (lines[0] if lines else type(error).__name__)

@@ -1,0 +1,108 @@
+"""The agent's own loop, on outcomes that are drawn, or on every sequence of outcomes there is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from aeros.agent.attempt import Attempts
+from aeros.agent.journal import Journal
+from aeros.agent.memory import Beginning, Ending, Memory
+from aeros.agent.planner import RulePlanner
+from aeros.agent.pursuit import Pursuit
+from aeros.agent.report import RunReport
+from aeros.agent.routing import Routed
+from aeros.runtime.ports import Runtime, StepRequest, StepResult
+from aeros.spec.closed_loop.chances import shares_of
+from aeros.spec.model import Ecm, Site, Task
+from tests.unit.agent.fake_runtime import FakeRuntime
+
+
+class Forgetful(Memory):
+    """A memory that costs nothing: the loop only writes to it."""
+
+    def __init__(self) -> None:
+        pass
+
+    def begin(self, step: Beginning) -> int:
+        return 0
+
+    def end(self, episode: int, how: Ending) -> None:
+        pass
+
+    def remember(self, time: float, kind: str, details: Mapping[str, Any]) -> None:
+        pass
+
+    def record_of(self, skill: str) -> tuple[int, int]:
+        return 0, 0
+
+
+class Recording(FakeRuntime):
+    """Keeps the state after every submission."""
+
+    def __init__(
+        self, ecm: Ecm, site: Site, start: Mapping[str, Any], chance: Callable[[str, list[str]], str]
+    ) -> None:
+        super().__init__({ecm.id: ecm}, chance=chance, at=site)
+        self.state = dict(start)
+        self.states: list[dict[str, Any]] = []
+
+    def submit(self, request: StepRequest) -> StepResult:
+        result = super().submit(request)
+        self.states.append(dict(self.state))
+        return result
+
+
+@dataclass(frozen=True)
+class Run:
+    """A finished run, and the state after each of its steps."""
+
+    report: RunReport
+    states: list[dict[str, Any]]
+
+
+def pursue(ecm: Ecm, task: Task, runtime: Runtime) -> RunReport:
+    """One run of the agent's loop, by the task's rules."""
+    routed = Routed(ecm.id, task)
+    memory = Forgetful()
+    journal = Journal(runtime, memory, None)
+    attempts = Attempts(runtime, memory, journal, str(routed))
+    return Pursuit(runtime, RulePlanner(), attempts, journal, routed).run("compared")
+
+
+def run_with(
+    ecm: Ecm, task: Task, site: Site, start: Mapping[str, Any], chance: Callable[[str, list[str]], str]
+) -> Run:
+    """One run in which `chance` says what comes of each submission."""
+    runtime = Recording(ecm, site, start, chance)
+    return Run(pursue(ecm, task, runtime), runtime.states)
+
+
+def every_run(ecm: Ecm, task: Task, site: Site, start: Mapping[str, Any]) -> Iterator[tuple[Fraction, Run]]:
+    """Every run there can be, with its probability."""
+    shares = {
+        name: [(outcome.id, share) for outcome, share in shares_of(skill.outcomes.values()) if share]
+        for name, skill in ecm.skills.items()
+    }
+    script: list[int] = []
+    while True:
+        taken: list[tuple[int, int, Fraction]] = []
+
+        def chance(skill: str, _: list[str], script: list[int] = script, taken: list[Any] = taken) -> str:
+            choice = script[len(taken)] if len(taken) < len(script) else 0
+            outcome, share = shares[skill][choice]
+            taken.append((choice, len(shares[skill]), share))
+            return outcome
+
+        run = run_with(ecm, task, site, start, chance)
+        probability = Fraction(1)
+        for _, _, share in taken:
+            probability *= share
+        yield probability, run
+        while taken and taken[-1][0] + 1 == taken[-1][1]:
+            taken.pop()
+        if not taken:
+            return
+        script = [choice for choice, _, _ in taken[:-1]] + [taken[-1][0] + 1]

@@ -1,0 +1,56 @@
+"""The reference modules as cases of a prediction, and the prediction of a case."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+from aeros.spec.closed_loop.chain import Prediction, predict
+from aeros.spec.closed_loop.chances import with_skill_probabilities
+from aeros.spec.closed_loop.transition_system import TransitionSystem
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.loading import load_ecm, load_site, reference_site
+from tests.differential.small_tasks import Case
+from tests.differential.tree_expansion import Expected, variables
+
+MODULES = Path(__file__).parents[2] / "ecms"
+REFERENCE = ("make_dumplings", "clean_table", "fetch_object")
+
+
+def reference(name: str, replans: int) -> Case:
+    """A reference module in which every skill that can fail fails in three tries of ten."""
+    sink = Diagnostics()
+    cell = load_site(reference_site(), sink)
+    loaded = None if cell is None else load_ecm(MODULES / name, cell, sink)
+    assert cell is not None
+    assert loaded is not None
+    chances = {}
+    for one in loaded.ecm.skills.values():
+        failures = [outcome.id for outcome in one.outcomes.values() if outcome.failure]
+        chances[one.id] = {failure: Fraction(3, 10) / len(failures) for failure in failures}
+    ecm = with_skill_probabilities(loaded.ecm, chances)
+    (pursued,) = ecm.tasks.values()
+    start = {name: pursued.initial[name] for name in variables(ecm, pursued)}
+    return Case(ecm, pursued, replace(cell, limits=replace(cell.limits, replans=replans)), start)
+
+
+def in_small(case: Case) -> Case:
+    """The same at a site that measures nothing else, which is all that the loop without a plant needs."""
+    state = {name: case.site.state[name] for name in case.start}
+    return replace(case, site=replace(case.site, state=state))
+
+
+def predicted(case: Case) -> Prediction:
+    system = TransitionSystem(case.ecm, case.task, case.site)
+    return predict(system, tuple(case.start[name] for name in system.names), case.site.limits.replans)
+
+
+def as_tuple(prediction: Prediction) -> Expected:
+    return Expected(
+        prediction.success,
+        prediction.invocations,
+        prediction.retries,
+        prediction.recoveries,
+        prediction.replans,
+    )

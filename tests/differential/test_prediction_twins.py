@@ -1,0 +1,88 @@
+"""Twins of the closed-loop analysis, each wrong in one way: the comparison notices every one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from aeros.spec.closed_loop.invocation import Invocation
+from aeros.spec.closed_loop.transition_system import Move, Node, TransitionSystem
+from tests.differential.reference_cases import REFERENCE, as_tuple, predicted, reference
+from tests.differential.small_tasks import START, Case
+from tests.differential.tree_expansion import expected
+from tests.unit.agent.dumplings import module, outcome, rule, site, skill, task
+
+_SAID_MORE = Case(
+    module(
+        "twin",
+        (
+            skill(
+                "act",
+                outcome("done", {"wrapper_aligned": True}),
+                outcome("odd", {"dough_on_workspace": True}, failure=True),
+                outcome("nothing", {}, failure=True),
+            ),
+            skill("help", outcome("helped", {"filling_on_workspace": True}), outcome("no", {}, failure=True)),
+            skill("end", outcome("ended", {"dumpling_cooked": True}), precondition="filling_on_workspace"),
+        ),
+    ),
+    task(
+        "task",
+        ("word",),
+        "dumpling_cooked",
+        rule("dough_on_workspace", "act", 1, "help"),
+        rule("dumpling_cooked", "end"),
+    ),
+    site(replans=2),
+    START,
+)
+
+
+def _no_failures(self: Invocation, state: Any) -> Any:
+    return [found for found in _after(self, state) if not found[1].failure] or _after(self, state)
+
+
+def _as_drawn(self: Invocation, values: Any) -> Any:
+    return next(outcome for outcome, _, _ in reversed(self._outcomes))
+
+
+def _never_recovers(self: TransitionSystem, node: Node) -> list[Move]:
+    return [Move(Node("try", node.state, node.remaining, node.tries))]
+
+
+def _replans_although_done(self: TransitionSystem, node: Node) -> list[Move]:
+    return [
+        replace(move, target=Node("plan", move.target.state))
+        if move.target.phase == "try" and node.tries and not move.target.tries and "odd" in move.said
+        else move
+        for move in _try(self, node)
+    ]
+
+
+_after, _try = Invocation.after, TransitionSystem._try
+TWINS: dict[str, tuple[type, str, Callable[..., Any]]] = {
+    "ignores failures": (Invocation, "after", _no_failures),
+    "takes another outcome than the one measured": (Invocation, "_measured", _as_drawn),
+    "forgets on_failure": (TransitionSystem, "_recover", _never_recovers),
+    "plans again although the step is done": (TransitionSystem, "_try", _replans_although_done),
+}
+
+
+def _disagreements() -> list[str]:
+    compared = {name: reference(name, 1) for name in REFERENCE} | {"twin": _SAID_MORE}
+    return [
+        name
+        for name, case in compared.items()
+        if as_tuple(predicted(case)) != expected(case.ecm, case.task, case.site, case.start)
+    ]
+
+
+@pytest.mark.parametrize("twin", TWINS)
+def test_a_broken_twin_of_the_analysis_disagrees(twin: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert _disagreements() == []
+    owner, name, wrong = TWINS[twin]
+    monkeypatch.setattr(owner, name, wrong)
+    assert _disagreements() != []

@@ -1,0 +1,525 @@
+"""Claims about compositions against a small-step interpreter that tries every start and every interleaving.
+
+The interpreter knows nothing of situations: it runs the graph from each state, one event after the
+other, where a skill starts and ends at different times and other branches run in between.  p, q and r are
+predicates; v is measured, and may be anything once a skill has run, and at any time beside a branch.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from aeros.spec.composition import Composition, If, Par, Part, Seq, Step, parts_of, steps_of
+from aeros.spec.discharge import discharge
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.types import BOOL, RealType
+from aeros.spec.flow import paths
+from aeros.spec.model import (
+    Access,
+    ActionKind,
+    Clause,
+    Declared,
+    Ecm,
+    JointRule,
+    Limits,
+    Outcome,
+    Risk,
+    Rule,
+    Site,
+    Skill,
+)
+from aeros.spec.obligations import joint
+from aeros.spec.obligations.composition import composition_obligations
+from aeros.spec.obligations.obligation import Obligation, Verdict
+from aeros.spec.source import Source, Span
+from aeros.spec.units import NUMBER
+
+_NIGHTLY = os.environ.get("AEROS_HYPOTHESIS") == "nightly"
+bounded = settings(
+    max_examples=3_000 if _NIGHTLY else 60,
+    derandomize=not _NIGHTLY,
+    database=None,
+    deadline=None,
+    report_multiple_bugs=False,
+    suppress_health_check=list(HealthCheck),
+)
+
+TEXT = Source("generated", "x" * 1000)
+NAMES = ("p", "q", "r")
+REAL = RealType(NUMBER)
+UNIT = (Fraction(0), Fraction(1))
+STATE = {name: Declared(t.Variable(name, BOOL, t.Role.STATE), TEXT.span(0, 1)) for name in NAMES}
+STATE["v"] = Declared(t.Variable("v", REAL, t.Role.STATE), TEXT.span(0, 1), range=UNIT)
+STATES: list[dict[str, Any]] = [
+    dict(zip(STATE, values, strict=True)) for values in itertools.product(*[(False, True)] * 3, UNIT)
+]
+V = t.Compare("<=", STATE["v"].variable, t.Literal(Fraction(0), REAL))
+P, Q, R = (STATE[name].variable for name in NAMES)
+CONDITIONS: list[t.Term] = [
+    *(P, Q, R),
+    *(t.Not(P), t.Not(Q), t.TRUE, t.And((P, Q)), t.Or((P, t.Not(R))), t.Compare("==", Q, R)),
+    *(V, t.Not(V)),
+]
+
+
+def _site(**changes: Any) -> Site:
+    given: dict[str, Any] = dict(  # noqa: C408 - reads as the call below
+        id="site", digest="", enums={}, constants={}, volumes={}, state=STATE, kinds={}, rules=(),
+        access=Access(), grants={}, risk_ceiling=Risk.LOW, limits=Limits(Fraction(1), 2, 1), blocks=(),
+        quotas=(), resources={"arm": 1, "camera": 2}, span=TEXT.span(0, 1),
+    )  # fmt: skip
+    return Site(**given | changes)
+
+
+def _skill(name: str, precondition: t.Term | None, outcomes: list[Outcome], **changes: Any) -> Skill:
+    clause = None if precondition is None else Clause(precondition, "", TEXT.span(0, 1))
+    given: dict[str, Any] = dict(  # noqa: C408 - reads as the call below
+        id=name, module_name="", function="", inputs={}, precondition=clause,
+        outcomes={one.id: one for one in outcomes}, envelope={}, actuators=frozenset(),
+        resources=frozenset(), risk=Risk.LOW, timeout=Fraction(1), gated={}, span=TEXT.span(0, 1),
+        risk_span=TEXT.span(0, 1), entry_span=TEXT.span(0, 1),
+    )  # fmt: skip
+    return Skill(**given | changes)
+
+
+def _module(skills: dict[str, Skill], composition: Composition) -> Ecm:
+    return Ecm(
+        id="module", version="1", folder="", manifest_digest="", code_digest="", capabilities={},
+        skills=skills, tasks={}, access=Access(), permission={}, requires={}, requires_spans={}, runtime="",
+        runtime_span=TEXT.span(0, 1), access_span=TEXT.span(0, 1), span=TEXT.span(0, 1),
+        compositions={composition.id: composition},
+    )  # fmt: skip
+
+
+_EFFECTS = st.dictionaries(st.sampled_from([*NAMES, *NAMES, "v"]), st.booleans(), max_size=2)
+
+
+@st.composite
+def _skills(draw: st.DrawFn) -> dict[str, Skill]:
+    found = {}
+    for name in ("s0", "s1", "s2", "s3"):
+        precondition = draw(st.one_of(st.none(), st.sampled_from(CONDITIONS)))
+        outcomes = [
+            Outcome(
+                f"o{number}",
+                {name: (UNIT[value] if name == "v" else value) for name, value in draw(_EFFECTS).items()},
+                number > 0 and draw(st.booleans()),
+                draw(st.sampled_from([None, None, None, Fraction(0)])) if number else None,
+                None,
+            )
+            for number in range(draw(st.integers(1, 3)))
+        ]
+        resources = draw(st.frozensets(st.sampled_from(["arm", "camera"]), max_size=1))
+        found[name] = _skill(name, precondition, outcomes, resources=resources)
+    return found
+
+
+class _Drawer:
+    def __init__(self, draw: st.DrawFn) -> None:
+        self.draw = draw
+        self.number = 0
+
+    def span(self) -> Span:
+        self.number += 1
+        return TEXT.span(self.number, self.number + 1)
+
+    def step(self) -> Step:
+        retry = self.draw(st.sampled_from([0, 0, 1, 2]))
+        handler = self.draw(st.sampled_from([None, "h0", "h1"])) if retry else None
+        span = self.span()
+        skill = self.draw(st.sampled_from(["s0", "s1", "s2", "s3"]))
+        return Step(f"step{self.number}", skill, {}, {}, retry, handler, span)
+
+    def part(self, depth: int) -> Part:
+        form = self.draw(st.sampled_from(["step", "seq", "seq", "par", "if", "if"])) if depth else "step"
+        if form == "step":
+            return self.step()
+        if form == "if":
+            otherwise = self.draw(st.sampled_from(["part", "nothing", "none"]))
+            condition, then = self.draw(st.sampled_from(CONDITIONS)), self.part(depth - 1)
+            other = self.part(depth - 1) if otherwise == "part" else Seq((), self.span())
+            return If(condition, "", then, None if otherwise == "none" else other, self.span())
+        inner = tuple(
+            self.part(depth - 1) for _ in range(self.draw(st.integers(2, 3 if form == "seq" else 2)))
+        )
+        return Seq(inner, self.span()) if form == "seq" else Par(inner, self.span())
+
+
+@st.composite
+def _compositions(draw: st.DrawFn) -> Composition:
+    drawer = _Drawer(draw)
+    body = drawer.part(2)
+    second = Step("h1", draw(st.sampled_from(["s0", "s1"])), {}, {}, 0, None, drawer.span())
+    first = Step("h0", draw(st.sampled_from(["s2", "s3"])), {}, {}, 1, "h1", drawer.span())
+    precondition = draw(st.sampled_from([t.TRUE, *CONDITIONS]))
+    span = None if precondition == t.TRUE else drawer.span()
+    return Composition("c", precondition, span, body, {"h0": first, "h1": second}, drawer.span())
+
+
+# The interpreter.  A process is what is still to be done: a nested tuple, or "done" or "stopped".
+
+Process = Any
+
+
+class _Machine:
+    """Runs every process from every state; what it meets is compared with the claims."""
+
+    def __init__(self, composition: Composition, skills: dict[str, Skill]) -> None:
+        self.handlers = composition.handlers
+        self.skills = skills
+        self.started: set[str] = set()
+        self.unready: set[str] = set()
+        self.uncovered: set[int] = set()
+        starts = [state for state in STATES if holds(composition.precondition, state)]
+        pending = [(self.begin(composition.body), tuple(start.items())) for start in starts]
+        seen = set(map(repr, pending))
+        while pending:
+            process, state = pending.pop()
+            for following in self.next(process, dict(state)):
+                later = (following[0], tuple(following[1].items()))
+                if repr(later) not in seen:
+                    seen.add(repr(later))
+                    pending.append(later)
+
+    def begin(self, part: Part) -> Process:
+        match part:
+            case Step():
+                return ("try", part, part.id, part.retry)
+            case Seq(parts=inner):
+                return ("seq", tuple(self.begin(one) for one in inner))
+            case Par(branches=inner):
+                return ("par", tuple(self.begin(one) for one in inner))
+            case If():
+                return ("if", part)
+
+    def next(self, process: Process, state: dict[str, Any]) -> Iterator[tuple[Process, dict[str, Any]]]:
+        match process:
+            case ("seq", ()):
+                yield "done", state
+            case ("seq", (first, *others)):
+                for after, changed in self.next(first, state):
+                    if after == "done":
+                        yield ("seq", tuple(others)), changed
+                    else:
+                        yield ("stopped" if after == "stopped" else ("seq", (after, *others))), changed
+                if first == "done":
+                    yield ("seq", tuple(others)), state
+            case ("par", branches):
+                if all(one in ("done", "stopped") for one in branches):
+                    yield ("stopped" if "stopped" in branches else "done"), state
+                for index, branch in enumerate(branches):
+                    for after, changed in self.next(branch, state):
+                        for measured in UNIT:
+                            rest = (*branches[:index], after, *branches[index + 1 :])
+                            yield ("par", rest), {**changed, "v": measured}
+            case ("if", part):
+                if holds(part.condition, state):
+                    yield self.begin(part.then), state
+                elif part.otherwise is None:
+                    self.uncovered.add(part.span.start)
+                    yield "stopped", state
+                else:
+                    yield self.begin(part.otherwise), state
+            case ("try", step, name, tries_left):
+                self.started.add(name)
+                precondition = self.skills[step.skill].precondition
+                if precondition is not None and not holds(precondition.term, state):
+                    self.unready.add(name)
+                yield ("run", step, name, tries_left), state
+            case ("run", step, name, tries_left):
+                for outcome in self.skills[step.skill].outcomes.values():
+                    if outcome.probability != 0:
+                        for measured in UNIT:
+                            after = self.ended(step, name, tries_left, outcome)
+                            yield after, {**state, "v": measured, **outcome.effects}
+            case ("handle", handling, again):
+                for after, changed in self.next(handling, state):
+                    if after == "done":
+                        yield again, changed
+                    else:
+                        yield ("stopped" if after == "stopped" else ("handle", after, again)), changed
+
+    def ended(self, step: Step, name: str, tries_left: int, outcome: Outcome) -> Process:
+        if not outcome.failure:
+            return "done"
+        if not tries_left:
+            return "stopped"
+        again = ("try", step, name, tries_left - 1)
+        if step.handler is None:
+            return again
+        handler = self.handlers[step.handler]
+        return ("handle", ("try", handler, f"handler/{step.handler}", handler.retry), again)
+
+
+def _uses(composition: Composition, skills: dict[str, Skill], branch: Part) -> tuple[set[str], set[str]]:
+    """What a branch writes and what it reads, found by running over everything it may run."""
+    written: set[str] = set()
+    read: set[str] = set()
+    pending = list(parts_of(branch))
+    seen = set()
+    while pending:
+        part = pending.pop()
+        if isinstance(part, If):
+            read |= t.variables_of(part.condition).keys()
+        if isinstance(part, Step) and part.id not in seen:
+            seen.add(part.id)
+            skill = skills[part.skill]
+            read |= t.variables_of(skill.precondition.term).keys() if skill.precondition else set()
+            written |= {
+                name for one in skill.outcomes.values() if one.probability != 0 for name in one.effects
+            }
+            pending += [composition.handlers[part.handler]] if part.handler else []
+    return written, read
+
+
+def _interferes(composition: Composition, skills: dict[str, Skill]) -> bool:
+    for par in (part for part in parts_of(composition.body) if isinstance(part, Par)):
+        for one, other in itertools.permutations(par.branches, 2):
+            written, (theirs, read) = _uses(composition, skills, one)[0], _uses(composition, skills, other)
+            if written & (theirs | read):
+                return True
+    return False
+
+
+def _refuted(module: Ecm, site: Site) -> tuple[set[str], set[str]]:
+    """The ids of all claims and of those that are refuted."""
+    claims = list(composition_obligations(module, site))
+    found = {one.id: one.verdict for one in claims if not isinstance(one, Obligation)}
+    findings = discharge([one for one in claims if isinstance(one, Obligation)])
+    found |= {one.obligation.id: one.verdict for one in findings}
+    assert Verdict.UNKNOWN not in found.values()
+    return set(found), {id_ for id_, verdict in found.items() if verdict is not Verdict.PROVED}
+
+
+def _compare(composition: Composition, skills: dict[str, Skill]) -> None:
+    claims, refuted = _refuted(_module(skills, composition), _site())
+    effects = {id_ for id_ in refuted if id_.endswith("/effects")}
+    assert bool(effects) == _interferes(composition, skills)
+    if effects or any("/resources/" in id_ for id_ in refuted):
+        assert not any(id_.endswith("/reachable") for id_ in claims)
+        return
+    startable = any(holds(composition.precondition, state) for state in STATES)
+    assert ("composition/c/can-start" in refuted) == (not startable)
+    machine = _Machine(composition, skills)
+    numbers = {
+        number: part.span.start
+        for number, part in enumerate((one for one in parts_of(composition.body) if isinstance(one, If)), 1)
+    }
+    uncovered = {int(id_.split("/")[2][3:]) for id_ in refuted if "/covers" in id_}
+    assert {numbers[number] for number in uncovered} == machine.uncovered
+    unready = {id_.removeprefix("composition/c/").split("/ready")[0] for id_ in refuted if "/ready" in id_}
+    assert unready == machine.unready
+    if startable:
+        names = {step.id for step in steps_of(composition.body)}
+        names |= {f"handler/{name}" for name in composition.handlers}
+        never = {id_.split("/", 2)[2].removesuffix("/reachable") for id_ in refuted if "/reachable" in id_}
+        assert never == names - machine.started
+
+
+@bounded
+@given(_compositions(), _skills())
+def test_a_composition_is_refused_exactly_where_some_run_goes_wrong(
+    composition: Composition, skills: dict[str, Skill]
+) -> None:
+    _compare(composition, skills)
+
+
+@bounded
+@given(_compositions(), _skills())
+def test_a_resource_is_short_exactly_where_some_choice_of_steps_needs_more(
+    composition: Composition, skills: dict[str, Skill]
+) -> None:
+    def choices(part: Part) -> Iterator[tuple[str, ...]]:
+        """The skills that may run at one time."""
+        match part:
+            case Step():
+                yield (part.skill,)
+                handler = part.handler
+                while handler is not None:
+                    yield (composition.handlers[handler].skill,)
+                    handler = composition.handlers[handler].handler
+            case Par(branches=branches):
+                for chosen in itertools.product(*(list(choices(branch)) for branch in branches)):
+                    yield tuple(itertools.chain(*chosen))
+            case Seq(parts=parts):
+                yield ()
+                for inner in parts:
+                    yield from choices(inner)
+            case If(then=then, otherwise=otherwise):
+                yield from choices(then)
+                yield from () if otherwise is None else choices(otherwise)
+
+    site = _site()
+    _, refuted = _refuted(_module(skills, composition), site)
+    short = any(
+        sum(name in skills[skill].resources for skill in together) > capacity
+        for together in choices(composition.body)
+        for name, capacity in site.resources.items()
+    )
+    assert any("/resources/" in id_ for id_ in refuted) == short
+
+
+# Two actions at once: each of one parameter with a few values.
+
+GRID = [Fraction(value, 2) for value in range(-2, 3)]
+X = Declared(t.Variable("x", REAL, t.Role.PARAMETER), TEXT.span(0, 1), range=(Fraction(-1), Fraction(1)))
+_AX, _BX = (t.Variable(f"{role}.x", REAL, t.Role.PARAMETER) for role in "ab")
+_LIMITS = st.sampled_from([t.Literal(value, REAL) for value in GRID])
+_BOUNDS = st.builds(lambda limit: t.Compare("<=", X.variable, limit), _LIMITS)
+_ENVELOPES = st.one_of(
+    _BOUNDS,
+    st.builds(lambda name, bound: t.Implies(STATE[name].variable, bound), st.sampled_from("pq"), _BOUNDS),
+    st.builds(lambda name, bound: t.And((STATE[name].variable, bound)), st.sampled_from("pq"), _BOUNDS),
+)
+_JOINT = st.one_of(
+    st.builds(lambda limit: t.Compare("<=", t.Extremum("max", _AX, _BX), limit), _LIMITS),
+    st.builds(lambda limit: t.Compare("<=", t.Extremum("min", _AX, _BX), limit), _LIMITS),
+    st.builds(lambda limit: t.Implies(P, t.Compare("<=", _AX, limit)), _LIMITS),
+    st.just(t.Compare("<=", _AX, _BX)),
+)
+
+
+def _pair(
+    envelopes: tuple[t.Term, t.Term], phi: t.Term, rule: t.Term, kinds: tuple[str, str]
+) -> tuple[Ecm, Site]:
+    span = TEXT.span(0, 1)
+    actions = {name: ActionKind(name, frozenset(), Risk.LOW, False, {"x": X}, span) for name in "mn"}
+    roles = (("a", "m"), ("b", "n"))
+    site = _site(
+        kinds=actions,
+        rules=(Rule("phi", "", "", "", {"m": phi, "n": phi}, {}, span, span),),
+        joint=(JointRule("both", "", "", "", roles, rule, span, span),),
+    )
+    skills = {
+        name: _skill(
+            name, None, [Outcome("o", {}, False, None, None)], envelope={kind: Clause(term, "", span)}
+        )
+        for name, kind, term in zip(("s0", "s1"), kinds, envelopes, strict=True)
+    }
+    steps = [Step(name, name, {}, {}, 0, None, TEXT.span(at, at + 1)) for at, name in enumerate(skills)]
+    composition = Composition("c", t.TRUE, None, Par(tuple(steps), span), {}, span)
+    return _module(skills, composition), site
+
+
+def _broken(envelopes: tuple[t.Term, t.Term], phi: t.Term, rule: t.Term, kinds: tuple[str, str]) -> bool:
+    """Whether two actions, each asked for in some state and allowed now, break the joint rule."""
+    for first, second in ((0, 1), (1, 0)):
+        if (kinds[first], kinds[second]) != ("m", "n"):
+            continue
+        for a, b in itertools.product(GRID, GRID):
+            if not any(holds(envelopes[first], {**then, "x": a}) for then in STATES):
+                continue
+            if not any(holds(envelopes[second], {**then, "x": b}) for then in STATES):
+                continue
+            for now in STATES:
+                allowed = holds(phi, {**now, "x": a}) and holds(phi, {**now, "x": b})
+                if allowed and not holds(rule, {**now, "a.x": a, "b.x": b}):
+                    return True
+    return False
+
+
+@bounded
+@given(
+    st.tuples(_ENVELOPES, _ENVELOPES),
+    _ENVELOPES,
+    _JOINT,
+    st.permutations(["m", "n"]).map(lambda ks: (ks[0], ks[1])),
+)
+def test_two_actions_are_refused_exactly_where_some_pair_breaks_the_joint_rule(
+    envelopes: tuple[t.Term, t.Term], phi: t.Term, rule: t.Term, kinds: tuple[str, str]
+) -> None:
+    # Order alone decides all of it, and bounds are on the grid, so a bound itself is always tried.
+    module, site = _pair(envelopes, phi, rule, kinds)
+    _, refuted = _refuted(module, site)
+    assert any("/joint/" in id_ for id_ in refuted) == _broken(envelopes, phi, rule, kinds)
+
+
+# Broken twins: the comparison above notices a verifier that is wrong in one place.
+
+
+def test_failures_that_are_ignored_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    original = paths.Paths._run
+
+    def only_successes(self: Any, step: Step, before: Any, done: Any) -> Any:
+        original(self, step, before, done)
+        return {}
+
+    monkeypatch.setattr(paths.Paths, "_run", only_successes)
+    with pytest.raises(AssertionError):
+        test_a_composition_is_refused_exactly_where_some_run_goes_wrong()
+
+
+def test_a_handler_after_the_last_try_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def always_handled(self: Any, step: Step, before: Any, name: str) -> Any:
+        done: Any = {}
+        for _ in range(step.retry + 1):
+            self._visit(name, before)
+            before = self._run(step, before, done)
+            if before and step.handler is not None:
+                before = self._step(self.handlers[step.handler], before, f"handler/{step.handler}")
+        return done
+
+    fails = [Outcome("o", {"p": True}, True, None, None), Outcome("s", {}, False, None, None)]
+    helps = [Outcome("o", {"q": True}, False, None, None)]
+    skills = {"s0": _skill("s0", None, fails), "s1": _skill("s1", t.Not(t.And((P, Q))), helps)}
+    handler = Step("h", "s1", {}, {}, 0, None, TEXT.span(1, 2))
+    body = Step("step", "s0", {}, {}, 1, "h", TEXT.span(2, 3))
+    composition = Composition("c", t.Not(Q), TEXT.span(3, 4), body, {"h": handler}, TEXT.span(4, 5))
+    _compare(composition, skills)
+    monkeypatch.setattr(paths.Paths, "_step", always_handled)
+    with pytest.raises(AssertionError):
+        _compare(composition, skills)
+
+
+def test_branches_that_wait_for_each_other_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def in_sequence(self: Any, part: Par, before: Any) -> Any:
+        for branch in part.branches:
+            before = self.walk(branch, before)
+        return before
+
+    fails = Outcome("o", {}, True, None, None)
+    well = Outcome("o", {}, False, None, None)
+    skills = {
+        "s0": _skill("s0", None, [fails]),
+        "s1": _skill("s1", None, [well]),
+        "s2": _skill("s2", P, [well]),
+    }
+    first, second, third = (
+        Step(f"step{at}", f"s{at}", {}, {}, 0, None, TEXT.span(at, at + 1)) for at in range(3)
+    )
+    guarded = If(P, "", second, first, TEXT.span(3, 4))
+    body = Par((guarded, third), TEXT.span(4, 5))  # the third starts also where the first fails
+    composition = Composition("c", t.TRUE, None, body, {}, TEXT.span(5, 6))
+    _compare(composition, skills)
+    monkeypatch.setattr(paths.Paths, "_par", in_sequence)
+    with pytest.raises(AssertionError):
+        _compare(composition, skills)
+
+
+def test_one_order_of_the_roles_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    original = joint.joint_obligations
+    monkeypatch.setattr(
+        "aeros.spec.obligations.parallel.joint_obligations",
+        lambda identity, site, one, other: (
+            claim
+            for claim in original(identity, site, one, other)
+            if f"/{one.name}/{other.name}/" in claim.id
+        ),
+    )
+    with pytest.raises(AssertionError):
+        test_two_actions_are_refused_exactly_where_some_pair_breaks_the_joint_rule()
+
+
+def test_a_guard_that_is_forgotten_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(paths, "conjuncts", lambda term: frozenset())
+    with pytest.raises(AssertionError):
+        test_a_composition_is_refused_exactly_where_some_run_goes_wrong()

@@ -1,0 +1,83 @@
+"""The tutorial is carried out, block by block and in order, in an empty folder.
+
+- ```console: each `$ COMMAND` is run; every line shown after it is printed, in this order, numbers
+  apart.  It exits with 0 unless an error is shown.
+- ```diff: `--- FILE`, then an edit of it: its lines without `+` stand in the file exactly once, and are
+  replaced by those without `-`.
+- ```yaml, ```python: an excerpt of the manifest or of the skills, as they are at this point.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from textwrap import dedent
+
+import pytest
+
+from tests.repo.tree import text_of
+
+_BLOCK = re.compile(r"^```(console|diff|yaml|python)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_COMMAND = re.compile(r"^\$ (.+)\n((?:(?!\$ ).*\n)*)", re.MULTILINE)
+_BLOCKS: list[tuple[str, str]] = _BLOCK.findall(text_of("docs/tutorial.md"))
+_EXCERPTED = {"yaml": "tidy/ecm.yaml", "python": "tidy/skills.py"}
+
+
+def _normal(text: str) -> list[str]:
+    numberless = re.sub(r"-?\d+(\.\d+)?", "0", text)
+    return [" ".join(line.split()) for line in numberless.splitlines() if line.strip()]
+
+
+def _carry_out(command: str, shown: str, folder: Path) -> None:
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    ran = subprocess.run(
+        ["/bin/sh", "-c", command],
+        cwd=folder,
+        env={**os.environ, "PATH": path},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    printed = iter(_normal(ran.stdout))
+    missing = [line for line in _normal(shown) if line not in printed]
+    assert not missing, f"$ {command}\n{ran.stdout}{ran.stderr}"
+    assert (ran.returncode == 0) == ("error[" not in shown), f"$ {command}\n{ran.stdout}{ran.stderr}"
+
+
+def _edit(block: str, folder: Path) -> None:
+    header, *lines = block.splitlines(keepends=True)
+    path = folder / header.removeprefix("--- ").strip()
+    before = "".join(line[1:] or "\n" for line in lines if not line.startswith("+"))
+    after = "".join(line[1:] or "\n" for line in lines if not line.startswith("-"))
+    text = path.read_text(encoding="utf-8")
+    assert text.count(before) == 1, f"{path.name} does not hold once:\n{before}"
+    path.write_text(text.replace(before, after), encoding="utf-8")
+
+
+def _is_excerpt(block: str, text: str) -> bool:
+    """Whether `block` stands in `text`, indented by however much."""
+    wanted, lines = dedent(block).splitlines(), text.splitlines()
+    windows = (lines[at : at + len(wanted)] for at in range(len(lines)))
+    return any(dedent("\n".join(window)).splitlines() == wanted for window in windows)
+
+
+@pytest.mark.physics
+def test_the_tutorial_does_what_it_says(tmp_path: Path) -> None:
+    for kind, block in _BLOCKS:
+        if kind == "console":
+            for command, shown in _COMMAND.findall(block):
+                _carry_out(command, shown, tmp_path)
+        elif kind == "diff":
+            _edit(block, tmp_path)
+        else:
+            text = (tmp_path / _EXCERPTED[kind]).read_text(encoding="utf-8")
+            assert _is_excerpt(block, text), f"{_EXCERPTED[kind]} does not hold:\n{block}"
+
+
+def test_every_fenced_block_is_one_that_is_carried_out() -> None:
+    fences = re.findall(r"^```(\S+)$", text_of("docs/tutorial.md"), re.MULTILINE)
+    assert len(fences) == len(_BLOCKS) > 10

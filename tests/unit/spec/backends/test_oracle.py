@@ -1,0 +1,152 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+from aeros.spec.backends import oracle as oracle_module
+from aeros.spec.backends.answers import Answer, Result
+from aeros.spec.backends.oracle import Oracle
+from aeros.spec.backends.smt import Session
+from aeros.spec.backends.store import Store, default_store
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import BOOL, EnumType, RealType
+from aeros.spec.units import LENGTH
+
+REPOSITORY = Path(__file__).parents[4]
+X = t.Variable("x", RealType(LENGTH), t.Role.STATE)
+B = t.Variable("b", BOOL, t.Role.STATE)
+E = t.Variable("e", EnumType("side", ("left", "right")), t.Role.STATE)
+RANGES = {"x": (Fraction(0), Fraction(10))}
+
+
+def _above(bound: Fraction) -> t.Term:
+    return t.Compare("<", t.Literal(bound, X.type), X)  # type: ignore[arg-type]
+
+
+def _forbid_solving(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> Answer:
+        raise AssertionError("the solver was asked")
+
+    monkeypatch.setattr(Session, "ask", refuse)
+
+
+def test_a_question_is_put_to_the_solver_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    oracle = Oracle()
+    first = oracle.ask([X], RANGES, [_above(Fraction(3))])
+    _forbid_solving(monkeypatch)
+    assert oracle.ask([X], RANGES, [_above(Fraction(3))]) == first
+    with pytest.raises(AssertionError, match="was asked"):
+        oracle.ask([X], RANGES, [_above(Fraction(4))])
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        ([X], {"x": (Fraction(0), Fraction(2))}, [_above(Fraction(3))]),
+        ([X, B], RANGES, [_above(Fraction(3))]),
+        ([X], RANGES, [_above(Fraction(3)), _above(Fraction(11))]),
+    ],
+)
+def test_a_question_that_differs_is_another_question(
+    other: tuple[list[t.Variable], dict[str, tuple[Fraction, Fraction]], list[t.Term]],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    oracle = Oracle()
+    oracle.ask([X], RANGES, [_above(Fraction(3))])
+    _forbid_solving(monkeypatch)
+    with pytest.raises(AssertionError, match="was asked"):
+        oracle.ask(*other)
+
+
+def test_a_later_run_finds_the_same_answer_in_the_store(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    question = [_above(Fraction(1, 3)), B, t.Compare("==", E, t.Literal("right", E.type))]  # type: ignore[arg-type]
+    first = Oracle(store=Store(tmp_path / "answers"))
+    answer = first.ask([X, B, E], RANGES, question)
+    never = first.ask([X], RANGES, [_above(Fraction(10))])
+    first.keep()
+    _forbid_solving(monkeypatch)
+    second = Oracle(store=Store(tmp_path / "answers"))
+    assert second.ask([X, B, E], RANGES, question) == answer
+    assert answer.model["b"] is True
+    assert answer.model["e"] == "right"
+    assert second.ask([X], RANGES, [_above(Fraction(10))]) == never == Answer(Result.UNSAT, {})
+
+
+def test_another_budget_another_solver_or_other_code_asks_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = Oracle(store=Store(tmp_path / "answers"))
+    first.ask([X], RANGES, [_above(Fraction(3))])
+    first.keep()
+    _forbid_solving(monkeypatch)
+    with pytest.raises(AssertionError, match="was asked"):
+        Oracle(7_000_000, Store(tmp_path / "answers")).ask([X], RANGES, [_above(Fraction(3))])
+    monkeypatch.setattr(oracle_module, "_asked_by", lambda: "another solver")
+    with pytest.raises(AssertionError, match="was asked"):
+        Oracle(store=Store(tmp_path / "answers")).ask([X], RANGES, [_above(Fraction(3))])
+
+
+def test_unknown_is_not_kept(tmp_path: Path) -> None:
+    store = Store(tmp_path / "answers")
+    store.put({"k": Answer(Result.UNKNOWN, {}, "out of budget")})
+    assert store.get("k") is None
+
+
+@pytest.mark.parametrize("content", ["", "null", "{}", '{"result": "maybe", "model": {}}', "[1", "0"])
+def test_what_cannot_be_read_is_not_there(content: str, tmp_path: Path) -> None:
+    store = Store(tmp_path / "answers")
+    store._connection.execute("INSERT INTO answers VALUES ('k', ?)", (content,))
+    assert store.get("k") is None
+
+
+def test_a_store_that_is_gone_changes_nothing(tmp_path: Path) -> None:
+    store = Store(tmp_path / "answers")
+    store.close()
+    store.close()
+    oracle = Oracle(store=store)
+    assert oracle.ask([X], RANGES, [_above(Fraction(3))]).result is Result.SAT
+    oracle.keep()
+
+
+def test_the_users_wish_decides_where_answers_are_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("AEROS_CACHE", "off")
+    assert default_store() is None
+    monkeypatch.setenv("AEROS_CACHE", str(tmp_path / "file" / "below"))
+    (tmp_path / "file").write_text("")
+    assert default_store() is None
+    monkeypatch.setenv("AEROS_CACHE", str(tmp_path / "cache"))
+    assert default_store() is not None
+    assert (tmp_path / "cache" / "aeros" / "answers.sqlite3").exists()
+
+
+def test_an_unchanged_module_is_verified_without_the_solver(tmp_path: Path) -> None:
+    probe = (
+        "import sys; from aeros.cli.main import main; "
+        "code = main(['verify', 'ecms/make_dumplings', '--no-lock', '--format', 'json']); "
+        "print('z3' in sys.modules, file=sys.stderr); sys.exit(code)"
+    )
+
+    def verified() -> tuple[str, str]:
+        environment = {**os.environ, "AEROS_CACHE": str(tmp_path)}
+        done = subprocess.run(
+            [sys.executable, "-c", probe],
+            cwd=REPOSITORY,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        return done.stdout, done.stderr.strip()
+
+    cold, warm = verified(), verified()
+    assert (cold[1], warm[1]) == ("True", "False")
+    assert cold[0] == warm[0]

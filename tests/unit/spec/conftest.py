@@ -1,0 +1,80 @@
+"""A module of one skill under the corpus's site, from the few lines that a test is about."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from aeros.spec.verify import SubjectReport, verify
+
+TABLE = Path(__file__).parents[2] / "corpus" / "site" / "table.yaml"
+
+_MANIFEST = """\
+schema: aeros/ecm/1
+id: module
+version: 1.0.0
+description: What a test is about.
+license: Apache-2.0
+capabilities:
+  tidying: {{description: tidies the table, provided_by: [tidy]}}
+skills:
+  tidy:
+    description: tidy the table
+    entry: skills:tidy
+    precondition: {precondition}
+    inputs:
+      pause: {{type: real, unit: s, range: [0, 100], default: 1 s}}
+    outcomes:
+      tidied: {{effects: {{table_tidy: true}}}}
+    envelope:
+      {kind}: {envelope}
+    gated: [{gated}]
+    actuators: [arm]
+    resources: [arm]
+    risk: medium
+    timeout: 30 s
+permissions:
+  actuators: [arm]
+  sensors: [camera, scanner, encoders, panel]
+  actions:
+    {kind}: {permission}
+dependencies:
+  aeros: ">=0.1"
+"""
+
+Judge = Callable[..., SubjectReport]
+
+
+@pytest.fixture
+def judge(tmp_path: Path) -> Judge:
+    """What is found of a module, given a kind of action and its envelope."""
+
+    def judged(
+        kind: str,
+        envelope: str,
+        *,
+        permission: str = "true",
+        precondition: str = "true",
+        gated: str = "",
+        site: tuple[tuple[str, str], ...] = (),
+    ) -> SubjectReport:
+        folder = tmp_path / "module"
+        folder.mkdir(exist_ok=True)
+        text = _MANIFEST.format(
+            kind=kind, envelope=envelope, permission=permission, precondition=precondition, gated=gated
+        )
+        (folder / "ecm.yaml").write_text(text)
+        (folder / "skills.py").write_text(
+            f'from aeros.skill import act\n\n\ndef tidy(observed, inputs):\n    yield act("{kind}")\n'
+        )
+        table = TABLE.read_text()
+        for old, new in site:
+            assert old in table
+            table = table.replace(old, new)
+        (tmp_path / "site.yaml").write_text(table)
+        (found,) = verify([folder], tmp_path / "site.yaml").modules
+        return found
+
+    return judged

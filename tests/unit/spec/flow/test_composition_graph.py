@@ -1,0 +1,66 @@
+from __future__ import annotations
+
+from aeros.spec.composition import Composition, If, Par, Seq, Step, handlers_of, steps_of
+from aeros.spec.expr import terms as t
+from aeros.spec.flow.graph import DONE, START, STOPPED, graph_of, handler_cycle
+from aeros.spec.source import Source
+
+TEXT = Source("text", "x" * 100)
+
+
+def step(name: str, retry: int = 0, on_failure: str | None = None) -> Step:
+    return Step(name, name, {}, {}, retry, on_failure, TEXT.span(0, 1))
+
+
+def composition(body: Step | Seq | Par | If, **handlers: Step) -> Composition:
+    return Composition("c", t.TRUE, None, body, handlers, TEXT.span(0, 1))
+
+
+def edges(one: Composition) -> set[tuple[str, str, str]]:
+    return {(before, after, data["on"]) for before, after, data in graph_of(one).edges(data=True)}
+
+
+def test_a_sequence_leads_from_step_to_step() -> None:
+    assert edges(composition(Seq((step("a"), step("b")), TEXT.span(1, 2)))) == {
+        (START, "step/a", ""),
+        ("step/a", "step/b", "success"),
+        ("step/b", DONE, "success"),
+        ("step/a", STOPPED, "failure"),
+        ("step/b", STOPPED, "failure"),
+    }
+
+
+def test_branches_part_and_meet() -> None:
+    found = edges(composition(Par((step("a"), step("b")), TEXT.span(7, 8))))
+    assert {(START, "fork@7", ""), ("fork@7", "step/a", ""), ("fork@7", "step/b", "")} < found
+    assert {("step/a", "join@7", "success"), ("step/b", "join@7", "success"), ("join@7", DONE, "")} < found
+
+
+def test_a_condition_leads_to_either_part() -> None:
+    one = If(t.TRUE, "c", step("a"), Seq((), TEXT.span(1, 2)), TEXT.span(3, 4))
+    assert {("if/c@3", "step/a", "then"), ("if/c@3", DONE, "else")} < edges(composition(one))
+
+
+def test_a_handler_leads_back_to_the_step() -> None:
+    found = edges(composition(step("a", 1, "h"), h=step("h")))
+    assert {("step/a", "handler/h", "failure"), ("handler/h", "step/a", "success")} < found
+    assert ("handler/h", STOPPED, "failure") in found
+
+
+def test_a_retry_without_a_handler_leads_to_itself() -> None:
+    assert ("step/a", "step/a", "failure") in edges(composition(step("a", 1)))
+
+
+def test_handlers_in_a_circle_are_found() -> None:
+    round_ = {"h": step("h", 1, "i"), "i": step("i", 1, "h")}
+    found = handler_cycle(composition(step("a", 1, "h"), **round_))
+    assert found[0] == found[-1]
+    assert set(found) == {"h", "i"}
+    assert handler_cycle(composition(step("a", 1, "h"), h=step("h", 1, "i"), i=step("i"))) == []
+
+
+def test_the_handlers_of_a_step_are_those_it_leads_to() -> None:
+    handlers = {"h": step("h", 1, "i"), "i": step("i"), "j": step("j")}
+    assert [one.id for one in handlers_of(step("a", 1, "h"), handlers)] == ["h", "i"]
+    assert list(handlers_of(step("a", 0, "stop"), handlers)) == []
+    assert [one.id for one in steps_of(Seq((step("b"), step("a")), TEXT.span(0, 1)))] == ["b", "a"]

@@ -1,0 +1,135 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.loading import load_ecm, load_site, reference_site
+from aeros.spec.model import Ecm, Site
+from aeros.spec.obligations.skill_code import skill_code_obligations
+
+MODULE = Path(__file__).parents[4] / "ecms" / "clean_table"
+HEAD = "from aeros.skill import Action, act\n"
+
+
+@pytest.fixture(scope="module")
+def loaded() -> tuple[Ecm, Site]:
+    site = load_site(reference_site(), Diagnostics())
+    assert site is not None
+    found = load_ecm(MODULE, site, Diagnostics())
+    assert found is not None
+    ecm = found.ecm
+    return replace(ecm, skills={"wipe": ecm.skills["wipe"]}), site
+
+
+def _faults(loaded: tuple[Ecm, Site], code: str) -> set[tuple[str, str]]:
+    settled = skill_code_obligations(*loaded, {"skills.py": code.encode()})
+    return {(one.diagnostic.code, one.diagnostic.headline) for one in settled if one.diagnostic is not None}
+
+
+def _codes(loaded: tuple[Ecm, Site], code: str) -> set[str]:
+    return {code for code, _ in _faults(loaded, code)}
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        HEAD + "def wipe(o, i):\n    yield act('grip', width=0.05, force=5.0)\n",
+        HEAD + "import math\ndef wipe(o, i):\n    yield act('grip', width=math.sin(0.1), force=5.0)\n",
+        HEAD + "def _do():\n    yield act('slide', target=(0, 0, 0), force=1.0, speed=0.1)\n"
+        "def wipe(o, i):\n    yield from _do()\n",
+        HEAD + "from collections.abc import Generator\nfrom functools import partial\n"
+        "def _t(o) -> Generator[Action, None, None]:\n    yield act('grip', width=0.0, force=1.0)\n"
+        "def wipe(o, i):\n    yield from _t(o)\n",
+        # Another skill's function may ask for what this one may not.
+        HEAD + "def other(o, i):\n    yield act('move_base', x=0.0, y=0.0, speed=0.1)\n"
+        "def wipe(o, i):\n    yield act('grip', width=0.05, force=5.0)\n",
+    ],
+)
+def test_code_that_asks_for_what_it_declares_is_in_order(loaded: tuple[Ecm, Site], code: str) -> None:
+    assert _faults(loaded, code) == set()
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "yield act('move_base', x=0.0, y=0.0, speed=0.1)",
+        "yield Action('move_base', {'x': 0.0})",
+        "ask = act\n    yield ask('move_base', x=0.0)",
+        "yield act('mo' + 've_base', x=0.0)",
+        "yield act(*['move_base'])",
+        "yield DRIVE",
+        "yield Door.drive()",
+        "yield from _deep()",
+        "yield act('grip', width=0.05, force=5.0, speed=9.0)",
+        "yield act('grip', goal=0.05)",
+    ],
+)
+def test_every_plain_way_to_ask_for_more_is_noticed(loaded: tuple[Ecm, Site], body: str) -> None:
+    more = (
+        ("DRIVE = act('move_base', x=0.0, y=0.0, speed=0.1)\n" if "DRIVE" in body else "")
+        + (
+            "class Door:\n    drive = staticmethod(lambda: act('move_base', x=0.0))\n"
+            if "Door" in body
+            else ""
+        )
+        + ("def _deeper():\n    yield act('move_base', x=0.0)\ndef _deep():\n    yield from _deeper()\n")
+    )
+    assert _codes(loaded, f"{HEAD}{more}def wipe(o, i):\n    {body}\n") == {"AE133"}
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "def wipe(o, i):\n    yield act('grip', width=0.0, force=1.0)\nwipe = None\n",
+        "def wipe(o, i):\n    yield act('grip', width=0.0, force=1.0)\n"
+        "def wipe(o, i):\n    yield act('move_base', x=0.0)\n",
+        "act = print\ndef wipe(o, i):\n    yield act('grip', width=0.0, force=1.0)\n",
+    ],
+)
+def test_a_name_that_is_bound_twice_hides_nothing(loaded: tuple[Ecm, Site], code: str) -> None:
+    assert "AE133" in _codes(loaded, HEAD + code)
+
+
+@pytest.mark.parametrize(
+    "reach",
+    [
+        "import os",
+        "import aeros.skill",
+        "import collections.abc",
+        "from aeros import runtime",
+        "from aeros.skill import Generator",
+        "from .neighbour import secret",
+        "from math import *",
+        "from dataclasses import sys",
+        "from typing import get_type_hints",
+        "import dataclasses\nx = dataclasses.sys",
+        "import math\nx = [math]",
+        "x = ().__class__",
+        "x = (y for y in ()).gi_frame",
+        "x = getattr(act, 'x')",
+        "x = open('/etc/passwd')",
+        "print('goal reached')",
+        "x = eval('1')",
+        "def f():\n    global wipe\n",
+    ],
+)
+def test_every_door_that_can_be_read_is_shut(loaded: tuple[Ecm, Site], reach: str) -> None:
+    code = f"{HEAD}{reach}\ndef wipe(o, i):\n    yield act('grip', width=0.0, force=1.0)\n"
+    assert "AE134" in _codes(loaded, code)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"\xef\xbb\xbfimport os\n",
+        b"# -*- coding: latin-1 -*-\nx = '\xe9'\n",
+        b"#\n# vim: coding=utf-7\n",
+        b"\xff",
+    ],
+)
+def test_bytes_that_python_may_read_otherwise_are_refused(loaded: tuple[Ecm, Site], content: bytes) -> None:
+    settled = list(skill_code_obligations(*loaded, {"skills.py": content}))
+    assert [one.diagnostic and one.diagnostic.code for one in settled] == ["AE134"]
