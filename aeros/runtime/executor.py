@@ -118,9 +118,11 @@ class Executor:
             self._record_broken(step, failure)
             raise
         counts = step.counts
-        outcome = {"time": self.now(), "status": ending.status.value, "reason": ending.reason}
+        # A skill's own words may hold what no file, database or terminal takes.
+        reason = ending.reason.encode("utf-8", "backslashreplace").decode()
+        outcome = {"time": self.now(), "status": ending.status.value, "reason": reason}
         self._audit.append("step-ended", {**outcome, **caller_details(step.caller)})
-        return StepResult(ending.status, ending.reason, counts.allowed, counts.attenuated, counts.denied)
+        return StepResult(ending.status, reason, counts.allowed, counts.attenuated, counts.denied)
 
     # Before and after.
 

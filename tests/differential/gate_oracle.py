@@ -26,10 +26,10 @@ def admits(configuration: Configuration, asked: Request) -> bool:
         return False
     kind, skill = asked.action.kind, asked.caller.skill
     quotas = [quota for quota in configuration.site.quotas if kind in quota.kinds]
-    used = [asked.usage.get(quota.id) for quota in quotas]
-    if not all(
-        type(count) is int and 0 <= count < quota.at_most for count, quota in zip(used, quotas, strict=True)
-    ):
+    known = {quota.id for quota in configuration.site.quotas}
+    if not all(name in known and type(used) is int and used >= 0 for name, used in asked.usage.items()):
+        return False
+    if not all(quota.id in asked.usage and asked.usage[quota.id] < quota.at_most for quota in quotas):
         return False
     return not objections(configuration, skill, kind, values)
 

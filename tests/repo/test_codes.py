@@ -38,6 +38,7 @@ ACCOMPANIED = {
     "AE504": {"AE851"},  # the composition that runs the skill cannot start it either
     "AE507": {"AE802"},  # a goal that never holds is never reached either
     "AE508": {"AE805"},  # a goal that always holds is reached from the start
+    "AE859": {"AE858"},  # what moves an actuator holds it as a resource
     "AE601": {"AE604"},  # where two rules contradict each other, a third one denies nothing more
     "AE801": {"AE851"},  # a composition of the same skills has the same fault
     "AE731": {"AE730"},  # envelopes are proved to lie inside the permission

@@ -108,7 +108,10 @@ def test_what_the_module_does_not_have_is_a_usage_error(
 
 @pytest.mark.parametrize(
     ("module", "code"),
-    [("accepted/rules_over_numbers", "AE803"), ("rejected/form/unknown_invariant_left_to_the_gate", "AE122")],
+    [
+        ("rejected/closed_loop/rules_over_numbers", "AE803"),
+        ("rejected/form/unknown_invariant_left_to_the_gate", "AE122"),
+    ],
 )
 def test_what_cannot_be_predicted_is_refused(
     module: str, code: str, capsys: pytest.CaptureFixture[str]

@@ -235,6 +235,7 @@ class _Mimic(Action):
     ("body", "reason"),
     [
         (_raises(ValueError("no")), "ValueError: no"),
+        (_raises(ValueError("\ud800")), "ValueError: "),
         (_raises(SystemExit(0)), "SystemExit: 0"),
         (_raises(GeneratorExit()), "GeneratorExit: "),
         (_raises(StopIteration()), "RuntimeError: generator raised StopIteration"),

@@ -99,10 +99,10 @@ def test_a_folder_that_is_gone_is_refused(make_ecm: Any) -> None:
 
 
 def test_an_unreadable_file_is_refused(make_ecm: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    def unreadable(path: Path) -> bytes:
+    def unreadable(*_: object) -> None:
         raise PermissionError(13, "Permission denied")
 
     ecm = make_ecm(GOOD)
-    monkeypatch.setattr(Path, "read_bytes", unreadable)
+    monkeypatch.setattr(Path, "open", unreadable)
     with pytest.raises(SkillRefusedError, match="cannot be read"):
         load_skill(ecm, ecm.skills["lift"])

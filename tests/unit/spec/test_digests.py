@@ -1,8 +1,11 @@
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
-from aeros.spec.digests import code_digest, code_files, file_digest
+import pytest
+
+from aeros.spec.digests import MAX_FILE, code_digest, code_files, file_digest
 
 
 def test_digests_tell_names_contents_and_borders_apart() -> None:
@@ -22,8 +25,25 @@ def test_digests_tell_names_contents_and_borders_apart() -> None:
 
 def test_only_python_files_are_code(tmp_path: Path) -> None:
     (tmp_path / "below").mkdir()
-    (tmp_path / "folder.py").mkdir()
     for name in ("b.py", "a.py", "notes.txt", "below/c.py"):
         (tmp_path / name).write_text(name)
     assert code_files(tmp_path) == {"a.py": b"a.py", "b.py": b"b.py", "below/c.py": b"below/c.py"}
     assert list(code_files(tmp_path)) == ["a.py", "b.py", "below/c.py"]
+
+
+def test_what_is_no_regular_file_or_too_large_is_not_read(tmp_path: Path) -> None:
+    (tmp_path / "folder.py").mkdir()
+    with pytest.raises(OSError, match=r"`folder.py` is no regular file"):
+        code_files(tmp_path)
+    (tmp_path / "folder.py").rmdir()
+    (tmp_path / "link.py").symlink_to("/dev/zero")
+    with pytest.raises(OSError, match=r"`link.py` is no regular file"):
+        code_files(tmp_path)
+    (tmp_path / "link.py").unlink()
+    os.mkfifo(tmp_path / "pipe.py")
+    with pytest.raises(OSError, match=r"`pipe.py` is no regular file"):
+        code_files(tmp_path)
+    (tmp_path / "pipe.py").unlink()
+    (tmp_path / "large.py").write_bytes(b"#" * (MAX_FILE + 1))
+    with pytest.raises(OSError, match=r"`large.py` is larger"):
+        code_files(tmp_path)

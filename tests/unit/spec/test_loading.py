@@ -71,10 +71,10 @@ def test_a_pipe_for_a_manifest_does_not_hang(tmp_path: Path, site: Site) -> None
 def test_code_that_cannot_be_read_is_reported(
     module: Path, site: Site, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def refused(_: Path) -> bytes:
+    def refused(*_: object) -> None:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "read_bytes", refused)
+    monkeypatch.setattr(Path, "open", refused)
     sink = Diagnostics()
     assert load_ecm(module, site, sink) is None
     (found,) = sink
