@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 
 _EXAMPLES = """\
 The module is proved first; if it cannot be, nothing is decided and the exit code is 1.  Each line is
-decided on its own: it brings the state, the time and the use of quotas.  Denials do not change the
-exit code, which is 0 once every line has its decision.
+decided on its own: it brings the state, the time and the use of quotas.  State that no rule on the
+action reads may be absent or old; what is there must be well-formed.  Denials do not change the exit
+code, which is 0 once every line has its decision.
 
 a request:
   {"time": 10.0,
