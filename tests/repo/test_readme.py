@@ -70,6 +70,8 @@ if UPDATE:
 
 else:
 
+    # A command may read what the one before it wrote, so one worker runs them all, in order.
+    @pytest.mark.xdist_group("readme")
     @pytest.mark.parametrize(("command", "shown"), [_marked(found) for found in _COMMANDS])
     def test_the_command_prints_what_the_readme_shows(command: str, shown: str, clone: Path) -> None:
         ran = _run(command, clone)
