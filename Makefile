@@ -51,7 +51,7 @@ proofs: $(VENV)/.installed-test
 
 pytest: $(VENV)/.installed-test
 	@echo '== pytest'
-	@$(BIN)/pytest -n $(JOBS) --dist loadgroup
+	@$(BIN)/pytest -n $(JOBS)
 
 clean: ## remove .venv, caches and runs
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .grimp_cache .aeros runs dist

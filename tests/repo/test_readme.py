@@ -69,12 +69,16 @@ if UPDATE:
         pytest.fail("README.md was rewritten")
 
 else:
+    # A command may read what the one before it wrote, so all are run, in order, wherever one is tested.
+    @pytest.fixture(scope="module")
+    def all_ran(clone: Path) -> dict[str, subprocess.CompletedProcess[str]]:
+        return {command: _run(command, clone) for command, _ in _COMMANDS}
 
-    # A command may read what the one before it wrote, so one worker runs them all, in order.
-    @pytest.mark.xdist_group("readme")
     @pytest.mark.parametrize(("command", "shown"), [_marked(found) for found in _COMMANDS])
-    def test_the_command_prints_what_the_readme_shows(command: str, shown: str, clone: Path) -> None:
-        ran = _run(command, clone)
+    def test_the_command_prints_what_the_readme_shows(
+        command: str, shown: str, all_ran: dict[str, subprocess.CompletedProcess[str]]
+    ) -> None:
+        ran = all_ran[command]
         assert _normal(ran.stdout) == _normal(shown), ran.stderr
 
 
