@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any, cast
 
 from aeros.spec.expr.semantics import Value
-from aeros.spec.expr.types import BoolType, EnumType, FamilyType, RealType, Type, VectorType
+from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, Type, VectorType
 from aeros.spec.model import Declared
 
 
@@ -37,7 +37,10 @@ def _exact(declared: Declared, type_: Type, value: Any) -> Value:
         case BoolType() if type(value) is bool:
             return value
         case RealType() if type(value) in (float, int, Fraction):
-            return _real(declared, value)
+            number = _real(declared, value)
+            if isinstance(type_, IntegerType) and number.denominator != 1:
+                raise UnusableValueError("is not a whole number")
+            return number
         case EnumType(members=members) if type(value) is str:
             if value not in members:
                 raise UnusableValueError(f"is {value!r}, which is none of {', '.join(members)}")

@@ -23,6 +23,7 @@ from aeros.runtime.audit import AuditError, AuditLog, DecisionCounts
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Decision, Reason, Verdict
 from aeros.runtime.gate import Gate
+from aeros.runtime.history import Histories
 from aeros.runtime.inputs import InputError, settle_inputs
 from aeros.runtime.monitor import MonitorFactory
 from aeros.runtime.observation import observation_for
@@ -77,7 +78,8 @@ class Executor:
         self._plant = plant
         self._audit = audit
         self._load = loader
-        self._monitors = MonitorFactory(configuration.site)
+        self._histories = Histories(configuration.site)
+        self._monitors = MonitorFactory(configuration.site, self._histories)
         self._usage = Usage(configuration.site.quotas)
         audit.append("session-opened", session_details(configuration))
 
@@ -190,8 +192,11 @@ class Executor:
     def _act(self, step: _Step, asked: Action) -> Ending | None:
         """Decide, record, execute; None when the skill may go on."""
         # In this order: a reading is never younger than the time it is judged at.
-        readings = self._plant.observe()
+        measured = self._plant.observe()
         now = self.now()
+        names = self._histories.names
+        readings = {name: one for name, one in measured.items() if name not in names}
+        readings |= self._histories.advance(readings, now)
         decision = self._decide(step.caller, readings, asked, now)
         step.counts = step.counts.plus(decision.verdict)
         digest = self._configuration.digest

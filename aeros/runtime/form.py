@@ -14,7 +14,7 @@ from typing import Any
 from aeros.runtime.decision import Reason
 from aeros.spec.doubles import neighbours
 from aeros.spec.expr.lower import scalar_variables
-from aeros.spec.expr.types import BoolType, EnumType, FamilyType, RealType, VectorType
+from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, VectorType
 from aeros.spec.model import Declared
 from aeros.spec.units import show_quantity
 
@@ -90,6 +90,8 @@ def _real_check(declared: Declared) -> Callable[[Any], _Checked]:
     # A double is inside the exact range iff it is inside the doubles just inside it.
     least, most = neighbours(low)[1], neighbours(high)[0]
     bounds = f"{show_quantity(low, declared.unit)} to {show_quantity(high, declared.unit)}"
+    type_ = declared.variable.type
+    whole = isinstance(type_.element if isinstance(type_, FamilyType) else type_, IntegerType)
 
     def check(value: Any) -> _Checked:
         if type(value) is int and -_EXACT_INTEGERS <= value <= _EXACT_INTEGERS:
@@ -100,6 +102,8 @@ def _real_check(declared: Declared) -> Callable[[Any], _Checked]:
             return None, ("AE704", "is not finite")
         if not least <= value <= most:
             return None, ("AE705", f"is outside {bounds}")
+        if whole and not value.is_integer():
+            return None, ("AE704", "is not a whole number")
         return value, None
 
     return check

@@ -100,7 +100,7 @@ class _Decider:
         self._configuration = configuration
         self._compiled = compiled
         site = configuration.site
-        self._state = forms_of(site.state)
+        self._state = forms_of(site.observed)
         self._kinds = {name: self._kind_rules(kind) for name, kind in site.kinds.items()}
         self._inputs: dict[tuple[str, str], dict[str, Form]] = {}
         self._entries: dict[tuple[str, str, str], _Entry] = {}
@@ -152,7 +152,7 @@ class _Decider:
         return frozenset(id_ for id_, verdict in certificate.obligations.items() if verdict == "PROVED")
 
     def _condition(self, term: t.Term, kind: ActionKind, inputs: Mapping[str, Declared]) -> Condition:
-        state = self._configuration.site.state
+        state = self._configuration.site.observed
         declared = (*state.values(), *inputs.values(), *kind.parameters.values())
         return CompiledCondition(term, declared) if self._compiled else SolverCondition(term, declared)
 

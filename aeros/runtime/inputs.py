@@ -8,7 +8,7 @@ from math import isfinite
 from typing import Any
 
 from aeros.spec.doubles import double_within
-from aeros.spec.expr.types import BoolType, EnumType, FamilyType, RealType, VectorType
+from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, VectorType
 from aeros.spec.model import Declared
 
 
@@ -19,8 +19,9 @@ class InputError(Exception):
 def settle_inputs(declared: Mapping[str, Declared], given: Mapping[str, Any]) -> dict[str, Any]:
     """A value of the declared type, in SI, for every declared input; raises `InputError`.
 
-    Reals become float (from float, int or Fraction; a Fraction on its bound stays inside), vectors
-    and families (tuple or list) tuples.  Immutable all the way down, so what was checked is what is used.
+    Integers become int, reals float (from float, int or Fraction; a Fraction on its bound stays
+    inside), vectors and families (tuple or list) tuples.  Immutable all the way down, so what was
+    checked is what is used.
     """
     try:
         asked = dict(given)
@@ -63,6 +64,8 @@ def _one(name: str, declared: Declared, type_: BoolType | RealType | EnumType | 
             if type(value) is not str or value not in members:
                 raise InputError(f"the input `{name}` is none of {', '.join(members)}")
             return value
+        case IntegerType():
+            return _whole(name, _real(name, declared.range, value))
         case _:
             return _real(name, declared.range, value)
 
@@ -76,6 +79,12 @@ def _real(name: str, bounds: tuple[Fraction, Fraction] | None, value: Any) -> fl
         lower, upper = map(float, bounds)
         raise InputError(f"the input `{name}` is outside its range [{lower:.9g}, {upper:.9g}]")
     return double_within(exact, bounds) if bounds is not None else _double(name, exact)
+
+
+def _whole(name: str, value: float) -> int:
+    if not value.is_integer():
+        raise InputError(f"the input `{name}` is not a whole number")
+    return int(value)
 
 
 def _double(name: str, exact: Fraction) -> float:

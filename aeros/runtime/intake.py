@@ -70,14 +70,15 @@ def take_readings(
         if form is None:
             yield Reason("AE702", name, f"`{name}` is not a state variable of this site")
             continue
-        fault = _take_reading(form, reading, now, name in required, values)
+        fault = take_reading(form, reading, now, name in required, values)
         if fault is not None:
             yield fault
     for name in sorted(required - readings.keys()):
         yield Reason("AE703", name, f"`{name}` is not measured")
 
 
-def _take_reading(form: Form, reading: Any, now: float, required: bool, values: Scalars) -> Reason | None:
+def take_reading(form: Form, reading: Any, now: float, required: bool, values: Scalars) -> Reason | None:
+    """Take one reading, or say why it does not serve; some of a faulty one's scalars may have been put."""
     if type(reading) is not Reading:
         name = form.declared.name
         return Reason("AE701", name, f"`{name}` is not a value with a time")

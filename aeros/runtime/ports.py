@@ -31,9 +31,10 @@ class Reading:
 Readings = Mapping[str, Reading]
 """Readings by vocabulary name.  A name that is absent is unknown."""
 
-Monitor = Callable[[Mapping[str, Any]], str | None]
-"""Checks measured values (by vocabulary name, SI) at one control tick: None, or the id of the
-violated rule, upon which the plant makes a protective stop within that tick."""
+Monitor = Callable[[float, Mapping[str, Any]], str | None]
+"""Checks what is measured at one control tick, given its time (plant seconds) and the values by
+vocabulary name (SI): None, or the id of the violated rule, upon which the plant makes a protective
+stop within that tick."""
 
 
 @dataclass(frozen=True, slots=True)

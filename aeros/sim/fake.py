@@ -59,7 +59,7 @@ class FakePlant:
         """Show the monitor what is scripted, then end as is scripted."""
         self._call("execute", action, deadline)
         for tick in self.during or [{}]:
-            rule = monitor({**self.values, **tick})
+            rule = monitor(self.now(), {**self.values, **tick})
             if rule is not None:
                 return Completion(False, f"monitor:{rule}")
         if self.time + self.duration > deadline:

@@ -142,7 +142,7 @@ class PhysicsPlant:
             raise BlockedError(f"blocked: the arm is held back at {_spell(self._state)}")
 
     def _check(self, monitor: Monitor) -> Completion | None:
-        rule = monitor(self._fast_values())
+        rule = monitor(self.now(), self._fast_values())
         if rule is None:
             return None
         self.stop()

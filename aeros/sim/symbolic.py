@@ -68,7 +68,7 @@ class SymbolicPlant:
             return Completion(False, str(reason))
         after = {**self._values, **self._known(motion.after)}
         for seen in ({**self._values, **self._known(motion.under_way)}, after):
-            rule = monitor(seen)
+            rule = monitor(self.now(), seen)
             if rule is not None:
                 return Completion(False, f"monitor:{rule}")
         return self._elapse(motion, after, deadline)

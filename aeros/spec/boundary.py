@@ -22,7 +22,7 @@ from aeros.spec.expr.types import BOOL, EnumType, RealType
 from aeros.spec.model import Declared, Site
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.questions import implied, impossible
-from aeros.spec.rewriting import decimal
+from aeros.spec.units import decimal
 
 
 def boundary_of(obligation: Obligation, site: Site, oracle: Oracle) -> str:

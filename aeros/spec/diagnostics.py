@@ -90,6 +90,7 @@ _TABLE: Final = (
     Code("AE206", "division", "form", "an expression divides by something other than a constant"),
     Code("AE207", "malformed-quantity", "form", "a value with a unit cannot be read"),
     Code("AE208", "malformed-declaration", "form", "a variable or volume is declared inconsistently"),
+    Code("AE209", "past-time", "form", "a condition looks back where it may not"),
     # AE3xx: dependencies
     Code("AE301", "missing-dependency", "dependencies", "a required module is not there"),
     Code("AE302", "dependency-version", "dependencies", "a required module has another version"),

@@ -9,8 +9,8 @@ from aeros.spec.backends.answers import Result
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.diagnostics import Label
 from aeros.spec.expr import terms as t
-from aeros.spec.model import Declared, ranges_of
-from aeros.spec.obligations.obligation import Claim, Obligation, Space, Verdict
+from aeros.spec.model import about, ranges_of
+from aeros.spec.obligations.obligation import Claim, Obligation, Verdict
 from aeros.spec.witness import Witness, witness_of
 
 
@@ -54,21 +54,15 @@ def _discharge(obligation: Obligation, oracle: Oracle) -> Finding:
     always = obligation.claim is Claim.ALWAYS
     sought = t.Not(obligation.conclusion) if always else obligation.conclusion
     wanted = (*obligation.space.assumptions, sought)
-    declared = _mentioned(obligation.space, wanted)
-    answer = oracle.ask([one.variable for one in declared], ranges_of(declared), wanted)
+    declared, terms = about(wanted, obligation.space.declared)
+    answer = oracle.ask([one.variable for one in declared], ranges_of(declared), terms)
     if answer.result is Result.UNKNOWN:
         return Finding(obligation, Verdict.UNKNOWN, reason=f"{answer.reason} (rlimit {oracle.rlimit})")
     if answer.result is Result.UNSAT:
         return Finding(obligation, Verdict.PROVED if always else obligation.failing)
-    witness = witness_of(answer.model, declared, wanted, shown=always and obligation.guard is None)
+    witness = witness_of(answer.model, declared, terms, shown=always and obligation.guard is None)
     if witness is None:
         return Finding(
             obligation, Verdict.UNKNOWN, reason="the solver's witness is irrational and did not replay"
         )
     return Finding(obligation, Verdict.REFUTED if always else Verdict.PROVED, witness)
-
-
-def _mentioned(space: Space, wanted: tuple[t.Term, ...]) -> tuple[Declared, ...]:
-    """The variables of `space` that the question depends on: all others are free to be anything."""
-    names = {name for term in wanted for name in t.variables_of(term)}
-    return tuple(one for one in space.declared if one.name in names)

@@ -20,8 +20,8 @@ from aeros.spec.expr.scope import ExpressionTypeError, Scope
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.model import Declared
 from aeros.spec.questions import implied, impossible
-from aeros.spec.rewriting import adding, decimal, decimals, joined, links, number, replacing, unit_in
-from aeros.spec.units import Unit
+from aeros.spec.rewriting import adding, decimals, joined, links, number, replacing, unit_in
+from aeros.spec.units import Unit, decimal
 
 EXTRA_DIGITS = 3  # of a bound that is searched for, beyond those the author wrote
 MOST_QUESTIONS = 300  # about one line; a search for a bound asks some thirty

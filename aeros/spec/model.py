@@ -5,7 +5,7 @@ Built by `elaborate` alone; obligations, the gate and planners read it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from fractions import Fraction
@@ -41,6 +41,7 @@ class Declared:
     sensor: what measures it; None for parameters and inputs.
     default: of an input, in SI; None where a step must give it.
     range_span: where the bounds are written.
+    facts: what holds of it in every state, beside its range.
     """
 
     variable: t.Variable
@@ -51,6 +52,7 @@ class Declared:
     sensor: str | None = None
     default: Any = None
     range_span: Span | None = None
+    facts: tuple[t.Term, ...] = ()
 
     @property
     def name(self) -> str:
@@ -66,6 +68,22 @@ def ranges_of(declared: Iterable[Declared]) -> dict[str, tuple[Fraction, Fractio
         for scalar in scalar_variables(one.variable)
         if isinstance(scalar.type, RealType) and one.range is not None
     }
+
+
+def about(
+    terms: Sequence[t.Term], declared: Iterable[Declared]
+) -> tuple[tuple[Declared, ...], tuple[t.Term, ...]]:
+    """The variables of `declared` that the terms depend on, and the terms with all facts about those."""
+    known = {one.name: one for one in declared}
+    found: dict[str, Declared] = {}
+    pending, whole = list(terms), list(terms)
+    while pending:
+        for name in t.variables_of(pending.pop()):
+            if name in known and name not in found:
+                found[name] = known[name]
+                pending += known[name].facts
+                whole += known[name].facts
+    return tuple(one for one in known.values() if one.name in found), tuple(whole)
 
 
 @dataclass(frozen=True)
@@ -128,6 +146,18 @@ class JointRule:
     term: t.Term
     span: Span
     require_span: Span
+
+
+@dataclass(frozen=True)
+class History:
+    """A past-time condition of the rules, as a variable of its own that the runtime keeps up to date.
+
+    declared: the variable; its name is the condition's text, its facts hold of it whatever happened.
+    term: its operands are over state variables and histories that stand before it.
+    """
+
+    declared: Declared
+    term: t.PastTerm
 
 
 @dataclass(frozen=True)
@@ -207,6 +237,12 @@ class Site:
     span: Span
     joint: tuple[JointRule, ...] = ()
     grant_spans: Mapping[str, Span] = field(default_factory=dict)
+    histories: tuple[History, ...] = ()
+
+    @cached_property
+    def observed(self) -> Mapping[str, Declared]:
+        """Everything that rules read of the state: what is measured, and the histories of it."""
+        return {**self.state, **{one.declared.name: one.declared for one in self.histories}}
 
     def access_of(self, module: str) -> Access:
         """Everything that `module` may be permitted to touch."""
@@ -215,11 +251,6 @@ class Site:
     def rules_on(self, kind: str) -> tuple[Rule, ...]:
         """The invariants that govern actions of `kind`."""
         return tuple(rule for rule in self.rules if kind in rule.terms)
-
-    @cached_property
-    def state_variables(self) -> dict[str, t.Variable]:
-        """The term variable of each state variable."""
-        return {name: declared.variable for name, declared in self.state.items()}
 
 
 @dataclass(frozen=True)

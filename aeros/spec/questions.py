@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from aeros.spec.backends.answers import Result
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.expr import terms as t
-from aeros.spec.model import Declared, ranges_of
+from aeros.spec.model import Declared, about, ranges_of
 
 
 def impossible(terms: Sequence[t.Term], declared: Iterable[Declared], oracle: Oracle) -> bool:
@@ -15,9 +15,8 @@ def impossible(terms: Sequence[t.Term], declared: Iterable[Declared], oracle: Or
 
     declared: every variable of the terms, and others; one without a range may have any value.
     """
-    names = {name for term in terms for name in t.variables_of(term)}
-    mentioned = [one for one in declared if one.name in names]
-    answer = oracle.ask([one.variable for one in mentioned], ranges_of(mentioned), terms)
+    mentioned, whole = about(terms, declared)
+    answer = oracle.ask([one.variable for one in mentioned], ranges_of(mentioned), whole)
     return answer.result is Result.UNSAT
 
 

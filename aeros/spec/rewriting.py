@@ -14,16 +14,6 @@ from aeros.spec.units import NUMBER, Unit
 _NUMERAL = re.compile(r"-?\s*[0-9.]+(?:[eE][-+]?[0-9]+)?")
 
 
-def decimal(value: Fraction) -> str | None:
-    """`value` as people write it, or None if it has no such form of at most twelve decimals."""
-    scaled = value * 10**12
-    if scaled.denominator != 1:
-        return None
-    digits = f"{abs(scaled.numerator):013d}"
-    shown = f"{digits[:-12]}.{digits[-12:]}".rstrip("0").rstrip(".")
-    return f"-{shown}" if value < 0 else shown
-
-
 def links(node: s.Node) -> Iterator[tuple[s.Node, s.Node, str]]:
     """Each comparison of two values among the conjuncts of `node`."""
     if isinstance(node, s.Junction) and node.op == "and":

@@ -163,3 +163,13 @@ def show_number(value: Fraction) -> str:
     except OverflowError:
         return f"≈{'-' if value < 0 else ''}10^{math.log10(abs(value.numerator) // value.denominator):.0f}"
     return shown if Fraction(shown) == value else f"≈{shown}"
+
+
+def decimal(value: Fraction) -> str | None:
+    """`value` as people write it, or None if it has no such form of at most twelve decimals."""
+    scaled = value * 10**12
+    if scaled.denominator != 1:
+        return None
+    digits = f"{abs(scaled.numerator):013d}"
+    shown = f"{digits[:-12]}.{digits[-12:]}".rstrip("0").rstrip(".")
+    return f"-{shown}" if value < 0 else shown

@@ -40,7 +40,7 @@ def test_closure_decides_as_the_definition_and_takes_the_exact_path_only_when_it
 
 
 def test_smt_decides_as_the_definition() -> None:
-    _check(Smt(), 80)
+    _check(Smt(), 120)
 
 
 @pytest.mark.parametrize(

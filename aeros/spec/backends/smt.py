@@ -17,7 +17,7 @@ from aeros.spec.backends.answers import Answer, Result, Scalar
 from aeros.spec.backends.budget import DEFAULT_RLIMIT
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, scalar_variables
-from aeros.spec.expr.types import BoolType, EnumType, RealType
+from aeros.spec.expr.types import BoolType, EnumType, IntegerType, RealType
 
 _DIGITS = 30  # an irrational model value is shown to this many decimals
 
@@ -56,6 +56,8 @@ class Session:
                 constant = z3.Bool(scalar.name, self._context)
             case RealType():
                 constant = z3.Real(scalar.name, self._context)
+                if isinstance(scalar.type, IntegerType):
+                    self._solver.add(z3.IsInt(constant))
                 if scalar.name in ranges:
                     low, high = (_rational(self._context, bound) for bound in ranges[scalar.name])
                     self._solver.add(constant >= low, constant <= high)

@@ -24,7 +24,9 @@ class Quantity:
     """A typed variable: its type, unit and bounds."""
 
     span: Span
-    type: Text = field(metadata={"doc": "`bool`, `real`, `vec3` or the name of an enum, as in `type: real`"})
+    type: Text = field(
+        metadata={"doc": "`bool`, `int`, `real`, `vec3` or the name of an enum, as in `type: real`"}
+    )
     unit: Text | None = field(default=None, metadata={"doc": "the unit of `range`, as in `unit: mm/s`"})
     range: tuple[Number, ...] | None = field(
         default=None, metadata={"doc": "lowest and highest value, as in `range: [0, 3]`"}

@@ -65,7 +65,7 @@ def _allowed(asking: _Asking, site: Site, kind: ActionKind) -> Side:
     ecm, skill = asking.ecm, asking.skill
     if ecm is None or skill is None:
         return Side((), (Condition(t.FALSE, None),), ecm.span if ecm else None)
-    declared = (*site.state.values(), *kind.parameters.values(), *skill.inputs.values())
+    declared = (*site.observed.values(), *kind.parameters.values(), *skill.inputs.values())
     clause, permitted = skill.envelope.get(kind.name), ecm.permission.get(kind.name)
     if clause is None:
         return Side(declared, (Condition(t.FALSE, skill.span),), skill.span)
@@ -122,7 +122,7 @@ def _skill_changes(subject: str, old: Skill, new: Skill, site: Site, rlimit: int
 
 
 def _startable(skill: Skill, site: Site) -> Side:
-    declared = (*site.state.values(), *skill.inputs.values())
+    declared = (*site.observed.values(), *skill.inputs.values())
     start = skill.precondition
     conditions = () if start is None else (Condition(start.term, start.span),)
     return Side(declared, conditions, skill.span)

@@ -56,7 +56,7 @@ def _allowed(site: Site, name: str) -> Side:
     )
     if any(everywhere) or kind.risk > site.risk_ceiling:
         conditions.append(Condition(t.FALSE, kind.span))
-    return Side((*site.state.values(), *kind.parameters.values()), tuple(conditions), kind.span)
+    return Side((*site.observed.values(), *kind.parameters.values()), tuple(conditions), kind.span)
 
 
 def _kind_changes(old: Site, new: Site, before: ActionKind, after: ActionKind) -> Iterator[Change]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from typing import TypeVar
 
@@ -15,6 +16,7 @@ from aeros.spec.elaborate.expressions import (
     elaborate_quantity,
     elaborate_unit,
 )
+from aeros.spec.elaborate.past import Histories
 from aeros.spec.elaborate.scopes import constant_scope, joint_scope, kind_scope
 from aeros.spec.elaborate.vocabulary import check_name, elaborate_state, elaborate_variable
 from aeros.spec.expr import terms as t
@@ -58,6 +60,7 @@ class _SiteElaborator:
         self.volumes: dict[str, Box] = {}
         self.state: dict[str, Declared] = {}
         self.kinds: dict[str, ActionKind] = {}
+        self._histories = Histories()
 
     def site(self, digest: str) -> Site:
         site, before = self._declared, len(self._sink)
@@ -79,6 +82,7 @@ class _SiteElaborator:
         self._check_protective()
         self._check_unique(site.invariants, site.joint, site.policy.blocks, site.policy.quotas)
         rules = tuple(rule for one in site.invariants if whole and (rule := self._rule(one)) is not None)
+        joint = tuple(found for one in site.joint if whole and (found := self._joint(one)) is not None)
         access_of = self._access if whole else elaborate_access
         policy = site.policy
         return Site(
@@ -99,7 +103,8 @@ class _SiteElaborator:
             resources={name.value: count.value for name, count in site.resources},
             span=site.span,
             grant_spans={name.value: name.span for name, _ in policy.grants},
-            joint=tuple(found for one in site.joint if whole and (found := self._joint(one)) is not None),
+            joint=joint,
+            histories=self._histories.kept,
         )
 
     def _enum(self, name: Text, members: tuple[Text, ...]) -> None:
@@ -237,11 +242,13 @@ class _SiteElaborator:
         conjuncts: dict[str, tuple[Conjunct, ...]] = {}
         attenuations: dict[str, dict[str, t.Term]] = {}
         for kind in kinds:
-            scope = kind_scope(self, kind)
+            scope = replace(kind_scope(self, kind), past=True)
             found = elaborate_condition(one.require, scope, self._sink)
             if found is None:
                 return None  # the same fault would be found for every kind
-            terms[kind.name], conjuncts[kind.name] = found
+            flat = self._histories.flat
+            terms[kind.name] = flat(found[0], one.require.span)
+            conjuncts[kind.name] = tuple(Conjunct(flat(part.term, part.span), part.span) for part in found[1])
             reduced = self._attenuation(one.attenuate, kind, scope)
             if reduced:
                 attenuations[kind.name] = reduced
@@ -270,7 +277,8 @@ class _SiteElaborator:
         roles = {role: kind for role, kind in kinds.items() if kind is not None}
         if len(self._sink) > before:
             return None
-        term = elaborate_expression(one.require, joint_scope(self, roles), self._sink)
+        scope = replace(joint_scope(self, roles), past=True)
+        term = elaborate_expression(one.require, scope, self._sink)
         if term is None:
             return None
         first, second = ((role, kind.name) for role, kind in roles.items())
@@ -280,7 +288,7 @@ class _SiteElaborator:
             one.rationale.value,
             one.source.value,
             (first, second),
-            term,
+            self._histories.flat(term, one.require.span),
             one.span,
             one.require.span,
         )
@@ -296,7 +304,7 @@ class _SiteElaborator:
                 continue
             term = elaborate_expression(expression, scope, self._sink, parameter.variable.type)
             if term is not None:
-                reduced[name.value] = term
+                reduced[name.value] = self._histories.flat(term, expression.span)
         return reduced
 
     def _kinds_named(self, names: tuple[Text, ...]) -> list[ActionKind]:

@@ -11,12 +11,22 @@ from aeros.spec.diagnostics import Diagnostics, did_you_mean
 from aeros.spec.elaborate.expressions import elaborate_quantity, elaborate_unit
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import KEYWORDS
-from aeros.spec.expr.types import BOOL, BoolType, EnumType, FamilyType, RealType, Type, VectorType
+from aeros.spec.expr.types import (
+    BOOL,
+    BoolType,
+    EnumType,
+    FamilyType,
+    IntegerType,
+    RealType,
+    Type,
+    VectorType,
+)
 from aeros.spec.located import Number, Text
 from aeros.spec.model import Declared
-from aeros.spec.units import TIME, Unit, unit_names
+from aeros.spec.units import NUMBER, TIME, Unit, unit_names
 
 Enums = Mapping[str, EnumType]
+_TYPES = ("bool", "int", "real", "vec3")
 
 # One name has one meaning, so these can name nothing else.
 _RESERVED = (
@@ -98,18 +108,23 @@ def _type(quantity: declared.Quantity, unit: Unit | None, enums: Enums, sink: Di
     word = quantity.type.value
     if word == "bool":
         return BOOL
+    if word == "int":
+        if unit is not None and unit.dimension == NUMBER:
+            return IntegerType()
+        sink.error("AE208", "an int is a bare number, without a unit", (quantity.unit or quantity.type).span)
+        return None
     if word in ("real", "vec3"):
         if unit is None:
             return None
         return RealType(unit.dimension) if word == "real" else VectorType(unit.dimension)
     if word in enums:
         return enums[word]
-    near = did_you_mean(word, ["bool", "real", "vec3", *enums])
+    near = did_you_mean(word, [*_TYPES, *enums])
     sink.error(
         "AE122",
         f"`{word}` is not a type",
         quantity.type.span,
-        help=(f"did you mean `{near}`?" if near else "use `bool`, `real`, `vec3` or a declared enum",),
+        help=(f"did you mean `{near}`?" if near else "use `bool`, `int`, `real`, `vec3` or a declared enum",),
     )
     return None
 

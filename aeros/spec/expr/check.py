@@ -8,38 +8,31 @@ irrational values, so they may stand only beside a comparison, where `norm(v) <=
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Literal as OneOf
 from typing import cast
 
-from aeros.spec.diagnostics import did_you_mean
 from aeros.spec.expr import syntax as s
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import measure
+from aeros.spec.expr.names import near, not_a_member, read_type, resolve_attribute, resolve_name
 from aeros.spec.expr.scope import ExpressionTypeError, Scope
-from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
-from aeros.spec.units import LENGTH, NUMBER, Dimension
+from aeros.spec.expr.sugar import ARITY, Norm, apply, compare_norm, dot
+from aeros.spec.expr.types import BOOL, EnumType, FamilyType, IntegerType, RealType, Type, VectorType
+from aeros.spec.expr.whole import is_whole
+from aeros.spec.units import LENGTH, NUMBER, TIME, Dimension
 
 MAX_SIZE = 50_000  # nodes of the scalar core: a tenth of a second in the exact interpreter
 MAX_HEIGHT = 150  # of the scalar core: each of its passes takes up to four stack frames a level
 
 _AXES = {"x": 0, "y": 1, "z": 2}
-_ARITY = {"abs": 1, "norm": 1, "min": 2, "max": 2, "distance": 2, "dot": 2, "vec": 3, "clamp": 3}
-
-
-@dataclass(frozen=True, slots=True)
-class _Norm:
-    """The irrational value sqrt(squared); only a comparison may consume it."""
-
-    squared: t.Term
-    dimension: Dimension
 
 
 @dataclass(frozen=True, slots=True)
 class _Typed:
-    term: t.Term | _Norm
+    term: t.Term | Norm
     type: Type
     extent: s.Extent
 
@@ -47,7 +40,10 @@ class _Typed:
 def check(node: s.Node, scope: Scope, expected: Type, checker: _Checker | None = None) -> t.Term:
     """The typed term of `node`, which must be of type `expected`; raises `ExpressionTypeError`."""
     term, type_ = infer(node, scope, expected, checker)
-    if type_ != expected:
+    if isinstance(expected, IntegerType) and type_ == RealType(NUMBER):
+        if not is_whole(term):
+            raise ExpressionTypeError("AE203", "expected a whole number", node.extent, label=str(type_))
+    elif type_ != expected:
         code = "AE204" if isinstance(type_, RealType) and isinstance(expected, RealType) else "AE203"
         raise ExpressionTypeError(code, f"expected {expected}, found {type_}", node.extent, label=str(type_))
     return term
@@ -108,7 +104,7 @@ class _Checker:
             case s.Truth(value=value):
                 return _Typed(t.Literal(value, BOOL), BOOL, node.extent)
             case s.Name():
-                return self._name(node, hint)
+                return _Typed(*resolve_name(node, self._scope, self._bound, hint), node.extent)
             case s.Attribute():
                 return self._attribute(node)
             case s.Index():
@@ -139,10 +135,12 @@ class _Checker:
                 return self._conditional(node, hint)
             case s.Quantifier():
                 return self._quantifier(node)
+            case s.Past():
+                return self._past(node)
 
     def plain(self, typed: _Typed) -> t.Term:
         """The term of `typed`, which must not be a bare `norm` or `distance`."""
-        if isinstance(typed.term, _Norm):
+        if isinstance(typed.term, Norm):
             raise ExpressionTypeError(
                 "AE203",
                 "a `norm` or `distance` can only be compared",
@@ -151,57 +149,10 @@ class _Checker:
             )
         return typed.term
 
-    def _name(self, node: s.Name, hint: Type | None) -> _Typed:
-        scope, name = self._scope, node.text
-        if name in self._bound:
-            index = self._bound[name]
-            return _Typed(index, index.type, node.extent)
-        if name in scope.variables:
-            variable = scope.variables[name]
-            return _Typed(variable, variable.type, node.extent)
-        if name in scope.constants:
-            constant = scope.constants[name]
-            return _Typed(constant, _type_of_constant(constant), node.extent)
-        candidates = [enum for enum in scope.enums.values() if name in enum.members]
-        if isinstance(hint, EnumType) and name in hint.members:
-            return _Typed(t.Literal(name, hint), hint, node.extent)
-        if len(candidates) == 1 and not isinstance(hint, EnumType):
-            return _Typed(t.Literal(name, candidates[0]), candidates[0], node.extent)
-        if isinstance(hint, EnumType):
-            raise _not_a_member(node, hint)
-        if candidates:
-            several = " and of ".join(str(enum) for enum in candidates)
-            raise ExpressionTypeError(
-                "AE202",
-                f"`{name}` is a member of {several}",
-                node.extent,
-                cure="write it beside a variable, which decides: as in `variable == member`",
-            )
-        known = [
-            *self._bound,
-            *scope.variables,
-            *scope.constants,
-            *(m for e in scope.enums.values() for m in e.members),
-        ]
-        raise ExpressionTypeError(
-            "AE202",
-            f"`{name}` is not declared here",
-            node.extent,
-            cure=_near(name, known)
-            or "declare it in the site's vocabulary, or use a parameter of the action kind",
-        )
-
     def _attribute(self, node: s.Attribute) -> _Typed:
-        if isinstance(node.base, s.Name) and node.base.text == "inputs":
-            variable = self._scope.inputs.get(node.name.text)
-            if variable is None:
-                cure = _near(node.name.text, self._scope.inputs) or "declare it under `inputs`"
-                raise ExpressionTypeError(
-                    "AE202", f"this skill has no input `{node.name.text}`", node.extent, cure=cure
-                )
-            return _Typed(variable, variable.type, node.extent)
-        if isinstance(node.base, s.Name) and node.base.text in self._scope.roles:
-            return self._of_role(node, node.base.text)
+        found = resolve_attribute(node, self._scope)
+        if found is not None:
+            return _Typed(*found, node.extent)
         base = self.check(node.base)
         axis = _AXES.get(node.name.text)
         if not isinstance(base.type, VectorType) or axis is None:
@@ -213,18 +164,6 @@ class _Checker:
             )
         vector = self.plain(base)
         return _Typed(t.Component(vector, axis), RealType(base.type.dimension), node.extent)
-
-    def _of_role(self, node: s.Attribute, role: str) -> _Typed:
-        parameters = self._scope.roles[role]
-        variable = parameters.get(node.name.text)
-        if variable is None:
-            raise ExpressionTypeError(
-                "AE202",
-                f"the action `{role}` has no parameter `{node.name.text}`",
-                node.extent,
-                cure=_near(node.name.text, parameters),
-            )
-        return _Typed(variable, variable.type, node.extent)
 
     def _index(self, node: s.Index) -> _Typed:
         base = self.check(node.base)
@@ -238,7 +177,7 @@ class _Checker:
                 node.index.extent,
             )
         family = cast("t.Variable | t.Table", base.term)
-        return _Typed(t.Select(family, self.plain(index)), base.type.element, node.extent)
+        return _Typed(t.Select(family, self.plain(index)), read_type(base.type.element), node.extent)
 
     def _bool(self, node: s.Node) -> t.Term:
         typed = self.check(node, BOOL)
@@ -376,8 +315,8 @@ class _Checker:
                 left.extent,
                 cure="compare each: `all(… for j in …)`",
             )
-        if isinstance(left.term, _Norm) or isinstance(right.term, _Norm):
-            return _compare_norm(op, left.term, right.term)
+        if isinstance(left.term, Norm) or isinstance(right.term, Norm):
+            return compare_norm(op, left.term, right.term)
         if op == "!=":
             return t.Not(t.Compare("==", left.term, right.term))
         return t.Compare(cast('OneOf["<", "<=", "=="]', op), left.term, right.term)
@@ -401,13 +340,13 @@ class _Checker:
 
     def _member(self, name: s.Name, enum: EnumType) -> t.Literal:
         if name.text not in enum.members:
-            raise _not_a_member(name, enum)
+            raise not_a_member(name, enum)
         return t.Literal(name.text, enum)
 
     def _in_volume(self, operand: s.Node, name: s.Name) -> t.Term:
         box = self._scope.volumes.get(name.text)
         if box is None:
-            cure = _near(name.text, self._scope.volumes) or "declare it under the site's `volumes`"
+            cure = near(name.text, self._scope.volumes) or "declare it under the site's `volumes`"
             raise ExpressionTypeError(
                 "AE202", f"`{name.text}` is not a volume of this site", name.extent, cure=cure
             )
@@ -439,7 +378,7 @@ class _Checker:
     def _quantifier(self, node: s.Quantifier) -> _Typed:
         members = self._scope.enums.get(node.set.text)
         if members is None:
-            cure = _near(node.set.text, self._scope.enums) or "declare it under the site's `enums`"
+            cure = near(node.set.text, self._scope.enums) or "declare it under the site's `enums`"
             raise ExpressionTypeError("AE202", f"`{node.set.text}` is not a set", node.set.extent, cure=cure)
         name = node.index.text
         taken = name in self._bound or name in self._scope.variables or name in self._scope.constants
@@ -462,11 +401,63 @@ class _Checker:
         kind = cast('OneOf["all", "any"]', node.kind)
         return _Typed(t.Quantified(kind, index, body), BOOL, node.extent)
 
+    def _past(self, node: s.Past) -> _Typed:
+        if not self._scope.past:
+            raise ExpressionTypeError(
+                "AE209",
+                f"`{node.op}` looks at the past, which only a site's invariants may do",
+                node.extent,
+                cure="state it as an invariant of the site, whose history the runtime keeps",
+            )
+        operands = [self._measured(operand, node.op) for operand in node.operands]
+        within = None if node.within is None else self._duration(node.within)
+        if node.op == "count":
+            return _Typed(t.Occurrences(operands[0], cast("Fraction", within)), RealType(NUMBER), node.extent)
+        term: t.Term
+        match node.op:
+            case "previously":
+                term = t.Previously(operands[0])
+            case "once":
+                term = t.Since(t.TRUE, operands[0], within)
+            case "historically":
+                term = t.Not(t.Since(t.TRUE, t.Not(operands[0]), within))
+            case _:
+                term = t.Since(operands[0], operands[1], within)
+        return _Typed(term, BOOL, node.extent)
+
+    def _measured(self, node: s.Node, op: str) -> t.Term:
+        """A condition on what is measured, and on nothing else: only that has a past."""
+        term = self._bool(node)
+        for variable in t.variables_of(term).values():
+            if variable.role is not t.Role.STATE:
+                raise ExpressionTypeError(
+                    "AE209",
+                    f"`{op}` looks at what was measured, and `{variable.name}` is not measured",
+                    node.extent,
+                    cure="use state variables of the vocabulary only",
+                )
+        return term
+
+    def _duration(self, node: s.Node) -> Fraction:
+        duration, type_ = self._real(node, "a window")
+        if type_.dimension != TIME:
+            raise ExpressionTypeError(
+                "AE204", f"a window is a time, not {type_}", node.extent, label=str(type_)
+            )
+        if not isinstance(duration, t.Literal) or cast("Fraction", duration.value) <= 0:
+            raise ExpressionTypeError(
+                "AE209",
+                "a window is a constant time longer than nothing",
+                node.extent,
+                cure="as in `within 5 s`",
+            )
+        return cast("Fraction", duration.value)
+
     def _call(self, node: s.Call) -> _Typed:
         name, arguments = node.function.text, node.arguments
-        arity = _ARITY.get(name)
+        arity = ARITY.get(name)
         if arity is None:
-            cure = _near(name, _ARITY) or "the functions are " + ", ".join(sorted(_ARITY))
+            cure = near(name, ARITY) or "the functions are " + ", ".join(sorted(ARITY))
             raise ExpressionTypeError(
                 "AE202", f"there is no function `{name}`", node.function.extent, cure=cure
             )
@@ -489,7 +480,7 @@ class _Checker:
         reals = [self.plain(argument) for argument in typed]
         type_ = cast("RealType", typed[0].type)
         return _Typed(
-            _apply(name, reals), VectorType(type_.dimension) if name == "vec" else type_, node.extent
+            apply(name, reals), VectorType(type_.dimension) if name == "vec" else type_, node.extent
         )
 
     def _vector_call(self, name: str, arguments: tuple[s.Node, ...], extent: s.Extent) -> _Typed:
@@ -499,66 +490,8 @@ class _Checker:
         dimension = type_.dimension
         if name == "dot":
             product = RealType(dimension * other.dimension)
-            return _Typed(_dot(first, second), product, extent)
+            return _Typed(dot(first, second), product, extent)
         if name == "distance":
             self._same(typed[0], typed[1], "compared with")
             first = t.Add(first, t.Multiply(t.Literal(Fraction(-1), RealType(NUMBER)), second))
-        return _Typed(_Norm(_dot(first, first), dimension), RealType(dimension), extent)
-
-
-def _not_a_member(name: s.Name, enum: EnumType) -> ExpressionTypeError:
-    members = ", ".join(f"`{member}`" for member in enum.members)
-    cure = _near(name.text, enum.members) or f"{enum} is one of {members}"
-    return ExpressionTypeError("AE202", f"`{name.text}` is not a member of {enum}", name.extent, cure=cure)
-
-
-def _near(name: str, candidates: Iterable[str]) -> str | None:
-    candidate = did_you_mean(name, candidates)
-    return None if candidate is None else f"did you mean `{candidate}`?"
-
-
-def _type_of_constant(constant: t.Term) -> Type:
-    match constant:
-        case t.Literal(type=type_) | t.Table(type=type_):
-            return type_
-        case t.Vector(x=t.Literal(type=RealType(dimension=dimension))):
-            return VectorType(dimension)
-    raise AssertionError(f"not a constant: {constant}")
-
-
-def _dot(left: t.Term, right: t.Term) -> t.Term:
-    products = [t.Multiply(t.Component(left, axis), t.Component(right, axis)) for axis in range(3)]
-    return t.Add(t.Add(products[0], products[1]), products[2])
-
-
-def _apply(name: str, arguments: list[t.Term]) -> t.Term:
-    match name:
-        case "abs":
-            return t.Absolute(arguments[0])
-        case "min":
-            return t.Extremum("min", arguments[0], arguments[1])
-        case "max":
-            return t.Extremum("max", arguments[0], arguments[1])
-        case "clamp":
-            return t.Extremum("min", t.Extremum("max", arguments[0], arguments[1]), arguments[2])
-        case _:
-            return t.Vector(arguments[0], arguments[1], arguments[2])
-
-
-def _compare_norm(op: str, left: t.Term | _Norm, right: t.Term | _Norm) -> t.Term:
-    """`sqrt(a) op b` over the reals, without the root; `>` and `>=` were turned round before."""
-    if isinstance(left, _Norm) and isinstance(right, _Norm):
-        squares = t.Compare(
-            cast('OneOf["<", "<=", "=="]', "==" if op == "!=" else op), left.squared, right.squared
-        )
-        return t.Not(squares) if op == "!=" else squares
-    norm, bound = cast("tuple[_Norm, t.Term]", (left, right) if isinstance(left, _Norm) else (right, left))
-    zero = t.Literal(Fraction(0), RealType(norm.dimension))
-    square = t.Multiply(bound, bound)
-    if op in ("==", "!="):
-        equal = t.And((t.Compare("<=", zero, bound), t.Compare("==", norm.squared, square)))
-        return t.Not(equal) if op == "!=" else equal
-    strict = cast('OneOf["<", "<="]', op)
-    if norm is left:  # sqrt(a) < b
-        return t.And((t.Compare(strict, zero, bound), t.Compare(strict, norm.squared, square)))
-    return t.Or((t.Compare("<", bound, zero), t.Compare(strict, square, norm.squared)))  # b < sqrt(a)
+        return _Typed(Norm(dot(first, first), dimension), RealType(dimension), extent)

@@ -23,7 +23,16 @@ from hypothesis import strategies as st
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, scalar_variables, scalars_of
 from aeros.spec.expr.semantics import Environment, Value, evaluate, holds
-from aeros.spec.expr.types import BOOL, BoolType, EnumType, FamilyType, RealType, Type, VectorType
+from aeros.spec.expr.types import (
+    BOOL,
+    BoolType,
+    EnumType,
+    FamilyType,
+    IntegerType,
+    RealType,
+    Type,
+    VectorType,
+)
 from aeros.spec.units import LENGTH, NUMBER, Dimension
 
 Raw = float | bool | str | tuple[float, ...] | tuple[bool, ...]
@@ -40,6 +49,7 @@ _TYPES: Mapping[str, Type] = {
     "mode": MODE,
     "arm": JOINT,
     "n": RealType(NUMBER),
+    "laps": IntegerType(),
     "x": RealType(LENGTH),
     "y": RealType(LENGTH),
     "p": VectorType(LENGTH),
@@ -65,6 +75,7 @@ _RANGES = tuple(
         ("-1e308", "1e308"),
     )
 )
+_WHOLE_RANGES = tuple((Fraction(low), Fraction(high)) for low, high in ((0, 1), (-3, 3), (0, 2**60)))
 _CONSTANTS = tuple(
     Fraction(text)
     for text in (*["0", "1", "-1", "2", "1/10", "1/3", "-7/1000"] * 2, "1e16", "1e-320", "1e200", "-1e400")
@@ -220,7 +231,8 @@ def vocabulary_ranges(draw: st.DrawFn) -> Ranges:
     return {
         scalar.name: bounds
         for variable in VARIABLES.values()
-        for bounds in [draw(st.sampled_from(_RANGES))]
+        for whole in [isinstance(variable.type, IntegerType)]
+        for bounds in [draw(st.sampled_from(_WHOLE_RANGES if whole else _RANGES))]
         for scalar in scalar_variables(variable)
         if isinstance(scalar.type, RealType)
     }
@@ -242,6 +254,8 @@ def _value(variable: t.Variable, ranges: Ranges, special: set[Fraction]) -> st.S
             return st.booleans()
         case EnumType(members=members):
             return st.sampled_from(members)
+        case IntegerType():
+            return st.integers(*map(int, ranges[variable.name])).map(float)
         case _:
             return _double(*ranges[variable.name], special)
 
@@ -416,7 +430,7 @@ class _Terms:
         )
 
     def _leaves(self, dimension: Dimension) -> list[Callable[[], t.Term]]:
-        names = {NUMBER: ("n",), LENGTH: ("x", "y")}.get(dimension, ())
+        names = {NUMBER: ("n", "laps"), LENGTH: ("x", "y")}.get(dimension, ())
         return [lambda name=name: VARIABLES[name] for name in names]  # type: ignore[misc]
 
     def _product(self, depth: int, dimension: Dimension) -> t.Term:

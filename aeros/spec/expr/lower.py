@@ -121,6 +121,8 @@ def _scalar(term: t.Term, indices: _Indices) -> t.Term:
             return reduce(lambda total, addend: _fold(t.Add(total, addend)), addends)
         case t.Vector() | t.Table():
             raise AssertionError(f"not a scalar: {term}")
+        case t.Previously() | t.Since() | t.Occurrences():
+            raise AssertionError(f"not a condition on one state: {term}")
 
 
 def _components(term: t.Term, indices: _Indices) -> tuple[t.Term, t.Term, t.Term]:

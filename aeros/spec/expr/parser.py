@@ -16,9 +16,9 @@ MAX_DEPTH = 40  # nesting of the recursive descent, a dozen stack frames each
 MAX_HEIGHT = 100  # height of the syntax tree, a few stack frames each in the passes to come
 
 _QUANTIFIERS = ("all", "any", "sum", "count")
-KEYWORDS = frozenset(
-    ("and", "else", "false", "for", "if", "implies", "in", "not", "or", "then", "true", *_QUANTIFIERS)
-)
+_PAST = ("previously", "once", "historically")
+_WORDS = ("and", "else", "false", "for", "if", "implies", "in", "not", "or", "then", "true")
+KEYWORDS = frozenset((*_WORDS, *_QUANTIFIERS, *_PAST, "since", "within"))
 
 _TOKEN = re.compile(
     r"""(?P<space>[ \t\n]+)
@@ -117,6 +117,10 @@ def _unit_after(text: str, end: int) -> tuple[Unit, int]:
     return DIMENSIONLESS, end
 
 
+def _number(token: _Token) -> s.Number:
+    return s.Number(Fraction(token.text) * token.unit.factor, token.unit, token.extent)
+
+
 class _Parser:
     def __init__(self, tokens: list[_Token]) -> None:
         self._tokens = tokens
@@ -155,8 +159,8 @@ class _Parser:
         return self._junction("or", self._conjunction)
 
     def _conjunction(self) -> s.Node:
-        """conjunction := negation ('and' negation)*"""
-        return self._junction("and", self._negation)
+        """conjunction := relation ('and' relation)*"""
+        return self._junction("and", self._relation)
 
     def _junction(self, word: str, part: Callable[[], s.Node]) -> s.Node:
         start = self._next
@@ -167,12 +171,41 @@ class _Parser:
             return parts[0]
         return s.Junction(word, tuple(parts), self._since(start))
 
+    def _relation(self) -> s.Node:
+        """relation := negation ['since' [window] negation]"""
+        start = self._next
+        left = self._negation()
+        if self._accept("since") is None:
+            return left
+        within = self._window()
+        right = self._negation()
+        return s.Past("since", (left, right), within, self._since(start))
+
     def _negation(self) -> s.Node:
-        """negation := 'not' negation | comparison"""
+        """negation := 'not' negation | past | comparison"""
+        if self._next.text in _PAST:
+            return self._past()
         if (start := self._accept("not")) is None:
             return self._comparison()
         operand = self._nested(self._negation)
         return s.Unary("not", operand, self._since(start))
+
+    def _past(self) -> s.Node:
+        """past := 'previously' negation | ('once' | 'historically') [window] negation"""
+        start = self._take()
+        within = None if start.text == "previously" else self._window()
+        operand = self._nested(self._negation)
+        return s.Past(start.text, (operand,), within, self._since(start))
+
+    def _window(self) -> s.Node | None:
+        """window := 'within' (number [unit] | name)"""
+        if self._accept("within") is None:
+            return None
+        token = self._next
+        if token.kind not in ("number", "word"):
+            raise self._fault("expected a duration, as in `within 5 s`")
+        self._take()
+        return _number(token) if token.kind == "number" else s.Name(token.text, token.extent)
 
     def _comparison(self) -> s.Node:
         """comparison := sum [['not'] 'in' container] | sum (('<'|'<='|'=='|'!='|'>='|'>') sum)*"""
@@ -239,12 +272,14 @@ class _Parser:
                 return node
 
     def _atom(self) -> s.Node:
-        """atom := number [unit] | truth | quantifier | name ['(' arguments ')'] | '(' expression ')'"""
+        """atom := number [unit] | truth | quantifier | frequency | call | '(' expression ')'"""
         token = self._take()
         if token.kind == "number":
-            return s.Number(Fraction(token.text) * token.unit.factor, token.unit, token.extent)
+            return _number(token)
         if token.text in ("true", "false"):
             return s.Truth(token.text == "true", token.extent)
+        if token.text == "count" and self._next.text == "within":
+            return self._frequency(token)
         if token.text in _QUANTIFIERS:
             return self._quantifier(token)
         if token.kind == "word":
@@ -268,8 +303,16 @@ class _Parser:
         end = self._expect(")").extent.end
         return s.Quantifier(word.text, body, index, members, Extent(word.extent.start, end))
 
+    def _frequency(self, word: _Token) -> s.Node:
+        """frequency := 'count' window '(' expression ')'"""
+        within = self._window()
+        self._expect("(")
+        body = self._expression()
+        self._expect(")")
+        return s.Past("count", (body,), within, self._since(word))
+
     def _call(self, function: s.Name) -> s.Node:
-        """arguments := [expression (',' expression)*]"""
+        """call := name ['(' [expression (',' expression)*] ')']"""
         arguments: list[s.Node] = []
         if (close := self._accept(")")) is None:
             arguments.append(self._expression())

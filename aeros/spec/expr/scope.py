@@ -24,6 +24,7 @@ class Scope:
     """What the names of an expression may mean.
 
     roles: parameters by name, of each action that a joint rule speaks of.
+    past: whether past-time operators may look back.
     """
 
     variables: Mapping[str, t.Variable]
@@ -32,6 +33,7 @@ class Scope:
     enums: Mapping[str, EnumType] = field(default_factory=dict)
     volumes: Mapping[str, Box] = field(default_factory=dict)
     roles: Mapping[str, Mapping[str, t.Variable]] = field(default_factory=dict)
+    past: bool = False
 
 
 class ExpressionTypeError(Exception):

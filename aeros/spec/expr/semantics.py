@@ -3,15 +3,18 @@
 Values are bool, `Fraction` (SI; a double is the rational it denotes), enum members as str,
 3-tuples of `Fraction` for vectors, and tuples in index order for families.  Evaluation is total:
 every well-typed term has a value under every environment that gives its free variables values of
-their types.  There is no division, and no operand that
-could fail, so stopping early cannot hide anything.
+their types.  There is no division, and no operand that could fail, so stopping early cannot hide
+anything.
+
+Past-time operators look back along a trace: the moments at which the state was measured, up to the
+present one.  Without a trace the present moment is the first.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import cast
+from typing import NamedTuple, cast
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import FamilyType
@@ -20,8 +23,22 @@ Value = bool | Fraction | str | tuple[Fraction, ...] | tuple[bool, ...]
 Environment = Mapping[str, Value]
 
 
-def evaluate(term: t.Term, env: Environment) -> Value:
-    """The value of `term` where `env` gives each free variable's value by name."""
+class Moment(NamedTuple):
+    """What was measured at one time, in seconds."""
+
+    time: Fraction
+    values: Environment
+
+
+Trace = Sequence[Moment]
+"""Moments in order of time; the last is the present."""
+
+
+def evaluate(term: t.Term, env: Environment, trace: Trace = ()) -> Value:
+    """The value of `term` where `env` gives each free variable's value by name.
+
+    trace: what past-time operators look back along; its last moment is that of `env`.
+    """
     match term:
         case t.Literal(value=value):
             return value
@@ -30,60 +47,87 @@ def evaluate(term: t.Term, env: Environment) -> Value:
         case t.Table(values=values):
             return values
         case t.Select(family=family, index=index):
-            member = evaluate(index, env)
+            member = evaluate(index, env, trace)
             position = cast("FamilyType", family.type).index.members.index(cast("str", member))
-            return cast("tuple[Fraction | bool, ...]", evaluate(family, env))[position]
+            return cast("tuple[Fraction | bool, ...]", evaluate(family, env, trace))[position]
         case t.Vector(x=x, y=y, z=z):
-            return (_real(x, env), _real(y, env), _real(z, env))
+            return (_real(x, env, trace), _real(y, env, trace), _real(z, env, trace))
         case t.Component(vector=vector, axis=axis):
-            return _vector(vector, env)[axis]
+            return cast("tuple[Fraction, ...]", evaluate(vector, env, trace))[axis]
         case t.Not(operand=operand):
-            return not holds(operand, env)
+            return not holds(operand, env, trace)
         case t.And(operands=operands):
-            return all(holds(operand, env) for operand in operands)
+            return all(holds(operand, env, trace) for operand in operands)
         case t.Or(operands=operands):
-            return any(holds(operand, env) for operand in operands)
+            return any(holds(operand, env, trace) for operand in operands)
         case t.Implies(premise=premise, conclusion=conclusion):
-            return (not holds(premise, env)) or holds(conclusion, env)
+            return (not holds(premise, env, trace)) or holds(conclusion, env, trace)
         case t.Compare(op="==", left=left, right=right):
-            return evaluate(left, env) == evaluate(right, env)
+            return evaluate(left, env, trace) == evaluate(right, env, trace)
         case t.Compare(op="<", left=left, right=right):
-            return _real(left, env) < _real(right, env)
+            return _real(left, env, trace) < _real(right, env, trace)
         case t.Compare(left=left, right=right):
-            return _real(left, env) <= _real(right, env)
+            return _real(left, env, trace) <= _real(right, env, trace)
         case t.Add(left=left, right=right):
-            return _add(evaluate(left, env), evaluate(right, env))
+            return _add(evaluate(left, env, trace), evaluate(right, env, trace))
         case t.Multiply(left=left, right=right):
-            return _scale(_real(left, env), evaluate(right, env))
+            return _scale(_real(left, env, trace), evaluate(right, env, trace))
         case t.Extremum(kind="min", left=left, right=right):
-            return min(_real(left, env), _real(right, env))
+            return min(_real(left, env, trace), _real(right, env, trace))
         case t.Extremum(left=left, right=right):
-            return max(_real(left, env), _real(right, env))
+            return max(_real(left, env, trace), _real(right, env, trace))
         case t.Absolute(operand=operand):
-            return abs(_real(operand, env))
+            return abs(_real(operand, env, trace))
         case t.Conditional(condition=condition, then=then, otherwise=otherwise):
-            return evaluate(then if holds(condition, env) else otherwise, env)
+            return evaluate(then if holds(condition, env, trace) else otherwise, env, trace)
         case t.Quantified(kind=kind, index=index, body=body):
-            each = [holds(body, {**env, index.name: member}) for member in index.type.members]
+            each = (holds(body, {**env, index.name: member}, trace) for member in index.type.members)
             return all(each) if kind == "all" else any(each)
         case t.Aggregate(kind="sum", index=index, body=body):
-            members = index.type.members
-            return sum((_real(body, {**env, index.name: member}) for member in members), Fraction(0))
+            addends = (_real(body, {**env, index.name: member}, trace) for member in index.type.members)
+            return sum(addends, Fraction(0))
         case t.Aggregate(index=index, body=body):
-            return Fraction(sum(holds(body, {**env, index.name: member}) for member in index.type.members))
+            members = index.type.members
+            return Fraction(sum(holds(body, {**env, index.name: member}, trace) for member in members))
+        case t.Previously(operand=operand):
+            return len(trace) > 1 and _held(operand, env, trace[:-1])
+        case t.Since(kept=kept, reset=reset, within=within):
+            return _since(kept, reset, within, env, trace or (Moment(Fraction(0), env),))
+        case t.Occurrences(operand=operand, within=within):
+            looked_at = trace or (Moment(Fraction(0), env),)
+            ends = [end for end in range(1, len(looked_at) + 1) if _age(looked_at, end) <= within]
+            return Fraction(sum(_held(operand, env, looked_at[:end]) for end in ends))
 
 
-def holds(term: t.Term, env: Environment) -> bool:
+def holds(term: t.Term, env: Environment, trace: Trace = ()) -> bool:
     """Whether the boolean `term` is true under `env`."""
-    return cast("bool", evaluate(term, env))
+    return cast("bool", evaluate(term, env, trace))
 
 
-def _real(term: t.Term, env: Environment) -> Fraction:
-    return cast("Fraction", evaluate(term, env))
+def _since(kept: t.Term, reset: t.Term, within: Fraction | None, env: Environment, trace: Trace) -> bool:
+    """Looks back moment by moment, until `reset` held, or `kept` did not, or time is up."""
+    for end in range(len(trace), 0, -1):
+        if within is not None and _age(trace, end) > within:
+            return False
+        if _held(reset, env, trace[:end]):
+            return True
+        if not _held(kept, env, trace[:end]):
+            return False
+    return False
 
 
-def _vector(term: t.Term, env: Environment) -> tuple[Fraction, ...]:
-    return cast("tuple[Fraction, ...]", evaluate(term, env))
+def _age(trace: Trace, end: int) -> Fraction:
+    """Seconds from the last moment of `trace[:end]` to the present."""
+    return trace[-1].time - trace[end - 1].time
+
+
+def _held(term: t.Term, env: Environment, then: Trace) -> bool:
+    """Whether `term` held at the last moment of `then`; indices keep the members they have in `env`."""
+    return holds(term, {**env, **then[-1].values}, then)
+
+
+def _real(term: t.Term, env: Environment, trace: Trace) -> Fraction:
+    return cast("Fraction", evaluate(term, env, trace))
 
 
 def _add(left: Value, right: Value) -> Value:

@@ -137,6 +137,19 @@ class Quantifier:
     extent: Extent
 
 
+@dataclass(frozen=True, slots=True)
+class Past:
+    """`previously`, `once`, `historically`, `since` or `count within` of conditions, oldest operand last.
+
+    within: how far it looks back, a duration; None where it looks back to the first moment.
+    """
+
+    op: str
+    operands: tuple[Node, ...]
+    within: Node | None
+    extent: Extent
+
+
 Node = (
     Number
     | Truth
@@ -151,6 +164,7 @@ Node = (
     | Membership
     | IfElse
     | Quantifier
+    | Past
 )
 
 

@@ -180,6 +180,37 @@ class Aggregate:
     body: Term
 
 
+@dataclass(frozen=True, slots=True)
+class Previously:
+    """Whether `operand` held at the moment before; false at the first."""
+
+    operand: Term
+
+
+@dataclass(frozen=True, slots=True)
+class Since:
+    """Whether `reset` held at some moment, at most `within` seconds ago, and `kept` at each one after it.
+
+    within: None where it may be any time ago.  `once c` is `true since c`, and `historically c` is
+    `not once not c`.
+    """
+
+    kept: Term
+    reset: Term
+    within: Fraction | None
+
+
+@dataclass(frozen=True, slots=True)
+class Occurrences:
+    """At how many moments, at most `within` seconds ago, `operand` held."""
+
+    operand: Term
+    within: Fraction
+
+
+PastTerm = Previously | Since | Occurrences
+"""What depends on moments before the present one."""
+
 Term = (
     Literal
     | Variable
@@ -200,6 +231,9 @@ Term = (
     | Conditional
     | Quantified
     | Aggregate
+    | Previously
+    | Since
+    | Occurrences
 )
 
 TRUE = Literal(True, BOOL)
@@ -229,8 +263,8 @@ def variables_of(term: Term) -> dict[str, Variable]:
 
 
 def substitute(term: Term, replacements: Mapping[str, Term]) -> Term:
-    """`term` with each free variable that `replacements` names replaced by its term."""
-    if isinstance(term, Variable):
+    """`term` with each free variable and outer index that `replacements` names replaced by its term."""
+    if isinstance(term, Variable | BoundVariable):
         return replacements.get(term.name, term)
     changed: dict[str, Any] = {}
     for field in fields(term):

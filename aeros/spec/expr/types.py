@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from aeros.spec.units import Dimension
+from aeros.spec.units import NUMBER, Dimension
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +25,17 @@ class RealType:
     def __str__(self) -> str:
         """As shown in diagnostics: its SI unit."""
         return f"real [{self.dimension}]"
+
+
+@dataclass(frozen=True, slots=True)
+class IntegerType(RealType):
+    """A whole number: what a variable can be declared as, and read as the bare real number that it is."""
+
+    dimension: Dimension = NUMBER
+
+    def __str__(self) -> str:
+        """As shown in diagnostics."""
+        return "int"
 
 
 @dataclass(frozen=True, slots=True)

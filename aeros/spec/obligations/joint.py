@@ -99,7 +99,7 @@ def joint_variables(site: Site, rule: JointRule) -> tuple[Declared, ...]:
         for role, kind in rule.roles
         for one in (*site.kinds[kind].parameters.values(), *site.state.values())
     ]
-    return (*site.state.values(), *own)
+    return (*site.observed.values(), *own)
 
 
 def _in_role(role: str, one: Declared) -> Declared:

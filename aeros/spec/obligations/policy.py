@@ -38,7 +38,7 @@ def policy_obligations(site: Site) -> Iterator[Obligation | Settled]:
 
 def space_of(site: Site, kind: ActionKind, *assumptions: t.Term) -> Space:
     """All states, and all parameters of `kind`, under `assumptions`."""
-    return Space((*site.state.values(), *kind.parameters.values()), assumptions)
+    return Space((*site.observed.values(), *kind.parameters.values()), assumptions)
 
 
 def _stop_obligations(

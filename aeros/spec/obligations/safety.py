@@ -49,7 +49,7 @@ def safety_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Settled]:
 def envelope_space(site: Site, skill: Skill, kind: str, clause: Clause) -> Space:
     """All states, inputs of `skill` and parameters of `kind` that its envelope admits."""
     parameters = site.kinds[kind].parameters.values()
-    return Space((*site.state.values(), *skill.inputs.values(), *parameters), (clause.term,))
+    return Space((*site.observed.values(), *skill.inputs.values(), *parameters), (clause.term,))
 
 
 def guarded_by_gate(rule: Rule, skill: Skill, kind: str) -> bool:
@@ -74,7 +74,7 @@ def _can_start(site: Site, skill: Skill, precondition: Clause) -> Obligation:
         id=f"safety/{skill.id}/can-start",
         code="AE504",
         claim=Claim.SOMETIMES,
-        space=Space((*site.state.values(), *skill.inputs.values()), ()),
+        space=Space((*site.observed.values(), *skill.inputs.values()), ()),
         conclusion=t.conjunction(precondition.term, *always),
         headline=f"`{skill.id}` could never act: no state that the invariants allow meets its precondition",
         primary=Label(precondition.span, "never true"),
@@ -169,7 +169,7 @@ def _goal_can_hold(site: Site, ecm: Ecm, task: Task) -> Obligation:
         id=f"safety/goal/{task.id}",
         code="AE507",
         claim=Claim.SOMETIMES,
-        space=Space(tuple(site.state.values()), ()),
+        space=Space(tuple(site.observed.values()), ()),
         conclusion=task.goal,
         headline=f"no state satisfies the goal of `{task.id}`",
         primary=Label(place, "never true" if whole else f"`{task.goal_text}` is never true"),
@@ -184,7 +184,7 @@ def _goal_can_fail(site: Site, ecm: Ecm, task: Task) -> Obligation:
         id=f"safety/goal/{task.id}/effective",
         code="AE508",
         claim=Claim.SOMETIMES,
-        space=Space(tuple(site.state.values()), ()),
+        space=Space(tuple(site.observed.values()), ()),
         conclusion=t.Not(task.goal),
         headline=f"the goal of `{task.id}` holds in every state, so it would be reached by doing nothing",
         primary=Label(whole[0].span.cover(whole[-1].span) if whole else ecm.span, "always true"),

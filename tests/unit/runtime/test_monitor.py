@@ -10,9 +10,16 @@ from typing import Any
 import pytest
 
 from aeros.runtime.decision import Verdict
+from aeros.runtime.history import Histories
 from aeros.runtime.monitor import MonitorFactory
 from aeros.runtime.ports import Monitor
-from tests.unit.runtime.bench import STATE, Request, configuration, gate, request, without
+from tests.unit.runtime.bench import NOW, STATE, Request, configuration, gate, request, without
+
+
+def factory() -> MonitorFactory:
+    """Of monitors under the site of the bench."""
+    site = configuration().site
+    return MonitorFactory(site, Histories(site))
 
 
 def watch(asked: Request) -> Monitor:
@@ -20,15 +27,15 @@ def watch(asked: Request) -> Monitor:
     decision = asked.decided_by(gate())
     assert decision.verdict is not Verdict.DENY
     assert decision.action is not None
-    return MonitorFactory(configuration().site).watch(decision.action, asked.readings)
+    return factory().watch(decision.action, asked.readings)
 
 
 @pytest.mark.parametrize("kind", ["move", "carry", "sweep"])
 def test_nothing_trips_while_nothing_changes(kind: str) -> None:
     monitor = watch(request("quickly", kind))
-    assert monitor({}) is None
-    assert monitor(STATE) is None
-    assert monitor({name: list(v) if isinstance(v, tuple) else v for name, v in STATE.items()}) is None
+    assert monitor(NOW, {}) is None
+    assert monitor(NOW, STATE) is None
+    assert monitor(NOW, {name: list(v) if isinstance(v, tuple) else v for name, v in STATE.items()}) is None
 
 
 @pytest.mark.parametrize(
@@ -46,88 +53,88 @@ def test_nothing_trips_while_nothing_changes(kind: str) -> None:
 )
 def test_each_rule_on_the_state_trips(kind: str, name: str, value: Any, rule: str) -> None:
     monitor = watch(request("quickly", kind))
-    assert monitor(STATE) is None
-    assert monitor({**STATE, name: value}) == rule
-    assert watch(request("quickly", kind))({name: value}) == rule
+    assert monitor(NOW, STATE) is None
+    assert monitor(NOW, {**STATE, name: value}) == rule
+    assert watch(request("quickly", kind))(NOW, {name: value}) == rule
 
 
 def test_a_person_who_comes_near_stops_a_fast_motion_and_not_a_slow_one() -> None:
     fast, slow = watch(request(speed=0.5)), watch(request(speed=0.25))
     for distance, tripped in ((3.0, None), (nextafter(1.2, inf), None), (1.2, "near-person")):  # 1.2 < 6/5
-        assert fast({"human_distance": distance}) == tripped
-        assert slow({"human_distance": distance}) is None
-    assert slow({"human_distance": 0.4}) == "separation"
+        assert fast(NOW, {"human_distance": distance}) == tripped
+        assert slow(NOW, {"human_distance": distance}) is None
+    assert slow(NOW, {"human_distance": 0.4}) == "separation"
 
 
 def test_an_attenuated_motion_is_watched_with_its_reduced_parameters() -> None:
     monitor = watch(request(speed=0.5, human_distance=1.0))
-    assert monitor({"human_distance": 1.0}) is None
-    assert monitor({"fitted": "knife"}) == "input:human_distance"
-    assert watch(request(speed=0.5, human_distance=1.0))({"fitted": "knife"}) == "knife-speed"
+    assert monitor(NOW, {"human_distance": 1.0}) is None
+    assert monitor(NOW, {"fitted": "knife"}) == "input:human_distance"
+    assert watch(request(speed=0.5, human_distance=1.0))(NOW, {"fitted": "knife"}) == "knife-speed"
 
 
 def test_a_load_that_grows_trips_the_product() -> None:
     monitor = watch(request("quickly", "carry", gait=0.0625))
-    assert monitor({"load": nextafter(1.6, 0.0)}) is None
-    assert monitor({"load": 1.6}) == "momentum"
+    assert monitor(NOW, {"load": nextafter(1.6, 0.0)}) is None
+    assert monitor(NOW, {"load": 1.6}) == "momentum"
 
 
 @pytest.mark.parametrize("value", [nan, inf, -inf, None, "3.0", True, 20.5, -5e-324, 10**400, (3.0,)])
 def test_a_malformed_or_impossible_value_trips(value: Any) -> None:
     monitor = watch(request())
-    assert monitor({**STATE, "human_distance": value}) == "input:human_distance"
+    assert monitor(NOW, {**STATE, "human_distance": value}) == "input:human_distance"
 
 
 @pytest.mark.parametrize("name", ["mood", "speed", "target"])
 def test_a_name_that_is_no_state_variable_trips(name: str) -> None:
-    assert watch(request())({**STATE, name: 0.0}) == f"input:{name}"
+    assert watch(request())(NOW, {**STATE, name: 0.0}) == f"input:{name}"
 
 
 @pytest.mark.parametrize("name", sorted(STATE))
 def test_a_value_that_is_no_longer_measured_trips(name: str) -> None:
     monitor = watch(request())
-    assert monitor({}) is None
-    assert monitor(STATE) is None
-    assert monitor({one: value for one, value in STATE.items() if one != name}) == f"input:{name}"
+    assert monitor(NOW, {}) is None
+    assert monitor(NOW, STATE) is None
+    assert monitor(NOW, {one: value for one, value in STATE.items() if one != name}) == f"input:{name}"
 
 
 def test_a_value_that_no_tick_measures_keeps_its_value_from_the_decision() -> None:
     monitor = watch(request(speed=0.2, human_distance=1.0))
-    assert monitor({"stop_pressed": False, "fitted": "brush"}) is None
-    assert monitor({"stop_pressed": False, "fitted": "knife"}) == "knife-speed"
+    assert monitor(NOW, {"stop_pressed": False, "fitted": "brush"}) is None
+    assert monitor(NOW, {"stop_pressed": False, "fitted": "knife"}) == "knife-speed"
 
 
 def test_a_value_that_no_rule_needed_when_it_started_may_be_missing() -> None:
-    assert watch(without(request(), "dirt"))({}) is None
+    assert watch(without(request(), "dirt"))(NOW, {}) is None
 
 
 def test_a_rule_whose_state_is_unknown_trips() -> None:
     asked = request()
     decision = asked.decided_by(gate())
     assert decision.action is not None
-    monitor = MonitorFactory(configuration().site).watch(decision.action, without(asked, "hand").readings)
-    assert monitor({}) == "input:hand.x"
-    assert monitor({"hand": (0.25, 0.0, 0.25)}) is None
+    monitor = factory().watch(decision.action, without(asked, "hand").readings)
+    assert monitor(NOW, {}) == "input:hand.x"
+    assert monitor(NOW, {"hand": (0.25, 0.0, 0.25)}) is None
 
 
 def test_one_motion_leaves_nothing_behind_for_the_next() -> None:
-    factory = MonitorFactory(configuration().site)
+    monitors = factory()
     action, readings = request().action, request().readings
-    first, second = factory.watch(action, readings), factory.watch(action, readings)
-    assert first({"human_distance": 0.1}) == "separation"
-    assert second({"hand": (0.25, 0.0, 0.25)}) is None
+    first, second = monitors.watch(action, readings), monitors.watch(action, readings)
+    assert first(NOW, {"human_distance": 0.1}) == "separation"
+    assert second(NOW, {"hand": (0.25, 0.0, 0.25)}) is None
 
 
 def test_an_hour_of_ticks_takes_no_more_memory_than_a_few() -> None:
     monitor = watch(request())
     for _ in range(100):
-        monitor(STATE)
+        monitor(NOW, STATE)
     gc.collect()
     tracemalloc.start()
     try:
         before = tracemalloc.get_traced_memory()[0]
         for tick in range(5_000):
-            monitor({**STATE, "human_distance": 2.0 + tick / 5_000})
+            monitor(NOW, {**STATE, "human_distance": 2.0 + tick / 5_000})
         gc.collect()
         assert tracemalloc.get_traced_memory()[0] - before < 10_000
     finally:

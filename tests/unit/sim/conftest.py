@@ -21,7 +21,7 @@ def _observed(plant: PhysicsPlant) -> dict[str, Any]:
     return {name: reading.value for name, reading in plant.observe().items()}
 
 
-def _allow(values: Mapping[str, Any]) -> str | None:
+def _allow(now: float, values: Mapping[str, Any]) -> str | None:
     return None
 
 

@@ -28,7 +28,7 @@ RULES = (
 """Unless the first holds, do the second."""
 
 
-def allow(values: Mapping[str, Any]) -> str | None:
+def allow(now: float, values: Mapping[str, Any]) -> str | None:
     return None
 
 

@@ -43,12 +43,12 @@ def plant() -> Iterator[PhysicsPlant]:
     plant.close()
 
 
-def allow(values: Mapping[str, Any]) -> str | None:
+def allow(now: float, values: Mapping[str, Any]) -> str | None:
     return None
 
 
-def recording(log: list[Mapping[str, Any]]) -> Callable[[Mapping[str, Any]], str | None]:
-    def monitor(values: Mapping[str, Any]) -> str | None:
+def recording(log: list[Mapping[str, Any]]) -> Callable[[float, Mapping[str, Any]], str | None]:
+    def monitor(now: float, values: Mapping[str, Any]) -> str | None:
         log.append(values)
         return None
 
@@ -89,7 +89,7 @@ def test_a_named_rule_stops_the_arm_within_that_tick_and_inside_the_limits(plant
     robot.command = spy  # type: ignore[method-assign]
     seen = 0
 
-    def trip(values: Mapping[str, Any]) -> str | None:
+    def trip(now: float, values: Mapping[str, Any]) -> str | None:
         nonlocal seen
         seen += 1
         return "too_close" if seen == 200 else None
@@ -110,7 +110,7 @@ def test_a_named_rule_stops_the_arm_within_that_tick_and_inside_the_limits(plant
 
 def test_a_rule_that_is_violated_at_rest_prevents_motion(plant: PhysicsPlant) -> None:
     before = plant.observe()["tool_position"].value
-    ended = plant.execute(move(0.5, 0.2, 0.1), lambda values: "no_entry", FOREVER)
+    ended = plant.execute(move(0.5, 0.2, 0.1), lambda now, values: "no_entry", FOREVER)
     assert ended.reason == "monitor:no_entry"
     assert math.dist(plant.observe()["tool_position"].value, before) < 1e-4
 
@@ -173,7 +173,7 @@ def test_a_slide_holds_the_asked_force(plant: PhysicsPlant) -> None:
         assert plant.execute(action, allow, FOREVER).completed
     forces: list[float] = []
 
-    def press(values: Mapping[str, Any]) -> str | None:
+    def press(now: float, values: Mapping[str, Any]) -> str | None:
         forces.append(sum(plant._robot.finger_forces()))
         return None
 

@@ -104,7 +104,7 @@ def values(plant: Plant) -> dict[str, Any]:
     return {name: reading.value for name, reading in plant.observe().items()}
 
 
-def watch(measured: Mapping[str, Any]) -> str | None:
+def watch(now: float, measured: Mapping[str, Any]) -> str | None:
     return None
 
 
@@ -185,7 +185,7 @@ def test_what_cannot_be_done_is_refused_before_any_motion(action: Action, reason
 def test_the_monitor_sees_the_motion_under_way_and_at_its_end() -> None:
     seen: list[Mapping[str, Any]] = []
 
-    def monitor(measured: Mapping[str, Any]) -> str | None:
+    def monitor(now: float, measured: Mapping[str, Any]) -> str | None:
         seen.append(dict(measured))
         return None
 
@@ -200,7 +200,7 @@ def test_the_monitor_sees_the_motion_under_way_and_at_its_end() -> None:
 def test_the_monitor_stops_a_motion_before_its_effect() -> None:
     plant = SymbolicPlant(site(), {}, 0)
     before = plant.observe()
-    stopped = plant.execute(act("grip", width=0.02, force=1.0), lambda measured: "rule", 100.0)
+    stopped = plant.execute(act("grip", width=0.02, force=1.0), lambda now, values: "rule", 100.0)
     assert stopped == Completion(False, "monitor:rule")
     assert plant.observe() == before
 

@@ -9,7 +9,7 @@ import z3
 
 import aeros.spec.edits
 from aeros.spec.backends.oracle import Oracle
-from aeros.spec.rewriting import decimal
+from aeros.spec.units import decimal
 from aeros.spec.verify import Conclusion, SubjectReport
 
 Judge = Callable[..., SubjectReport]

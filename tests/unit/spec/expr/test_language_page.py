@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.expr import check, parser
+from aeros.spec.expr import check, parser, sugar
 from aeros.spec.units import unit_names
 
 _PAGE = (Path(__file__).parents[4] / "docs" / "language.md").read_text(encoding="utf-8")
@@ -33,7 +33,7 @@ def test_every_unit_is_listed() -> None:
 
 
 def test_every_function_and_keyword_is_shown() -> None:
-    for word in (*check._ARITY, *parser.KEYWORDS):
+    for word in (*sugar.ARITY, *parser.KEYWORDS):
         assert re.search(rf"`[^`\n]*\b{word}\b[^`\n]*`", _PAGE), word
 
 
@@ -47,6 +47,6 @@ def test_every_limit_is_stated_or_rounded_in_words(limit: int) -> None:
 
 def test_the_examples_at_the_top_parse() -> None:
     examples = _PAGE.split("```text\n")[1].split("```")[0].splitlines()
-    assert len(examples) == 5
+    assert len(examples) == 6
     for example in examples:
         parser.parse(example)

@@ -45,6 +45,9 @@ def show(node: s.Node) -> str:
             return f"(if {show(condition)} {show(then)} {show(otherwise)})"
         case s.Quantifier(kind=kind, body=body, index=index, set=set_):
             return f"({kind} {index.text} {set_.text} {show(body)})"
+        case s.Past(op=op, operands=operands, within=within):
+            window = "" if within is None else f" {show(within)}"
+            return f"({op}{window} {' '.join(map(show, operands))})"
 
 
 @pytest.mark.parametrize(
@@ -56,6 +59,14 @@ def show(node: s.Node) -> str:
         ("a or b implies c and d", "(implies (or a b) (and c d))"),
         ("a or b and not c or d", "(or a (and b (not c)) d)"),
         ("not not a", "(not (not a))"),
+        ("once within 5 s a and b", "(and (once 5:s a) b)"),
+        ("not once a", "(not (once a))"),
+        ("previously historically within w not a", "(previously (historically w (not a)))"),
+        ("a since within 2 s b or c", "(or (since 2:s a b) c)"),
+        ("a and not b since c", "(and a (since (not b) c))"),
+        ("once x < y", "(once (chain x < y))"),
+        ("count within 60 s (a and b) <= 3", "(chain (count 60:s (and a b)) <= 3)"),
+        ("count(a for j in J)", "(count j J a)"),
         ("not a == b", "(not (chain a == b))"),
         ("0 <= x < y != z", "(chain 0 <= x < y != z)"),
         ("p in cell", "(in p cell)"),

@@ -1,0 +1,30 @@
+"""Whether a term of type real is a whole number whatever its variables are."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import FamilyType, IntegerType
+
+
+def is_whole(term: t.Term) -> bool:
+    """Whether `term` is whole for all values of its variables; False where that cannot be seen."""
+    match term:
+        case t.Literal(value=Fraction(denominator=1)):
+            return True
+        case (
+            t.Variable(type=IntegerType())
+            | t.Select(family=t.Variable(type=FamilyType(element=IntegerType())))
+        ):
+            return True
+        case t.Occurrences() | t.Aggregate(kind="count"):
+            return True
+        case t.Aggregate(body=part) | t.Absolute(operand=part):
+            return is_whole(part)
+        case t.Add(left=a, right=b) | t.Multiply(left=a, right=b) | t.Extremum(left=a, right=b):
+            return is_whole(a) and is_whole(b)
+        case t.Conditional(then=a, otherwise=b):
+            return is_whole(a) and is_whole(b)
+        case _:
+            return False

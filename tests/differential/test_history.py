@@ -1,0 +1,229 @@
+"""Histories as a runtime keeps them, against the definition along the whole trace.
+
+Where every moment is measured, a history is known and has the value that `semantics.evaluate` gives
+it.  Where some are not, a history that is known all the same has that value whatever was missed:
+every completion of the trace, with values for what was not measured and moments in the gaps, agrees.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any, cast
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from aeros.runtime.history import Histories
+from aeros.runtime.ports import Reading
+from aeros.spec.elaborate.past import Histories as Flattened
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.semantics import Moment, evaluate
+from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type
+from aeros.spec.model import Declared, Site
+from aeros.spec.source import Source
+from aeros.spec.units import NUMBER
+from tests.unit.runtime.bench import configuration
+
+SPAN = Source("site.yaml", "text").span(0, 4)
+AGE = Fraction(2)
+PAIR = EnumType("Pair", ("left", "right"))
+_TYPES: Mapping[str, Type] = {"a": BOOL, "b": BOOL, "x": RealType(NUMBER), "f": FamilyType(PAIR, BOOL)}
+STATE: Mapping[str, Declared] = {
+    name: Declared(
+        t.Variable(name, type_, t.Role.STATE),
+        SPAN,
+        range=(Fraction(0), Fraction(3)) if name == "x" else None,
+        max_age=AGE,
+        sensor="eye",
+    )
+    for name, type_ in _TYPES.items()
+}
+A, B, X, F = (STATE[name].variable for name in "abxf")
+INDEX = t.BoundVariable("side", PAIR)
+_ONE = t.Literal(Fraction(1), RealType(NUMBER))
+MEASURED = (A, B, t.Compare("<=", X, _ONE))
+ATOMS = (*MEASURED, t.TRUE, t.FALSE)  # what holds of moments that nobody looks at, nobody counts
+WINDOWS = st.sampled_from((None, Fraction(1), Fraction(2), Fraction(7, 2)))
+
+
+@st.composite
+def conditions(draw: Any, depth: int = 3, atoms: tuple[t.Term, ...] = ATOMS) -> t.Term:
+    """A condition on state that looks back, with operators inside operators."""
+    if depth == 0:
+        return cast("t.Term", draw(st.sampled_from(atoms)))
+    within = conditions(depth - 1, atoms)
+    below = st.one_of(
+        st.sampled_from(atoms),
+        within,
+        st.builds(t.Not, within),
+        st.builds(lambda a, b: t.And((a, b)), within, within),
+    )
+    chosen = draw(
+        st.one_of(
+            st.builds(t.Previously, below),
+            st.builds(t.Since, below, below, WINDOWS),
+            st.builds(lambda c, w: t.Since(t.TRUE, c, w), below, WINDOWS),
+            st.builds(
+                lambda c, w, op: t.Compare(op, _ONE, t.Occurrences(c, w)),
+                below,
+                WINDOWS.filter(lambda one: one is not None),
+                st.sampled_from(("<", "<=", "==")),
+            ),
+            st.builds(
+                lambda kind, w: t.Quantified(kind, INDEX, t.Since(t.TRUE, t.Select(F, INDEX), w)),
+                st.sampled_from(("all", "any")),
+                WINDOWS,
+            ),
+        )
+    )
+    return cast("t.Term", chosen)
+
+
+values = st.fixed_dictionaries(
+    {
+        "a": st.booleans(),
+        "b": st.booleans(),
+        "x": st.sampled_from((0.0, 1.0, 2.5)),
+        "f": st.tuples(st.booleans(), st.booleans()),
+    }
+)
+steps = st.sampled_from((0.0, 0.25, 0.5, 1.0, 2.0))
+traces = st.lists(st.tuples(steps, values), min_size=1, max_size=7)
+
+
+def kept(term: t.Term) -> tuple[t.Term, Site]:
+    """The condition over histories, and a site that has them."""
+    flattened = Flattened()
+    flat = flattened.flat(term, SPAN)
+    return flat, replace(configuration().site, state=STATE, histories=flattened.kept)
+
+
+def exact(given: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: Fraction(one) if type(one) is float else one for name, one in given.items()}
+
+
+def timed(trace: Sequence[tuple[float, Mapping[str, Any]]]) -> list[tuple[float, Mapping[str, Any]]]:
+    now, found = 0.0, []
+    for step, seen in trace:
+        now += step
+        found.append((now, seen))
+    return found
+
+
+@settings(max_examples=400, deadline=None)
+@given(conditions(), traces)
+def test_a_history_of_measured_moments_is_what_the_definition_says(
+    term: t.Term, trace: list[tuple[float, Mapping[str, Any]]]
+) -> None:
+    flat, site = kept(term)
+    histories = Histories(site)
+    moments: list[Moment] = []
+    for now, seen in timed(trace):
+        moments.append(Moment(Fraction(now), exact(seen)))
+        known = histories.advance({name: Reading(one, now) for name, one in seen.items()}, now)
+        assert known.keys() == histories.names
+        env = {**moments[-1].values, **exact({name: one.value for name, one in known.items()})}
+        env = {name: Fraction(one) if type(one) is int else one for name, one in env.items()}
+        assert evaluate(flat, env) == evaluate(term, moments[-1].values, moments)
+
+
+@settings(max_examples=400, deadline=None)
+@given(conditions(2, MEASURED), traces, st.randoms(use_true_random=False), st.booleans())
+def test_a_history_that_is_known_is_so_whatever_was_missed(
+    term: t.Term, trace: list[tuple[float, Mapping[str, Any]]], chance: random.Random, slow: bool
+) -> None:
+    _, site = kept(term)
+    histories = Histories(site)
+    named = {one.declared.name: one.term for one in site.histories}
+    looks = [
+        (2.0 * now if slow else now, {name: one for name, one in seen.items() if chance.random() < 0.8})
+        for now, seen in timed(trace)
+    ]
+    missed = 3.0  # how long a gap has to be for something to happen in it: longer than a reading speaks
+    completions: list[list[Moment]] = [[] for _ in range(4)]
+    last = None
+    for now, seen in looks:
+        known = histories.advance({name: Reading(one, now) for name, one in seen.items()}, now)
+        for moments in completions:
+            if last is not None and now - last > missed:
+                moments.append(Moment(Fraction(now + last) / 2 + AGE / 2, _completed({}, chance)))
+            moments.append(Moment(Fraction(now), _completed(seen, chance)))
+            env = dict(moments[-1].values)
+            for name, past in named.items():
+                value = evaluate(past, env, [*moments[:-1], Moment(moments[-1].time, env)])
+                # Earlier moments need the histories that they were judged by.
+                env[name] = value
+                if name in known:
+                    assert known[name].value == value, (name, looks)
+            moments[-1] = Moment(moments[-1].time, env)
+            for index, before in enumerate(moments[:-1]):
+                if not named.keys() <= before.values.keys():
+                    moments[index] = _judged(named, moments, index)
+        last = now
+
+
+def _judged(named: Mapping[str, t.Term], moments: list[Moment], index: int) -> Moment:
+    env = dict(moments[index].values)
+    for name, past in named.items():
+        env[name] = evaluate(past, env, [*moments[:index], Moment(moments[index].time, env)])
+    return Moment(moments[index].time, env)
+
+
+def _completed(given: Mapping[str, Any], chance: random.Random) -> dict[str, Any]:
+    anything = {
+        "a": chance.random() < 0.5,
+        "b": chance.random() < 0.5,
+        "x": chance.choice((0.0, 1.0, 2.5)),
+        "f": (chance.random() < 0.5, chance.random() < 0.5),
+    }
+    return exact({**anything, **given})
+
+
+def test_most_histories_of_a_broken_trace_are_unknown_for_a_while_and_then_known() -> None:
+    """The test above proves something: there are unknown histories, and known ones after gaps."""
+    once = t.Since(t.TRUE, A, Fraction(3))
+    _, site = kept(once)
+    (name,) = (one.declared.name for one in site.histories)
+    histories = Histories(site)
+
+    def at(now: float, **given: Any) -> Any:
+        known = histories.advance({key: Reading(one, now) for key, one in given.items()}, now)
+        return known[name].value if name in known else None
+
+    assert at(0.0, a=False) is False
+    assert at(1.0) is None  # nobody looked
+    assert at(2.0, a=False) is None
+    assert at(4.0, a=False) is None
+    assert at(5.0, a=False) is None
+    assert at(5.5, a=False) is False  # what nobody saw is more than 3 s ago
+    assert at(8.0, a=False) is None  # a reading speaks for 2 s, and 2.5 s have passed
+    assert at(8.5, a=True) is True  # known again: it holds now
+    assert at(10.5, a=False) is True
+    assert at(12.0, a=False) is False
+
+
+@pytest.mark.parametrize("later", [float("nan"), float("inf"), -1.0, True, None])
+def test_a_clock_that_stands_still_goes_back_or_tells_no_time_leaves_nothing_known(later: Any) -> None:
+    _, site = kept(t.Since(t.TRUE, A, Fraction(3)))
+    histories = Histories(site)
+    readings = {"a": Reading(False, 0.0)}
+    assert histories.advance(readings, 0.0).keys() == histories.names
+    assert histories.advance(readings, later) == {}
+    assert histories.advance({"a": Reading(False, 1.0)}, 1.0) == {}
+    assert histories.advance({"a": Reading(False, 2.0)}, 2.0) == {}
+
+
+def test_memory_is_bounded_whatever_is_counted() -> None:
+    flat, site = kept(t.Compare("<=", _ONE, t.Occurrences(A, Fraction(1_000_000))))
+    assert isinstance(flat, t.Compare)
+    (history,) = site.histories
+    most = int((history.declared.range or (0, 0))[1])
+    histories = Histories(site)
+    for tick in range(most):
+        known = histories.advance({"a": Reading(True, float(tick))}, float(tick))
+    assert known[history.declared.name].value == most
+    assert histories.advance({"a": Reading(True, float(most))}, float(most)) == {}

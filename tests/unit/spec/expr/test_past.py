@@ -1,0 +1,121 @@
+"""Past-time operators: what they mean along a trace, and what may not be written with them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.check import check
+from aeros.spec.expr.parser import ExpressionSyntaxError, parse
+from aeros.spec.expr.scope import ExpressionTypeError
+from aeros.spec.expr.semantics import Moment, evaluate
+from aeros.spec.expr.types import BOOL, RealType
+from aeros.spec.units import TIME
+from tests.unit.spec.expr.scope import SCOPE
+
+PAST = replace(SCOPE, past=True)
+
+
+def condition(text: str) -> t.Term:
+    return check(parse(text), PAST, BOOL)
+
+
+def along(text: str, **series: str) -> str:
+    """`text` at each moment, one a second, as `#` where it holds and `.` where not."""
+    term, length = condition(text), len(next(iter(series.values())))
+    moments: Sequence[Moment] = [
+        Moment(Fraction(second), {name: marks[second] == "#" for name, marks in series.items()})
+        for second in range(length)
+    ]
+    held = [evaluate(term, moments[end].values, moments[: end + 1]) for end in range(length)]
+    return "".join("#" if one else "." for one in held)
+
+
+@pytest.mark.parametrize(
+    ("text", "a", "held"),
+    [
+        ("previously a", "#..##.", ".#..##"),
+        ("previously previously a", "#..##.", "..#..#"),
+        ("not previously not a", "#..##.", "##..##"),
+        ("once a", "..#...", "..####"),
+        ("once within 2 s a", ".#....#.", ".###..##"),
+        ("historically a", "##.###", "##...."),
+        ("historically within 2 s a", "##.#####", "##...###"),
+        ("once within 1 s not a", "##.#####", "..##...."),
+        ("count within 2 s (a) >= 2", "#.#.##..", "..#.###."),
+        ("count within 3 s (a and not previously a) >= 2", "##.#..#.", "...#..#."),
+        ("a implies once within 1 s not a", "##.##", "..##."),
+    ],
+)
+def test_operators_of_one_condition(text: str, a: str, held: str) -> None:
+    assert along(text, a=a) == held
+
+
+@pytest.mark.parametrize(
+    ("text", "a", "b", "held"),
+    [
+        ("a since b", "######", "..#...", "..####"),
+        ("a since b", "...##.", "..#...", "..###."),
+        ("a since b", "....##", "..#...", "..#..."),
+        ("a since within 1 s b", "######", "..#...", "..##.."),
+        ("not a since b", "..#.#.", "#.....", "##...."),
+    ],
+)
+def test_since_asks_what_came_after(text: str, a: str, b: str, held: str) -> None:
+    assert along(text, a=a, b=b) == held
+
+
+def test_the_index_of_a_quantifier_is_the_same_at_every_moment() -> None:
+    term = condition("all(once ready[j] for j in Joint)")
+    seen = [(True, False, False), (False, True, False), (False, False, True)]
+    moments = [Moment(Fraction(second), {"ready": one}) for second, one in enumerate(seen)]
+    assert [evaluate(term, moments[end].values, moments[: end + 1]) for end in range(3)] == [
+        False,
+        False,
+        True,
+    ]
+
+
+def test_without_a_trace_the_present_is_the_first_moment() -> None:
+    env = {"a": True, "b": False}
+    assert evaluate(condition("once a and not once b and not previously a"), env) is True
+    assert evaluate(condition("count within 5 s (a) == 1 and historically a"), env) is True
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "message", "underlined"),
+    [
+        ("once speed > 0 m/s", "AE209", "`once` looks at what was measured, and `speed`", "speed > 0 m/s"),
+        ("a since inputs.grip == open", "AE209", "`inputs.grip` is not measured", "inputs.grip == open"),
+        ("once within 0 s a", "AE209", "a window is a constant time longer than nothing", "0 s"),
+        ("once within k a", "AE204", "a window is a time, not real [1]", "k"),
+        ("once within 5 m a", "AE204", "a window is a time, not real [m]", "5 m"),
+        ("historically x", "AE203", "expected a condition, found real [m]", "x"),
+        ("count within 5 s (x) <= 1", "AE203", "expected a condition, found real [m]", "x"),
+        ("count within 5 s (a)", "AE203", "expected bool, found real [1]", "count within 5 s (a)"),
+    ],
+)
+def test_a_fault_says_what_and_where(text: str, code: str, message: str, underlined: str) -> None:
+    with pytest.raises(ExpressionTypeError) as raised:
+        condition(text)
+    fault = raised.value
+    assert fault.code == code
+    assert message in fault.message
+    assert text[fault.extent.start : fault.extent.end] == underlined
+
+
+@pytest.mark.parametrize(
+    "text", ["once within a", "count within (a)", "a since", "once within -1 s a", "previously"]
+)
+def test_what_is_half_written_is_no_expression(text: str) -> None:
+    with pytest.raises(ExpressionSyntaxError):
+        parse(text)
+
+
+def test_a_window_may_be_a_constant_of_the_site() -> None:
+    scope = replace(PAST, constants={"memory": t.Literal(Fraction(2), RealType(TIME))})
+    assert check(parse("once within memory a"), scope, BOOL) == condition("once within 2 s a")
