@@ -23,10 +23,28 @@ _COMMANDS = {
     "explain": "explain a diagnostic code",
     "graph": "draw a task's planning rules or its closed loop",
     "predict": "compute a task's success probability and expected work exactly",
+    "install": "keep a module on this robot",
+    "configure": "settle what an installed module needs around it",
+    "activate": "let a module's skills be dispatched",
+    "deactivate": "withdraw a module's skills",
+    "remove": "forget a module",
+    "list": "show what is installed on this robot",
+    "policy": "put a site file in force",
+    "block": "deny what a module, a skill or an action kind asks for",
+    "unblock": "take a block back",
+    "pause": "let nothing begin until it is resumed",
+    "resume": "let actions begin again",
+    "stop": "bring what moves to rest and end the run",
     "new": "start a module that is proved and runs as it stands",
     "schema": "print the JSON Schema of manifests, site files or reports",
 }
 """What each command does; the module of its name has the rest, and is imported only to run it."""
+
+_FAMILIES = {
+    "modules": ("install", "configure", "activate", "deactivate", "remove", "list"),
+    "operator": ("policy", "block", "unblock", "pause", "resume", "stop"),
+}
+"""Modules that have the rest of several commands."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -69,7 +87,10 @@ def _parser(given: Sequence[str]) -> argparse.ArgumentParser:
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     wanted = next((word for word in given if word in _COMMANDS), None)
     for name, summary in _COMMANDS.items():
-        if name == wanted:
+        family = next((family for family, names in _FAMILIES.items() if name in names), None)
+        if name == wanted and family is not None:
+            importlib.import_module(f"aeros.cli.{family}").add_to(commands, name)
+        elif name == wanted:
             importlib.import_module(f"aeros.cli.{name}").add_to(commands)
         else:
             commands.add_parser(name, help=summary)

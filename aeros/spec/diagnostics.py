@@ -204,6 +204,14 @@ _TABLE: Final = (
     Code("AE952", "newly-denied", "difference", "a change denies something that was allowed"),
     Code("AE953", "not-comparable", "difference", "two versions do not speak of the same things"),
     Code("AE954", "otherwise-changed", "difference", "a change alters something but what is allowed"),
+    # AE96x: what is installed on a robot
+    Code("AE960", "not-now", "registry", "a module or a block is not in a state in which that can be done"),
+    Code("AE961", "bundle-unusable", "registry", "a module's files cannot be kept"),
+    Code("AE962", "same-version", "registry", "a module has the version of another one with other contents"),
+    Code("AE963", "not-as-pinned", "registry", "a module's files are not those that were pinned"),
+    Code("AE964", "inactive-dependency", "registry", "an active module needs one that is not active"),
+    Code("AE965", "registry-unusable", "registry", "the registry, or what it keeps, is not what was written"),
+    Code("AE966", "still-moving", "registry", "an action of the old configuration did not end in time"),
 )
 
 CODES: Final[dict[str, Code]] = {code.id: code for code in _TABLE}

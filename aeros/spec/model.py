@@ -5,8 +5,10 @@ Built by `elaborate` alone; obligations, the gate and planners read it.
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from fractions import Fraction
 from functools import cached_property
@@ -247,6 +249,14 @@ class Site:
     def access_of(self, module: str) -> Access:
         """Everything that `module` may be permitted to touch."""
         return self.access.union(self.grants.get(module, Access()))
+
+    def with_blocks(self, blocks: Sequence[Block]) -> Site:
+        """The site with further operator overrides, and the digest that says which."""
+        if not blocks:
+            return self
+        said = json.dumps([self.digest, *([b.id, b.reason, b.module, b.skill, b.action] for b in blocks)])
+        digest = hashlib.sha256(said.encode()).hexdigest()
+        return replace(self, blocks=(*self.blocks, *blocks), digest=digest)
 
     def rules_on(self, kind: str) -> tuple[Rule, ...]:
         """The invariants that govern actions of `kind`."""

@@ -15,7 +15,7 @@ from aeros.spec.certificate import Certificate, certificate_for
 from aeros.spec.diagnostics import Diagnostic, Diagnostics, Label, Severity
 from aeros.spec.discharge import Finding, discharge
 from aeros.spec.loading import MANIFEST, LoadedEcm, load_ecm, load_site, module_folders
-from aeros.spec.model import Ecm, Site
+from aeros.spec.model import Block, Ecm, Site
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
 from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.configuration import configuration_obligations
@@ -110,15 +110,17 @@ def verify(
     rlimit: int = DEFAULT_RLIMIT,
     progress: Progress = lambda _: None,
     store: Store | None = None,
+    blocks: Sequence[Block] = (),
 ) -> Report:
     """Everything that can be said of the modules at `paths` under the site at `site_path`.
 
     progress: told the name of each subject before it is proved.
     store: answers of earlier runs, where the caller wants them used.
+    blocks: operator overrides beside those of the site file.
     """
     oracle = Oracle(rlimit, store)
     progress(f"site {site_path}")
-    site, site_report = _verify_site(site_path, oracle)
+    site, site_report = _verify_site(site_path, oracle, blocks)
     reports: list[SubjectReport] = []
     sink = Diagnostics()
     folders = list(dict.fromkeys(folder for path in paths for folder in module_folders(path, sink)))
@@ -168,9 +170,11 @@ def _modules_around(
     return around | {ecm.id: ecm for ecm in given.values()}
 
 
-def _verify_site(path: Path, oracle: Oracle) -> tuple[Site | None, SubjectReport]:
+def _verify_site(path: Path, oracle: Oracle, blocks: Sequence[Block]) -> tuple[Site | None, SubjectReport]:
     sink = Diagnostics()
     site = load_site(path, sink)
+    if site is not None:
+        site = site.with_blocks(blocks)
     if site is None:
         return None, SubjectReport(str(path), path, Conclusion.REJECTED, tuple(sink))
     settled, findings = _settle((*policy_obligations(site), *joint_policy_obligations(site)), site, oracle)
