@@ -232,7 +232,7 @@ class Executor:
             return Ending(StepStatus.DENIED, spell_reasons(decision.reasons))
         if decision.action is None:
             raise InternalError(f"the gate said {decision.verdict.value} and gave no action")
-        monitor = self._watched(step, self._monitors.watch(decision.action, readings))
+        monitor = self._watched(step, decision.action, self._monitors.watch(decision.action, readings))
         # Counted before it moves: an action that fails half-way was executed too.
         self._usage.executed(decision.action.kind, now)
         completion = self._plant.execute(decision.action, monitor, step.deadline)
@@ -276,15 +276,15 @@ class Executor:
         if paused:
             self._audit.append("resumed", {"time": self.now()})
 
-    def _watched(self, step: _Step, monitor: Monitor) -> Monitor:
-        """`monitor`, which also trips on a stop, and where the skill is revoked while it acts."""
+    def _watched(self, step: _Step, action: Action, monitor: Monitor) -> Monitor:
+        """`monitor`, which also trips on a stop, and where the action is revoked while it is under way."""
 
         def watch(now: float, measured: Mapping[str, Any]) -> str | None:
             if self._governor.command is Command.STOP:
                 return "the operator stops it"
             if self._governor.generation != self._generation:
                 caller = step.caller
-                objection = self._governor.objection(self._configuration, caller.module, caller.skill)
+                objection = self._governor.objection(caller.module, caller.skill, action.kind)
                 if objection is not None:
                     return f"revoked: {objection}"
             return monitor(now, measured)

@@ -34,8 +34,8 @@ class Governor(Protocol):
     def acting(self, generation: int) -> AbstractContextManager[bool]:
         """Whether `generation` is still in force; while the block runs, no change of it is complete."""
 
-    def objection(self, configuration: Configuration, module: str, skill: str) -> str | None:
-        """Why what this skill began under `configuration` may not go on, or None."""
+    def objection(self, module: str, skill: str, kind: str) -> str | None:
+        """Why an action of `kind` that this skill began may not go on, or None."""
 
 
 class Fixed:
@@ -62,6 +62,6 @@ class Fixed:
         """See `Governor`."""
         return nullcontext(generation == 0)
 
-    def objection(self, configuration: Configuration, module: str, skill: str) -> str | None:
+    def objection(self, module: str, skill: str, kind: str) -> str | None:
         """See `Governor`."""
         return None

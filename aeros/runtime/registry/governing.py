@@ -46,7 +46,7 @@ class Governing:
         """See `Governor`."""
         return self._live.acting(generation)
 
-    def objection(self, configuration: Configuration, module: str, skill: str) -> str | None:
+    def objection(self, module: str, skill: str, kind: str) -> str | None:
         """See `Governor`; the policy counts as changed when its file is another."""
         now, was = self._latest(), self._loaded
         one = now.modules.get(module)
@@ -56,9 +56,8 @@ class Governing:
             return f"`{module}` is another version now"
         if now.site != was.site:
             return "another policy is in force"
-        kinds = (*configuration.site.kinds,)
         for block in now.blocks.values():
-            if block.id not in was.blocks and any(block.matches(module, skill, kind) for kind in kinds):
+            if block.matches(module, skill, kind):
                 return f"the operator blocks it: {block.reason}"
         return None
 
