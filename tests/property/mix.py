@@ -18,8 +18,8 @@ class Mix:
 
     def assert_both(self, *codes: str, at_least: int = 5) -> None:
         """A generator that gives all but nothing of one kind would show nothing."""
-        assert sorted(codes) == sorted(self._seen)
+        assert sorted(codes) == sorted(self._seen), self._seen.keys()
         lopsided = {
             code: dict(seen) for code, seen in self._seen.items() if min(seen[True], seen[False]) < at_least
         }
-        assert not lopsided
+        assert not lopsided, lopsided
