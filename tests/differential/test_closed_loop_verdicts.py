@@ -143,7 +143,7 @@ def test_a_loop_is_refused_exactly_where_some_run_goes_wrong() -> None:
 
 
 @settings(
-    max_examples=300, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
+    max_examples=500, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
 )
 @given(_judged())
 def _loops_are_judged(judged: tuple[Case, str]) -> None:

@@ -47,7 +47,7 @@ from tests.property.mix import Mix
 
 _NIGHTLY = os.environ.get("AEROS_HYPOTHESIS") == "nightly"
 bounded = settings(
-    max_examples=2_000 if _NIGHTLY else 60,
+    max_examples=2_000 if _NIGHTLY else 200,
     derandomize=not _NIGHTLY,
     database=None,
     deadline=None,
