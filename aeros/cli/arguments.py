@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from aeros.spec.agreement import SecondSolver
 
 
 def existing_path(text: str) -> Path:
@@ -22,6 +26,17 @@ def solver_budget(text: str) -> int:
     if not text.isascii() or not text.isdigit() or not 0 < int(text) < 2**32:
         raise argparse.ArgumentTypeError("expected a whole number between 1 and 4294967295")
     return int(text)
+
+
+def second_solver(text: str) -> SecondSolver:
+    """A solver other than Z3, by name."""
+    if text != "cvc5":
+        raise argparse.ArgumentTypeError("expected `cvc5`")
+    try:
+        from aeros.spec.backends.second import Cvc5
+    except ImportError as error:
+        raise argparse.ArgumentTypeError("cvc5 is not here: pip install 'aeros[cvc5]'") from error
+    return Cvc5()
 
 
 def writable_path(text: str) -> Path:

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from aeros.cli.arguments import existing_path, solver_budget, writable_path
+from aeros.cli.arguments import existing_path, second_solver, solver_budget, writable_path
 from aeros.cli.exit_codes import EXIT_CODES, Exit, exit_for
 from aeros.cli.reports.json_report import as_json
 from aeros.cli.reports.junit import as_junit
 from aeros.cli.reports.result import Problem, Result
 from aeros.cli.reports.sarif import as_sarif
 from aeros.cli.reports.text import as_text
+from aeros.spec.agreement import DisagreementError
 from aeros.spec.backends.budget import DEFAULT_RLIMIT
 from aeros.spec.backends.store import default_store
 from aeros.spec.certificate import LOCK, check_lock, write_lock
@@ -34,6 +37,7 @@ examples:
   aeros verify ecms/ --format sarif --output verify.sarif
                                               text here, and a file for code scanning
   aeros verify ecms/ --check                  write nothing; fail if a certificate is missing or stale
+  aeros verify ecms/ --second-solver cvc5     ask another solver everything again
 """
 
 _FORMATS: Final[dict[str, Callable[[Result], str]]] = {
@@ -78,13 +82,24 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--no-cache", action="store_true", help="ask the solver again what earlier runs asked"
     )
+    parser.add_argument(
+        "--second-solver",
+        type=second_solver,
+        metavar="cvc5",
+        help="put every question to cvc5 too, as SMT-LIB text; a disagreement ends with exit code 4",
+    )
     parser.set_defaults(command=_command)
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
     progress = _progress if sys.stderr.isatty() else lambda _: None
     store = None if arguments.no_cache else default_store()
-    report = verify(arguments.paths, arguments.site or reference_site(), arguments.rlimit, progress, store)
+    site, second = arguments.site or reference_site(), arguments.second_solver
+    try:
+        report = verify(arguments.paths, site, arguments.rlimit, progress, store, second)
+    except DisagreementError as error:
+        print(_disagreement(error), file=sys.stderr)
+        return Exit.OUR_BUG
     locks = [] if arguments.no_lock else _locks(report, write=not arguments.check)
     result = Result(report, tuple(locks))
     as_asked = _FORMATS[arguments.format]
@@ -96,6 +111,24 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if report.conclusion is Conclusion.PROVED and stale:
         return Exit.REJECTED
     return exit_for(report.conclusion)
+
+
+def _disagreement(error: DisagreementError) -> str:
+    """What to report; the question itself is kept in a file, as nobody else could ask it again."""
+    lines = [
+        f"aeros: the solvers disagree about {safe(error.about)}:",
+        *(f"  {safe(answer)}" for answer in error.answers),
+        "One of them, or aeros, is wrong, so nothing is proved and nothing was written.",
+    ]
+    try:
+        handle, name = tempfile.mkstemp(prefix="aeros-disagreement-", suffix=".smt2")
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(error.script)
+        lines.append(f"Please report it with the question, which is in {safe(name)}")
+    except OSError as problem:
+        lines.append(f"Please report it with the question, which no file could take ({problem.strerror}):")
+        lines.append(error.script)
+    return "\n".join(lines)
 
 
 def _written(path: Path, text: str) -> bool:

@@ -55,7 +55,8 @@ def _discharge(obligation: Obligation, oracle: Oracle) -> Finding:
     sought = t.Not(obligation.conclusion) if always else obligation.conclusion
     wanted = (*obligation.space.assumptions, sought)
     declared, terms = about(wanted, obligation.space.declared)
-    answer = oracle.ask([one.variable for one in declared], ranges_of(declared), terms)
+    asked_for = f"{obligation.id} ({obligation.primary.span.source.path})"
+    answer = oracle.ask([one.variable for one in declared], ranges_of(declared), terms, asked_for)
     if answer.result is Result.UNKNOWN:
         return Finding(obligation, Verdict.UNKNOWN, reason=f"{answer.reason} (rlimit {oracle.rlimit})")
     if answer.result is Result.UNSAT:

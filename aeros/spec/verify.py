@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
+from aeros.spec.agreement import Agreement, SecondSolver, agreement_on
 from aeros.spec.answers import answered
 from aeros.spec.backends.budget import DEFAULT_RLIMIT
 from aeros.spec.backends.oracle import Oracle
@@ -78,12 +79,14 @@ class Report:
     """A site and the modules that were verified under it.
 
     configuration: of all modules together; None unless there are several that can be read.
+    agreement: of a second solver, where one was asked.
     """
 
     site: SubjectReport
     modules: tuple[SubjectReport, ...]
     site_model: Site | None
     configuration: SubjectReport | None = None
+    agreement: Agreement | None = None
 
     @property
     def subjects(self) -> tuple[SubjectReport, ...]:
@@ -111,14 +114,17 @@ def verify(
     progress: Progress = lambda _: None,
     store: Store | None = None,
     blocks: Sequence[Block] = (),
+    second: SecondSolver | None = None,
 ) -> Report:
     """Everything that can be said of the modules at `paths` under the site at `site_path`.
 
     progress: told the name of each subject before it is proved.
     store: answers of earlier runs, where the caller wants them used.
     blocks: operator overrides beside those of the site file.
+    second: asked everything again, whether or not the answers were kept; raises DisagreementError where
+        it decides otherwise than Z3.
     """
-    oracle = Oracle(rlimit, store)
+    oracle = Oracle(rlimit, store, recording=second is not None)
     progress(f"site {site_path}")
     site, site_report = _verify_site(site_path, oracle, blocks)
     reports: list[SubjectReport] = []
@@ -137,9 +143,10 @@ def verify(
             reports.append(SubjectReport(str(folder), folder, Conclusion.REJECTED, problems))
         else:
             reports.append(_verify_ecm(found, folder, site, around, problems, oracle))
+    agreement = None if second is None else agreement_on(oracle.asked.values(), second, progress)
     oracle.keep()
     together = _verify_configuration([report.ecm for report in reports if report.ecm is not None], site)
-    return Report(site_report, tuple(reports), site, together)
+    return Report(site_report, tuple(reports), site, together, agreement)
 
 
 def _verify_configuration(ecms: Sequence[Ecm], site: Site) -> SubjectReport | None:
