@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, Final
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.runtime.registry.records import Installed, Snapshot
 from aeros.runtime.registry.registry import Registry
+from aeros.spec.diagnostics import Diagnostic
+from aeros.spec.errors import UserError
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -83,11 +85,13 @@ def _install(arguments: argparse.Namespace) -> Exit:
 def _source(given: str) -> Path:
     """The folder `given`, or that of the entry point `given` where there is no such folder."""
     path = Path(given)
-    if not path.exists():
-        for found in entry_points(group=_GROUP, name=given):
-            spec = found.load()
-            return Path(spec) if isinstance(spec, str | Path) else Path(str(spec.__path__[0]))
-    return path
+    if path.is_dir():
+        return path
+    for found in entry_points(group=_GROUP, name=given):
+        offered = found.load()
+        return Path(offered) if isinstance(offered, str | Path) else Path(str(offered.__path__[0]))
+    reason = f"`{given}` is neither a folder nor an entry point `{given}` of the group `{_GROUP}`"
+    raise UserError([Diagnostic("AE961", reason)])
 
 
 def _moving(verb: str) -> Callable[[argparse.Namespace], Exit]:
