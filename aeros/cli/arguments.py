@@ -1,9 +1,13 @@
-"""Argument types that several commands share."""
+"""Argument types that several commands share, and what is said of arguments that cannot be meant."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
+
+
+class UsageError(Exception):
+    """The command was asked for something that there is not; the message says what."""
 
 
 def existing_path(text: str) -> Path:
