@@ -206,6 +206,7 @@ class Quota:
     kinds: frozenset[str]
     at_most: int
     within: Fraction
+    span: Span
 
 
 @dataclass(frozen=True)

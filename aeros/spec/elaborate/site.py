@@ -363,7 +363,9 @@ class _SiteElaborator:
         for kind in kinds:
             if kind.protective:
                 self._sink.error("AE602", "a quota may not run out for the protective stop", quota.span)
-        return Quota(quota.id.value, frozenset(kind.name for kind in kinds), quota.at_most.value, within)
+        return Quota(
+            quota.id.value, frozenset(kind.name for kind in kinds), quota.at_most.value, within, quota.id.span
+        )
 
 
 def elaborate_access(access: declared.Access) -> Access:
