@@ -364,6 +364,7 @@ class Ecm:
     """An Embodied Capability Module.
 
     manifest_digest, code_digest: SHA-256, in hexadecimal, of the manifest and of its code files.
+    model_digests: likewise of each file that a model or tool names, by its path in the module.
     requires: other modules it depends on, by name, with a PEP 440 specifier.
     runtime: the versions of AEROS it works with, a PEP 440 specifier.
     """
@@ -385,3 +386,4 @@ class Ecm:
     access_span: Span
     span: Span
     compositions: Mapping[str, Composition] = field(default_factory=dict)
+    model_digests: Mapping[str, str] = field(default_factory=dict)
