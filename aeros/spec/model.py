@@ -220,7 +220,11 @@ class Limits:
 
 @dataclass(frozen=True)
 class Site:
-    """A site: vocabulary, Φ, Π.  `digest` is the SHA-256 of its file, in hexadecimal."""
+    """A site: vocabulary, Φ, Π.  `digest` is the SHA-256 of its file, in hexadecimal.
+
+    policy_spans: where access, the risk ceiling, limits and capacities are written, by their place in
+        the file, as in `policy/limits/retries` and `resources/arm`.
+    """
 
     id: str
     digest: str
@@ -241,6 +245,7 @@ class Site:
     joint: tuple[JointRule, ...] = ()
     grant_spans: Mapping[str, Span] = field(default_factory=dict)
     histories: tuple[History, ...] = ()
+    policy_spans: Mapping[str, Span] = field(default_factory=dict)
 
     @cached_property
     def observed(self) -> Mapping[str, Declared]:

@@ -36,6 +36,7 @@ from aeros.spec.model import (
     Rule,
     Site,
 )
+from aeros.spec.source import Span
 from aeros.spec.units import LENGTH, TIME
 
 _T = TypeVar("_T")
@@ -105,6 +106,7 @@ class _SiteElaborator:
             grant_spans={name.value: name.span for name, _ in policy.grants},
             joint=joint,
             histories=self._histories.kept,
+            policy_spans=_policy_spans(site),
         )
 
     def _enum(self, name: Text, members: tuple[Text, ...]) -> None:
@@ -366,6 +368,18 @@ class _SiteElaborator:
         return Quota(
             quota.id.value, frozenset(kind.name for kind in kinds), quota.at_most.value, within, quota.id.span
         )
+
+
+def _policy_spans(site: declared.Site) -> dict[str, Span]:
+    policy, limits = site.policy, site.policy.limits
+    return {
+        "policy/access": policy.access.key_span or policy.access.span,
+        "policy/risk_ceiling": policy.risk_ceiling.span,
+        "policy/limits/skill_timeout": limits.skill_timeout.span,
+        "policy/limits/retries": limits.retries.span,
+        "policy/limits/replans": limits.replans.span,
+        **{f"resources/{name.value}": count.span for name, count in site.resources},
+    }
 
 
 def elaborate_access(access: declared.Access) -> Access:

@@ -64,6 +64,6 @@ def test_what_is_no_file_below_is_no_model(tmp_path: Path, name: str) -> None:
     (tmp_path / "model.bin").touch()
     (tmp_path / "module" / "below").mkdir(parents=True)
     descriptors = len(os.listdir("/proc/self/fd"))
-    with pytest.raises(OSError, match="."):
+    with pytest.raises(OSError, match=r"."):
         model_digest(tmp_path / "module", name)
     assert len(os.listdir("/proc/self/fd")) == descriptors
