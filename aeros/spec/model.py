@@ -138,6 +138,7 @@ class JointRule:
     """An invariant about two simultaneous actions; a parameter `p` of the role `a` is the variable `a.p`.
 
     roles: the two roles, in order, and the action kind of each.
+    conjuncts: what the term is the conjunction of.
     """
 
     id: str
@@ -148,6 +149,7 @@ class JointRule:
     term: t.Term
     span: Span
     require_span: Span
+    conjuncts: tuple[Conjunct, ...] = ()
 
 
 @dataclass(frozen=True)

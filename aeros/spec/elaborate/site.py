@@ -280,8 +280,8 @@ class _SiteElaborator:
         if len(self._sink) > before:
             return None
         scope = replace(joint_scope(self, roles), past=True)
-        term = elaborate_expression(one.require, scope, self._sink)
-        if term is None:
+        found = elaborate_condition(one.require, scope, self._sink)
+        if found is None:
             return None
         first, second = ((role, kind.name) for role, kind in roles.items())
         return JointRule(
@@ -290,9 +290,12 @@ class _SiteElaborator:
             one.rationale.value,
             one.source.value,
             (first, second),
-            self._histories.flat(term, one.require.span),
+            self._histories.flat(found[0], one.require.span),
             one.span,
             one.require.span,
+            tuple(
+                replace(part, term=self._histories.flat(part.term, one.require.span)) for part in found[1]
+            ),
         )
 
     def _attenuation(self, entries: Entries[Expression], kind: ActionKind, scope: Scope) -> dict[str, t.Term]:

@@ -170,7 +170,7 @@ _IDLE_GATE_HELP = "remove it from `gated` and tighten the envelope"
 def _state_matters(site: Site, skill: Skill, rule: Rule, kind: str) -> Obligation:
     """The rule allows an action in one state and denies it in another, where `then.x` is what `x` is here."""
     term = rule.terms[kind]
-    read = [one for name, one in site.state.items() if name in t.variables_of(term)]
+    read = [one for name, one in site.observed.items() if name in t.variables_of(term)]
     others = [replace(one, variable=replace(one.variable, name=f"then.{one.name}")) for one in read]
     names: dict[str, t.Term] = {one.name: other.variable for one, other in zip(read, others, strict=True)}
     return Obligation(
