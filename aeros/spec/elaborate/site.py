@@ -293,9 +293,7 @@ class _SiteElaborator:
             self._histories.flat(found[0], one.require.span),
             one.span,
             one.require.span,
-            tuple(
-                replace(part, term=self._histories.flat(part.term, one.require.span)) for part in found[1]
-            ),
+            tuple(replace(part, term=self._histories.flat(part.term, one.require.span)) for part in found[1]),
         )
 
     def _attenuation(self, entries: Entries[Expression], kind: ActionKind, scope: Scope) -> dict[str, t.Term]:
