@@ -1,4 +1,4 @@
-"""Argument types that several commands share."""
+"""Argument types that several commands share, and what is said of arguments that cannot be meant."""
 
 from __future__ import annotations
 
@@ -8,6 +8,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from aeros.spec.agreement import SecondSolver
+
+
+class UsageError(Exception):
+    """The command was asked for something that there is not; the message says what."""
 
 
 def existing_path(text: str) -> Path:

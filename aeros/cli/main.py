@@ -11,6 +11,7 @@ import traceback
 from collections.abc import Sequence
 
 import aeros
+from aeros.cli.arguments import UsageError
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.spec.errors import UndecidedError, UserError
 from aeros.spec.render import render_all
@@ -21,7 +22,7 @@ _COMMANDS = {
     "decide": "decide action requests, one per line of JSON",
     "diff": "what a change newly allows and newly denies",
     "explain": "explain a diagnostic code",
-    "graph": "draw a task's planning rules or its closed loop",
+    "graph": "draw a task's planning rules, its closed loop or a composition",
     "predict": "compute a task's success probability and expected work exactly",
     "install": "keep a module on this robot",
     "configure": "settle what an installed module needs around it",
@@ -59,6 +60,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except UserError as error:
         print(render_all(error.diagnostics), file=sys.stderr)
         return Exit.UNDECIDED if isinstance(error, UndecidedError) else Exit.REJECTED
+    except UsageError as error:
+        print(f"aeros: {error}", file=sys.stderr)
+        return Exit.USAGE
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return Exit.INTERRUPTED

@@ -133,6 +133,8 @@ _TABLE: Final = (
     Code("AE606", "attenuation-enlarges", "policy", "an attenuation can make an action larger"),
     Code("AE607", "no-protective-stop", "policy", "a site does not have exactly one protective stop"),
     Code("AE608", "infeasible-quota", "policy", "a quota can never be kept"),
+    Code("AE609", "idle-quota", "policy", "a quota counts actions that are never allowed"),
+    Code("AE610", "redundant-quota", "policy", "a quota never runs out before another one does"),
     # AE7xx: decisions
     Code("AE701", "malformed-request", "decision", "a request does not have the form of a request"),
     Code("AE702", "unknown-field", "decision", "a request holds a name that is not in the vocabulary"),

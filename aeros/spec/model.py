@@ -138,6 +138,7 @@ class JointRule:
     """An invariant about two simultaneous actions; a parameter `p` of the role `a` is the variable `a.p`.
 
     roles: the two roles, in order, and the action kind of each.
+    conjuncts: what the term is the conjunction of.
     """
 
     id: str
@@ -148,6 +149,7 @@ class JointRule:
     term: t.Term
     span: Span
     require_span: Span
+    conjuncts: tuple[Conjunct, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -206,6 +208,7 @@ class Quota:
     kinds: frozenset[str]
     at_most: int
     within: Fraction
+    span: Span
 
 
 @dataclass(frozen=True)
@@ -219,7 +222,11 @@ class Limits:
 
 @dataclass(frozen=True)
 class Site:
-    """A site: vocabulary, Φ, Π.  `digest` is the SHA-256 of its file, in hexadecimal."""
+    """A site: vocabulary, Φ, Π.  `digest` is the SHA-256 of its file, in hexadecimal.
+
+    policy_spans: where access, the risk ceiling, limits and capacities are written, by their place in
+        the file, as in `policy/limits/retries` and `resources/arm`.
+    """
 
     id: str
     digest: str
@@ -240,6 +247,7 @@ class Site:
     joint: tuple[JointRule, ...] = ()
     grant_spans: Mapping[str, Span] = field(default_factory=dict)
     histories: tuple[History, ...] = ()
+    policy_spans: Mapping[str, Span] = field(default_factory=dict)
 
     @cached_property
     def observed(self) -> Mapping[str, Declared]:
@@ -363,6 +371,7 @@ class Ecm:
     """An Embodied Capability Module.
 
     manifest_digest, code_digest: SHA-256, in hexadecimal, of the manifest and of its code files.
+    model_digests: likewise of each file that a model or tool names, by its path in the module.
     requires: other modules it depends on, by name, with a PEP 440 specifier.
     runtime: the versions of AEROS it works with, a PEP 440 specifier.
     """
@@ -384,3 +393,4 @@ class Ecm:
     access_span: Span
     span: Span
     compositions: Mapping[str, Composition] = field(default_factory=dict)
+    model_digests: Mapping[str, str] = field(default_factory=dict)
