@@ -13,7 +13,7 @@ from aeros.spec.backends.budget import DEFAULT_RLIMIT
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.backends.store import Store
 from aeros.spec.certificate import Certificate, certificate_for
-from aeros.spec.diagnostics import Diagnostic, Diagnostics, Label, Severity
+from aeros.spec.diagnostics import Diagnostic, Diagnostics, Fix, Label, Severity
 from aeros.spec.discharge import Finding, discharge
 from aeros.spec.loading import MANIFEST, LoadedEcm, load_ecm, load_site, module_folders
 from aeros.spec.model import Block, Ecm, Site
@@ -279,7 +279,23 @@ def diagnostic_of(finding: Finding) -> Diagnostic | None:
         notes += ("for example, with\n" + "\n".join(finding.witness.lines()),)
     primary, *secondary = finding.labels or (one.primary, *one.secondary)
     help_ = (f"write `{finding.repair}`",) if finding.repair else ()
-    return Diagnostic(one.code, one.headline, primary, tuple(secondary), notes, (*help_, *one.help))
+    return Diagnostic(
+        one.code,
+        one.headline,
+        primary,
+        tuple(secondary),
+        notes,
+        (*help_, *one.help),
+        fix=_fix(finding),
+    )
+
+
+def _fix(finding: Finding) -> Fix | None:
+    """The repair as an edit of the file, where the envelope stands on one line."""
+    clause = finding.obligation.clause
+    if not finding.repair or clause is None or clause.span.line != clause.span.end_line:
+        return None
+    return Fix(clause.span, finding.repair.partition(": ")[2])
 
 
 def _needless_gates(ecm: Ecm, findings: Iterable[Finding]) -> Iterator[Diagnostic]:
