@@ -1,0 +1,188 @@
+"""Mutation testing of `aeros/spec`: mutmut's mutants against the tests that reach them.
+
+    python tests/mutation.py [--sample N] [--seconds S] [PATTERN...]
+
+mutmut generates the mutants, as pyproject.toml says, and switches between them.  Its own runner collects
+the tests anew for each mutant; here they are collected once, and each mutant is tried in a fork of the
+process that did: no test has run in it, so nothing that one test keeps for another hides a mutant.
+The test that killed the last mutant of a function is tried first on its next, then the fastest.
+What came of each mutant is kept in `mutants/results.json`; a mutant with an answer there is not tried again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import fnmatch
+import json
+import os
+import random
+import select
+import signal
+import sys
+import time
+from collections import defaultdict
+from contextlib import redirect_stdout
+from pathlib import Path
+from typing import Any
+
+import mutmut.__main__ as tool
+import pytest
+from mutmut.configuration import config
+from mutmut.mutation import trampoline
+from mutmut.mutation.data import SourceFileMutationData
+from mutmut.utils.file_utils import copy_also_copy_files, copy_src_dir, setup_source_paths, walk_mutatable_files
+from mutmut.utils.format_utils import mangled_name_from_mutant_name
+
+RESULTS = Path("results.json")
+FRAMES = 3  # that one call of a mutated function takes
+
+
+class MutationRun:
+    """A plugin of pytest that runs the collected tests once for each mutant, instead of once."""
+
+    def __init__(self, mutants: list[str], seconds: float) -> None:
+        self.mutants = mutants
+        self.seconds = seconds
+        self.killer: dict[str, str] = {}
+        self.results: dict[str, list[str]] = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        self.items = {item.nodeid: item for item in session.items}
+        _, said = self._forked(self._measure, 3_600)
+        hits: dict[str, list[str]] = json.loads(said)["hits"]
+        self.duration: dict[str, float] = json.loads(said)["duration"]
+        for mutant in self.mutants:
+            if mutant in self.results:
+                continue
+            function = mangled_name_from_mutant_name(mutant)
+            tests = self._order(function, hits.get(function, []))
+            limit = 10 + 5 * sum(self.duration[test] for test in tests)
+            code, killed_by = self._forked(lambda name=mutant, chosen=tests: self._try(name, chosen), limit)
+            if killed_by:
+                self.killer[function] = killed_by
+            status = "no tests" if not tests else "killed" if killed_by else code
+            self.results[mutant] = [status, killed_by]
+            RESULTS.write_text(json.dumps(self.results, indent=0))
+            print(status, mutant, killed_by, flush=True)
+        return True
+
+    def _order(self, function: str, tests: list[str]) -> list[str]:
+        """The tests worth trying, best first, for as many seconds as there are."""
+        area = function.split(".")[-2]
+
+        def rank(test: str) -> tuple[bool, bool, float]:
+            return test != self.killer.get(function), area not in test, self.duration[test]
+
+        chosen, spent = [], 0.0
+        for test in sorted(tests, key=rank):
+            if spent + self.duration[test] <= self.seconds:
+                spent += self.duration[test]
+                chosen.append(test)
+        return chosen
+
+    def _measure(self) -> str:
+        """Which tests reach which functions, and how long they take; all of them pass."""
+        reached: set[str] = set()
+        trampoline.get_mutant_under_test = lambda: "stats"
+        trampoline.record_trampoline_hit = lambda name, caller=None: reached.add(name)
+        hits = defaultdict(list)
+        duration = {}
+        for name in self.items:
+            started = time.monotonic()
+            if self._fails(name):
+                raise SystemExit(f"{name} fails on what is not mutated")
+            duration[name] = time.monotonic() - started
+            for function in reached:
+                hits[function].append(name)
+            reached.clear()
+        return json.dumps({"hits": hits, "duration": duration})
+
+    def _try(self, mutant: str, tests: list[str]) -> str:
+        """The first test that fails on `mutant`."""
+        trampoline.get_mutant_under_test = lambda: mutant
+        return next((test for test in tests if self._fails(test)), "")
+
+    def _fails(self, name: str) -> bool:
+        item = self.items[name]
+        reports: list[pytest.TestReport] = []
+        watch = type("Watch", (), {"pytest_runtest_logreport": staticmethod(lambda report: reports.append(report))})
+        plugin = watch()
+        item.config.pluginmanager.register(plugin)
+        item.config.hook.pytest_runtest_protocol(item=item, nextitem=None)
+        item.config.pluginmanager.unregister(plugin)
+        return any(report.failed for report in reports)
+
+    def _forked(self, work: Any, limit: float) -> tuple[str, str]:
+        """How a fork that does `work` ended, and what it said."""
+        reading, writing = os.pipe()
+        child = os.fork()
+        if child == 0:
+            os.setpgid(0, 0)
+            quiet = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(quiet, 1)
+            try:
+                os.write(writing, b"")
+                said = work().encode()
+                while said:
+                    said = said[os.write(writing, said) :]
+            except BaseException as error:  # a fork never returns into the loop of its parent
+                os.write(2, f"{error!r}\n".encode())
+                os._exit(1)
+            os._exit(0)
+        os.close(writing)
+        said, deadline = b"", time.monotonic() + limit
+        while True:
+            ready, _, _ = select.select([reading], [], [], max(deadline - time.monotonic(), 0))
+            part = os.read(reading, 1 << 16) if ready else b""
+            said += part
+            if not part:
+                break
+        late = not ready
+        if late:
+            os.killpg(child, signal.SIGKILL)
+        os.close(reading)
+        _, status = os.waitpid(child, 0)
+        code = os.waitstatus_to_exitcode(status)
+        return "timed out" if late else "survived" if code == 0 else f"crashed ({code})", said.decode()
+
+
+def generated(patterns: list[str], sample: int) -> list[str]:
+    """The names of the mutants that fit a pattern, at most `sample` of each file, the same every time."""
+    Path("mutants").mkdir(exist_ok=True)
+    with redirect_stdout(sys.stderr):
+        copy_src_dir()
+        copy_also_copy_files()
+        setup_source_paths()
+        tool.create_mutants(1)
+    chosen: list[str] = []
+    for path in sorted(walk_mutatable_files()):
+        data = SourceFileMutationData(path=path)
+        data.load()
+        names = [
+            name
+            for name in data.exit_code_by_key
+            if any(fnmatch.fnmatch(name, pattern) for pattern in patterns)
+        ]
+        if sample and len(names) > sample:
+            kept = set(random.Random(str(path)).sample(names, sample))  # noqa: S311 - not a secret
+            names = [name for name in names if name in kept]
+        chosen += names
+    return chosen
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("patterns", nargs="*", default=["*"])
+    parser.add_argument("--sample", type=int, default=0, help="mutants of each file; 0 for all")
+    parser.add_argument("--seconds", type=float, default=60, help="of passing tests that are tried on a mutant")
+    given = parser.parse_args()
+    mutants = generated(given.patterns or ["*"], given.sample)
+    sys.setrecursionlimit(FRAMES * sys.getrecursionlimit())
+    chosen = [*config().pytest_add_cli_args, *config().pytest_add_cli_args_test_selection]
+    os.chdir("mutants")
+    return int(pytest.main(["--rootdir=.", "-q", "-s", *chosen], plugins=[MutationRun(mutants, given.seconds)]))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
