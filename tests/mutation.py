@@ -1,12 +1,13 @@
 """Mutation testing of `aeros/spec`: mutmut's mutants against the tests that reach them.
 
-    python tests/mutation.py [--sample N] [--seconds S] [PATTERN...]
+    python tests/mutation.py [--sample N] [--seconds S] [--retry] [PATTERN...]
 
 mutmut generates the mutants, as pyproject.toml says, and switches between them.  Its own runner collects
 the tests anew for each mutant; here they are collected once, and each mutant is tried in a fork of the
 process that did: no test has run in it, so nothing that one test keeps for another hides a mutant.
 The test that killed the last mutant of a function is tried first on its next, then the fastest.
-What came of each mutant is kept in `mutants/results.json`; a mutant with an answer there is not tried again.
+What came of each mutant is kept in `mutants/results.json`, and which tests reach which functions in
+`mutants/reached.json`, so that a run can be taken up again; to start anew, remove `mutants/`.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ import sys
 import time
 from collections import defaultdict
 from contextlib import redirect_stdout
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -34,29 +36,33 @@ from mutmut.utils.file_utils import copy_also_copy_files, copy_src_dir, setup_so
 from mutmut.utils.format_utils import mangled_name_from_mutant_name
 
 RESULTS = Path("results.json")
+REACHED = Path("reached.json")
 FRAMES = 3  # that one call of a mutated function takes
 
 
 class MutationRun:
     """A plugin of pytest that runs the collected tests once for each mutant, instead of once."""
 
-    def __init__(self, mutants: list[str], seconds: float) -> None:
-        self.mutants = mutants
+    def __init__(self, mutants: list[str], seconds: float, retry: bool) -> None:
+        self.results: dict[str, list[str]] = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
+        done = {name for name, (status, _) in self.results.items() if status == "killed" or not retry}
+        self.mutants = [name for name in mutants if name not in done]
         self.seconds = seconds
         self.killer: dict[str, str] = {}
-        self.results: dict[str, list[str]] = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         self.items = {item.nodeid: item for item in session.items}
-        _, said = self._forked(self._measure, 3_600)
-        hits: dict[str, list[str]] = json.loads(said)["hits"]
-        self.duration: dict[str, float] = json.loads(said)["duration"]
+        self.reached: dict[str, list[str]] = json.loads(REACHED.read_text()) if REACHED.exists() else {}
+        self.duration: dict[str, float] = self.reached.pop("", {})
+        if self.items.keys() - self.duration.keys():
+            _, said = self._forked(self._measure, 3_600)
+            REACHED.write_text(said)
+            self.reached = json.loads(said)
+            self.duration = self.reached.pop("")
         for mutant in self.mutants:
-            if mutant in self.results:
-                continue
             function = mangled_name_from_mutant_name(mutant)
-            tests = self._order(function, hits.get(function, []))
+            tests = self._order(function)
             limit = 10 + 5 * sum(self.duration[test] for test in tests)
             code, killed_by = self._forked(lambda name=mutant, chosen=tests: self._try(name, chosen), limit)
             if killed_by:
@@ -67,7 +73,7 @@ class MutationRun:
             print(status, mutant, killed_by, flush=True)
         return True
 
-    def _order(self, function: str, tests: list[str]) -> list[str]:
+    def _order(self, function: str) -> list[str]:
         """The tests worth trying, best first, for as many seconds as there are."""
         area = function.split(".")[-2]
 
@@ -75,7 +81,8 @@ class MutationRun:
             return test != self.killer.get(function), area not in test, self.duration[test]
 
         chosen, spent = [], 0.0
-        for test in sorted(tests, key=rank):
+        reaching = [test for test in self.reached.get(function, []) if test in self.items]
+        for test in sorted(reaching, key=rank):
             if spent + self.duration[test] <= self.seconds:
                 spent += self.duration[test]
                 chosen.append(test)
@@ -86,9 +93,9 @@ class MutationRun:
         reached: set[str] = set()
         trampoline.get_mutant_under_test = lambda: "stats"
         trampoline.record_trampoline_hit = lambda name, caller=None: reached.add(name)
-        hits = defaultdict(list)
-        duration = {}
-        for name in self.items:
+        hits = defaultdict(list, self.reached)
+        duration = dict(self.duration)
+        for name in [name for name in self.items if name not in duration]:
             started = time.monotonic()
             if self._fails(name):
                 raise SystemExit(f"{name} fails on what is not mutated")
@@ -96,7 +103,7 @@ class MutationRun:
             for function in reached:
                 hits[function].append(name)
             reached.clear()
-        return json.dumps({"hits": hits, "duration": duration})
+        return json.dumps({"": duration, **hits})
 
     def _try(self, mutant: str, tests: list[str]) -> str:
         """The first test that fails on `mutant`."""
@@ -148,14 +155,17 @@ class MutationRun:
 
 
 def generated(patterns: list[str], sample: int) -> list[str]:
-    """The names of the mutants that fit a pattern, at most `sample` of each file, the same every time."""
+    """The names of the mutants that fit a pattern, at most `sample` of each file.
+
+    The order is drawn, the same every time, and takes turns between files: so a part of it is a fair sample.
+    """
     Path("mutants").mkdir(exist_ok=True)
     with redirect_stdout(sys.stderr):
         copy_src_dir()
         copy_also_copy_files()
         setup_source_paths()
         tool.create_mutants(1)
-    chosen: list[str] = []
+    files: list[list[str]] = []
     for path in sorted(walk_mutatable_files()):
         data = SourceFileMutationData(path=path)
         data.load()
@@ -164,11 +174,9 @@ def generated(patterns: list[str], sample: int) -> list[str]:
             for name in data.exit_code_by_key
             if any(fnmatch.fnmatch(name, pattern) for pattern in patterns)
         ]
-        if sample and len(names) > sample:
-            kept = set(random.Random(str(path)).sample(names, sample))  # noqa: S311 - not a secret
-            names = [name for name in names if name in kept]
-        chosen += names
-    return chosen
+        random.Random(path.name).shuffle(names)  # noqa: S311 - not a secret
+        files.append(names[: sample or None])
+    return [name for names in zip_longest(*files) for name in names if name is not None]
 
 
 def main() -> int:
@@ -176,12 +184,13 @@ def main() -> int:
     parser.add_argument("patterns", nargs="*", default=["*"])
     parser.add_argument("--sample", type=int, default=0, help="mutants of each file; 0 for all")
     parser.add_argument("--seconds", type=float, default=60, help="of passing tests that are tried on a mutant")
+    parser.add_argument("--retry", action="store_true", help="try again what was not killed before")
     given = parser.parse_args()
     mutants = generated(given.patterns or ["*"], given.sample)
     sys.setrecursionlimit(FRAMES * sys.getrecursionlimit())
     chosen = [*config().pytest_add_cli_args, *config().pytest_add_cli_args_test_selection]
     os.chdir("mutants")
-    return int(pytest.main(["--rootdir=.", "-q", "-s", *chosen], plugins=[MutationRun(mutants, given.seconds)]))
+    return int(pytest.main(["--rootdir=.", "-q", "-s", *chosen], plugins=[MutationRun(mutants, given.seconds, given.retry)]))
 
 
 if __name__ == "__main__":
