@@ -38,6 +38,12 @@ from mutmut.utils.format_utils import mangled_name_from_mutant_name
 RESULTS = Path("results.json")
 REACHED = Path("reached.json")
 FRAMES = 3  # that one call of a mutated function takes
+CASES = {
+    **dict.fromkeys(("flows", "parallel", "joint"), "composition"),
+    **dict.fromkeys(("skill_code", "skill_reach", "skill_source", "entry_points"), "form/"),
+    "policy": "rejected/site/",
+}
+"""Which cases of the corpus are about a file that they are not named after: they are tried first."""
 
 
 class MutationRun:
@@ -75,10 +81,12 @@ class MutationRun:
 
     def _order(self, function: str) -> list[str]:
         """The tests worth trying, best first, for as many seconds as there are."""
-        area = function.split(".")[-2]
+        area = next(part for part in reversed(function.split(".")) if not part.startswith("x"))
+        areas = (area, CASES.get(area, area))
 
         def rank(test: str) -> tuple[bool, bool, float]:
-            return test != self.killer.get(function), area not in test, self.duration[test]
+            about = any(one in test for one in areas)
+            return test != self.killer.get(function), not about, self.duration[test]
 
         chosen, spent = [], 0.0
         reaching = [test for test in self.reached.get(function, []) if test in self.items]
