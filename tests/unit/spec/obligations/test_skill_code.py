@@ -127,6 +127,7 @@ def test_every_door_that_can_be_read_is_shut(loaded: tuple[Ecm, Site], reach: st
         b"\xef\xbb\xbfimport os\n",
         b"# -*- coding: latin-1 -*-\nx = '\xe9'\n",
         b"#\n# vim: coding=utf-7\n",
+        b"#\n# vim: coding=utf-7\n\n\nx = 1\n\n",
         b"\xff",
     ],
 )
@@ -230,3 +231,7 @@ def test_what_the_code_reaches_for_is_named(loaded: tuple[Ecm, Site], code: str,
 )
 def test_what_only_computes_is_no_reach(loaded: tuple[Ecm, Site], code: str) -> None:
     assert _faults(loaded, HEAD + code + GRIP) == set()
+
+
+def test_an_encoding_that_python_does_not_look_for_is_a_comment(loaded: tuple[Ecm, Site]) -> None:
+    assert _faults(loaded, f"#\n#\n# coding: nonsense\n{HEAD}{GRIP}") == set()
