@@ -32,7 +32,12 @@ import pytest
 from mutmut.configuration import config
 from mutmut.mutation import trampoline
 from mutmut.mutation.data import SourceFileMutationData
-from mutmut.utils.file_utils import copy_also_copy_files, copy_src_dir, setup_source_paths, walk_mutatable_files
+from mutmut.utils.file_utils import (
+    copy_also_copy_files,
+    copy_src_dir,
+    setup_source_paths,
+    walk_mutatable_files,
+)
 from mutmut.utils.format_utils import mangled_name_from_mutant_name
 
 RESULTS = Path("results.json")
@@ -59,13 +64,11 @@ class MutationRun:
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         self.items = {item.nodeid: item for item in session.items}
-        self.reached: dict[str, list[str]] = json.loads(REACHED.read_text()) if REACHED.exists() else {}
-        self.duration: dict[str, float] = self.reached.pop("", {})
+        self._recall(REACHED.read_text() if REACHED.exists() else '{"reached": {}, "duration": {}}')
         if self.items.keys() - self.duration.keys():
             _, said = self._forked(self._measure, 3_600)
             REACHED.write_text(said)
-            self.reached = json.loads(said)
-            self.duration = self.reached.pop("")
+            self._recall(said)
         for mutant in self.mutants:
             function = mangled_name_from_mutant_name(mutant)
             tests = self._order(function)
@@ -76,8 +79,13 @@ class MutationRun:
             status = "no tests" if not tests else "killed" if killed_by else code
             self.results[mutant] = [status, killed_by]
             RESULTS.write_text(json.dumps(self.results, indent=0))
-            print(status, mutant, killed_by, flush=True)
+            sys.stdout.write(f"{status} {mutant} {killed_by}\n")
         return True
+
+    def _recall(self, measured: str) -> None:
+        kept = json.loads(measured)
+        self.reached: dict[str, list[str]] = kept["reached"]
+        self.duration: dict[str, float] = kept["duration"]
 
     def _order(self, function: str) -> list[str]:
         """The tests worth trying, best first, for as many seconds as there are."""
@@ -111,7 +119,7 @@ class MutationRun:
             for function in reached:
                 hits[function].append(name)
             reached.clear()
-        return json.dumps({"": duration, **hits})
+        return json.dumps({"reached": hits, "duration": duration})
 
     def _try(self, mutant: str, tests: list[str]) -> str:
         """The first test that fails on `mutant`."""
@@ -121,7 +129,9 @@ class MutationRun:
     def _fails(self, name: str) -> bool:
         item = self.items[name]
         reports: list[pytest.TestReport] = []
-        watch = type("Watch", (), {"pytest_runtest_logreport": staticmethod(lambda report: reports.append(report))})
+        watch = type(
+            "Watch", (), {"pytest_runtest_logreport": staticmethod(lambda report: reports.append(report))}
+        )
         plugin = watch()
         item.config.pluginmanager.register(plugin)
         item.config.hook.pytest_runtest_protocol(item=item, nextitem=None)
@@ -191,14 +201,20 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("patterns", nargs="*", default=["*"])
     parser.add_argument("--sample", type=int, default=0, help="mutants of each file; 0 for all")
-    parser.add_argument("--seconds", type=float, default=60, help="of passing tests that are tried on a mutant")
+    parser.add_argument(
+        "--seconds", type=float, default=60, help="of passing tests that are tried on a mutant"
+    )
     parser.add_argument("--retry", action="store_true", help="try again what was not killed before")
     given = parser.parse_args()
     mutants = generated(given.patterns or ["*"], given.sample)
     sys.setrecursionlimit(FRAMES * sys.getrecursionlimit())
     chosen = [*config().pytest_add_cli_args, *config().pytest_add_cli_args_test_selection]
     os.chdir("mutants")
-    return int(pytest.main(["--rootdir=.", "-q", "-s", *chosen], plugins=[MutationRun(mutants, given.seconds, given.retry)]))
+    return int(
+        pytest.main(
+            ["--rootdir=.", "-q", "-s", *chosen], plugins=[MutationRun(mutants, given.seconds, given.retry)]
+        )
+    )
 
 
 if __name__ == "__main__":

@@ -198,7 +198,9 @@ ONE_MEANING = "call `act(KIND, ...)` where the action is asked for, and give eve
 def test_the_code_that_asks_unclearly_is_underlined_and_a_cure_is_named(
     loaded: tuple[Ecm, Site], code: str, headline: str, underlined: str, help_: str
 ) -> None:
-    settled = skill_code_obligations(*loaded, {"skills.py": ("from aeros.skill import act\n" + code).encode()})
+    settled = skill_code_obligations(
+        *loaded, {"skills.py": ("from aeros.skill import act\n" + code).encode()}
+    )
     (found,) = [one.diagnostic for one in settled if one.diagnostic is not None]
     assert (found.headline, found.help) == (headline, (help_,))
     assert found.primary is not None
@@ -222,7 +224,9 @@ def test_the_code_that_asks_unclearly_is_underlined_and_a_cure_is_named(
 )
 def test_what_the_code_reaches_for_is_named(loaded: tuple[Ecm, Site], code: str, what: str) -> None:
     settled = skill_code_obligations(*loaded, {"skills.py": (HEAD + code + GRIP).encode()})
-    said = [one.diagnostic for one in settled if one.diagnostic is not None and one.diagnostic.code == "AE134"]
+    said = [
+        one.diagnostic for one in settled if one.diagnostic is not None and one.diagnostic.code == "AE134"
+    ]
     assert [one.headline for one in said] == [f"skill code of `clean_table` {what}"]
 
 
