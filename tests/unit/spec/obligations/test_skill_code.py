@@ -133,7 +133,8 @@ def test_every_door_that_can_be_read_is_shut(loaded: tuple[Ecm, Site], reach: st
 )
 def test_bytes_that_python_may_read_otherwise_are_refused(loaded: tuple[Ecm, Site], content: bytes) -> None:
     settled = list(skill_code_obligations(*loaded, {"skills.py": content}))
-    assert [one.diagnostic and one.diagnostic.code for one in settled] == ["AE134"]
+    said = [(one.diagnostic.code, one.diagnostic.help) for one in settled if one.diagnostic is not None]
+    assert said == [("AE134", ("write it as plain UTF-8",))]
 
 
 GRIP = "def wipe(o, i):\n    yield act('grip', width=0.0, force=1.0)\n"
