@@ -128,6 +128,19 @@ def test_the_users_wish_decides_where_answers_are_kept(
     assert (tmp_path / "cache" / "aeros" / "answers.sqlite3").exists()
 
 
+def test_unless_told_otherwise_answers_are_in_the_users_cache(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("AEROS_CACHE", raising=False)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert default_store() is not None
+    assert (tmp_path / ".cache" / "aeros" / "answers.sqlite3").exists()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "elsewhere"))
+    assert default_store() is not None
+    assert (tmp_path / "elsewhere" / "aeros" / "answers.sqlite3").exists()
+
+
 def test_an_unchanged_module_is_verified_without_the_solver(tmp_path: Path) -> None:
     probe = (
         "import sys; from aeros.cli.main import main; "
