@@ -14,10 +14,10 @@ import json
 import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from importlib.metadata import version
 from pathlib import Path
 
 import aeros
+from aeros.spec.backends.release import solver_release
 from aeros.spec.diagnostics import Diagnostic
 from aeros.spec.errors import UserError
 from aeros.spec.model import Ecm, Site
@@ -72,7 +72,7 @@ def certificate_for(ecm: Ecm, site: Site, obligations: Mapping[str, str]) -> Cer
         ecm.code_digest,
         site.digest,
         f"aeros {aeros.__version__}",
-        f"z3-solver {version('z3-solver')}",
+        f"z3-solver {solver_release()}",
         dict(obligations),
     )
 

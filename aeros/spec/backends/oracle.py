@@ -10,11 +10,11 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 
 from aeros.spec.backends.answers import Answer
 from aeros.spec.backends.budget import DEFAULT_RLIMIT
+from aeros.spec.backends.release import solver_release
 from aeros.spec.backends.store import Store
 from aeros.spec.expr import terms as t
 
@@ -91,7 +91,7 @@ class Oracle:
 @cache
 def _asked_by() -> str:
     """Digest of the solver's version and of the code that gives terms their meaning."""
-    digest = hashlib.sha256(version("z3-solver").encode())
+    digest = hashlib.sha256(solver_release().encode())
     for folder in ("backends", "expr"):
         for path in sorted((_SPEC / folder).glob("*.py")):
             digest.update(path.read_bytes())

@@ -10,7 +10,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from enum import Enum
 from fractions import Fraction
-from typing import Any
+from functools import cache
+from typing import Any, Final, get_args
 from typing import Literal as OneOf
 
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, ScalarType, Type
@@ -242,12 +243,20 @@ FALSE = Literal(False, BOOL)
 
 def children(term: Term) -> Iterator[Term]:
     """The direct sub-terms of `term`."""
-    for field in fields(term):
-        value = getattr(term, field.name)
-        if isinstance(value, Term):
+    for name in _field_names(type(term)):
+        value = getattr(term, name)
+        if type(value) in _KINDS:
             yield value
-        elif isinstance(value, tuple):
-            yield from (item for item in value if isinstance(item, Term))
+        elif type(value) is tuple:
+            yield from (item for item in value if type(item) in _KINDS)
+
+
+_KINDS: Final = frozenset(get_args(Term))
+
+
+@cache
+def _field_names(kind: type[Term]) -> tuple[str, ...]:
+    return tuple(field.name for field in fields(kind))
 
 
 def variables_of(term: Term) -> dict[str, Variable]:
@@ -258,6 +267,9 @@ def variables_of(term: Term) -> dict[str, Variable]:
         current = pending.pop()
         if isinstance(current, Variable):
             found.setdefault(current.name, current)
+            continue
+        if isinstance(current, Literal):
+            continue
         pending.extend(reversed(list(children(current))))
     return found
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-import networkx as nx
 from packaging.specifiers import SpecifierSet
 from packaging.version import Version
 
@@ -56,9 +55,11 @@ def _unmet(ecm: Ecm, name: str, specifier: str, around: Mapping[str, Ecm]) -> Di
 
 def _cycle(ecm: Ecm, around: Mapping[str, Ecm]) -> list[str]:
     """A dependency cycle through `ecm`, closed, or nothing."""
-    graph = nx.DiGraph((one.id, name) for one in {**around, ecm.id: ecm}.values() for name in one.requires)
-    if ecm.id not in graph:
+    if not ecm.requires:
         return []
+    import networkx as nx  # 50 ms, which most modules need not pay
+
+    graph = nx.DiGraph((one.id, name) for one in {**around, ecm.id: ecm}.values() for name in one.requires)
     for name in ecm.requires:
         if nx.has_path(graph, name, ecm.id):
             return [ecm.id, *nx.shortest_path(graph, name, ecm.id)]
