@@ -55,12 +55,13 @@ def _discharge(obligation: Obligation, oracle: Oracle) -> Finding:
     sought = t.Not(obligation.conclusion) if always else obligation.conclusion
     wanted = (*obligation.space.assumptions, sought)
     declared, terms = about(wanted, obligation.space.declared)
-    answer = oracle.ask([one.variable for one in declared], ranges_of(declared), terms)
+    shown = always and obligation.guard is None
+    answer = oracle.ask([one.variable for one in declared], ranges_of(declared), terms, shown=shown)
     if answer.result is Result.UNKNOWN:
         return Finding(obligation, Verdict.UNKNOWN, reason=f"{answer.reason} (rlimit {oracle.rlimit})")
     if answer.result is Result.UNSAT:
         return Finding(obligation, Verdict.PROVED if always else obligation.failing)
-    witness = witness_of(answer.model, declared, terms, shown=always and obligation.guard is None)
+    witness = witness_of(answer.model, declared, terms, shown=shown)
     if witness is None:
         return Finding(
             obligation, Verdict.UNKNOWN, reason="the solver's witness is irrational and did not replay"

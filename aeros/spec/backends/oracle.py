@@ -1,4 +1,4 @@
-"""Questions about terms, each put to the solver once, in a context of its own.
+"""Questions about terms, each answered once: by bounds alone, or by the solver in a context of its own.
 
 So an answer depends on the question alone, and on nothing that was asked before.  Modules repeat
 themselves: skills share envelopes, and most of a run asks what another run has asked.
@@ -12,7 +12,8 @@ from fractions import Fraction
 from functools import cache
 from pathlib import Path
 
-from aeros.spec.backends.answers import Answer
+from aeros.spec.backends.answers import Answer, Result
+from aeros.spec.backends.boxes import Boxes
 from aeros.spec.backends.budget import DEFAULT_RLIMIT
 from aeros.spec.backends.release import solver_release
 from aeros.spec.backends.store import Store
@@ -33,24 +34,32 @@ class Oracle:
         self._store = store
         self._known: dict[str, Answer] = {}
         self._new: dict[str, Answer] = {}
+        self._boxes = Boxes()
+        self._texts: dict[int, tuple[t.Term, str]] = {}  # by identity: terms are large, and are shared
 
     def ask(
         self,
         variables: Sequence[t.Variable],
         ranges: Mapping[str, tuple[Fraction, Fraction]],
         terms: Sequence[t.Term],
+        *,
+        shown: bool = False,
     ) -> Answer:
         """Whether all `terms` can hold together.
 
         variables: every free variable of the terms.
         ranges: closed range in SI of each real scalar variable.
+        shown: whether a person will read the model, which then is the solver's.
         """
-        key = self._key(variables, ranges, terms)
+        key = self._key(variables, ranges, terms, shown)
         answer = self._known.get(key)
         if answer is None and self._store is not None:
             answer = self._store.get(key)
         if answer is None:
-            answer = self._new[key] = self._solve(variables, ranges, terms)
+            answer = self._boxes.decide(variables, ranges, terms)
+            if answer is None or (shown and answer.result is Result.SAT):
+                answer = self._solve(variables, ranges, terms)
+            self._new[key] = answer
         self._known[key] = answer
         return answer
 
@@ -58,6 +67,7 @@ class Oracle:
         """One with the same memory and store, which gives up after a part of the budget."""
         other = Oracle(max(self.rlimit // times, 1), self._store)
         other._known, other._new = self._known, self._new
+        other._boxes, other._texts = self._boxes, self._texts
         return other
 
     def keep(self) -> None:
@@ -82,10 +92,20 @@ class Oracle:
         variables: Sequence[t.Variable],
         ranges: Mapping[str, tuple[Fraction, Fraction]],
         terms: Sequence[t.Term],
+        shown: bool,
     ) -> str:
         bounds = [(name, str(low), str(high)) for name, (low, high) in ranges.items()]
-        question = repr((_asked_by(), self.rlimit, tuple(variables), bounds, tuple(terms)))
+        texts = [self._text(term) for term in terms]
+        question = repr((_asked_by(), self.rlimit, shown, tuple(variables), bounds, texts))
         return hashlib.sha256(question.encode()).hexdigest()
+
+    def _text(self, term: t.Term) -> str:
+        """A digest of `term`; of a negation one that is made from its operand's, which is shared."""
+        if isinstance(term, t.Not):
+            return f"not {self._text(term.operand)}"
+        if id(term) not in self._texts:
+            self._texts[id(term)] = (term, hashlib.sha256(repr(term).encode()).hexdigest())
+        return self._texts[id(term)][1]
 
 
 @cache

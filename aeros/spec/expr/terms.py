@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from enum import Enum
 from fractions import Fraction
-from functools import cache
 from typing import Any, Final, get_args
 from typing import Literal as OneOf
 
@@ -243,7 +242,7 @@ FALSE = Literal(False, BOOL)
 
 def children(term: Term) -> Iterator[Term]:
     """The direct sub-terms of `term`."""
-    for name in _field_names(type(term)):
+    for name in _FIELDS[type(term)]:
         value = getattr(term, name)
         if type(value) in _KINDS:
             yield value
@@ -252,11 +251,7 @@ def children(term: Term) -> Iterator[Term]:
 
 
 _KINDS: Final = frozenset(get_args(Term))
-
-
-@cache
-def _field_names(kind: type[Term]) -> tuple[str, ...]:
-    return tuple(field.name for field in fields(kind))
+_FIELDS: Final = {kind: tuple(field.name for field in fields(kind)) for kind in _KINDS}
 
 
 def variables_of(term: Term) -> dict[str, Variable]:
