@@ -21,7 +21,7 @@ from aeros.spec.expr.lower import lower, scalar_variables
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.scope import Box, Scope
 from aeros.spec.expr.semantics import holds
-from aeros.spec.expr.types import BOOL
+from aeros.spec.expr.types import BOOL, IntegerType
 from aeros.spec.loading import reference_site
 from aeros.spec.verify import verify
 
@@ -105,6 +105,16 @@ def test_what_bounds_do_not_tell_is_left_to_the_solver(text: str) -> None:
     term = check(parse(text.replace("2 m", "2 m * 1 m")), Scope(VARIABLES), BOOL)
     variables = list(t.variables_of(term).values())
     assert Boxes().decide(variables, dict.fromkeys(("x", "y"), (-TEN, TEN)), [term]) is None
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "expected"), [(1, 4, Result.SAT), (1, 2, None), (5, 2, Result.UNSAT)]
+)
+def test_a_whole_number_is_found_or_left_to_the_solver(low: int, high: int, expected: Result | None) -> None:
+    count = t.Variable("n", IntegerType(), t.Role.STATE)
+    third = [t.Literal(Fraction(one, 3), IntegerType()) for one in (low, high)]
+    found = _agrees([count], {}, [t.Compare("<=", third[0], count), t.Compare("<=", count, third[1])])
+    assert (None if found is None else found.result) is expected
 
 
 def test_a_question_of_too_many_boxes_is_left_to_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
