@@ -14,7 +14,7 @@ An answer depends on the question alone.  A differential test compares with Z3.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import reduce
@@ -29,6 +29,9 @@ from aeros.spec.expr.types import BoolType, EnumType, IntegerType, RealType
 
 MOST_BOXES: Final = 24
 """Boxes looked at for one question; what needs more is what solvers are good at."""
+
+MOST_KEPT: Final = 20_000
+"""Answers about parts of questions that are remembered; then all are forgotten, which only costs time."""
 
 _ZERO, _ONE = Fraction(0), Fraction(1)
 
@@ -128,11 +131,26 @@ _Status: TypeAlias = bool | None
 """Whether a formula holds in all of a box (True), in none of it (False), or neither is known."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """One of the conditions that a question is the conjunction of; equal ones have one number."""
+
+    number: int
+    formula: Formula
+    names: frozenset[str]
+
+
 class Boxes:
-    """Decides questions; remembers how terms read, as most questions share most of their terms."""
+    """Decides questions part by part: conditions that share no variable have nothing to do with each other.
+
+    Remembers how terms read and how parts were decided, as most questions share most of their parts.
+    """
 
     def __init__(self) -> None:
         self._read: dict[tuple[int, bool], tuple[t.Term, Formula]] = {}  # by identity: terms are large
+        self._parts: dict[tuple[int, bool], tuple[t.Term, tuple[_Part, ...]]] = {}
+        self._numbers: dict[Formula, int] = {}
+        self._decided: dict[object, Answer | None] = {}
 
     def decide(
         self,
@@ -141,9 +159,51 @@ class Boxes:
         terms: Sequence[t.Term],
     ) -> Answer | None:
         """Whether all `terms` can hold together, as `Oracle.ask` has it; None where bounds do not tell."""
-        scalars = [scalar for variable in variables for scalar in scalar_variables(variable)]
-        box: Box = {scalar.name: _values(scalar, ranges) for scalar in scalars}
-        return _Search(scalars).run([self._formula(term, is_true=True) for term in terms], box)
+        if len(self._decided) > MOST_KEPT:
+            for kept in (self._read, self._parts, self._numbers, self._decided):
+                kept.clear()
+        scalars = {scalar.name: scalar for one in variables for scalar in scalar_variables(one)}
+        model: dict[str, Scalar] = {}
+        is_known = True
+        parts = {part.number: part for term in terms for part in self._parts_of(term)}
+        for group in _connected(parts.values()):
+            answer = self._of_group(group, scalars, ranges)
+            if answer is None:
+                is_known = False
+            elif answer.result is Result.UNSAT:
+                return answer
+            else:
+                model |= answer.model
+        rest = {name: _first(one, _values(one, ranges)) for name, one in scalars.items() if name not in model}
+        return Answer(Result.SAT, model | rest) if is_known else None
+
+    def _of_group(
+        self,
+        group: Sequence[_Part],
+        scalars: Mapping[str, t.Variable],
+        ranges: Mapping[str, tuple[Fraction, Fraction]],
+    ) -> Answer | None:
+        names = sorted(frozenset[str]().union(*(part.names for part in group)))
+        own = [scalars[name] for name in names]
+        key = (tuple(part.number for part in group), *((one, ranges.get(one.name)) for one in own))
+        if key not in self._decided:
+            box: Box = {one.name: _values(one, ranges) for one in own}
+            self._decided[key] = _Search(own).run([part.formula for part in group], box)
+        return self._decided[key]
+
+    def _parts_of(self, term: t.Term) -> tuple[_Part, ...]:
+        is_true = True
+        while isinstance(term, t.Not):
+            term, is_true = term.operand, not is_true
+        key = (id(term), is_true)
+        if key not in self._parts:
+            conjuncts = _conjuncts(self._formula(term, is_true=is_true))
+            parts = tuple(
+                _Part(self._numbers.setdefault(one, len(self._numbers)), one, _names(one))
+                for one in conjuncts
+            )
+            self._parts[key] = (term, parts)
+        return self._parts[key][1]
 
     def _formula(self, term: t.Term, *, is_true: bool) -> Formula:
         key = (id(term), is_true)
@@ -166,6 +226,39 @@ class Boxes:
                 return Some(sides) if is_true else Every(sides)
             case _:
                 return _scalar_formula(lower(term), is_true=is_true)
+
+
+def _conjuncts(formula: Formula) -> list[Formula]:
+    return (
+        [one for part in formula.parts for one in _conjuncts(part)]
+        if isinstance(formula, Every)
+        else [formula]
+    )
+
+
+def _names(formula: Formula) -> frozenset[str]:
+    match formula:
+        case Within(of=of):
+            return frozenset((of,)) if isinstance(of, str) else frozenset(name for name, _ in of)
+        case Other(term=term):
+            return frozenset(t.variables_of(term))
+        case Every(parts=parts) | Some(parts=parts):
+            return frozenset[str]().union(*map(_names, parts))
+
+
+def _connected(parts: Iterable[_Part]) -> list[list[_Part]]:
+    """The parts in groups, so that those which share a variable, also by way of others, are together."""
+    groups: list[tuple[frozenset[str], list[_Part]]] = []
+    for part in parts:
+        apart, names, joined = [], part.names, []
+        for group in groups:
+            if group[0].isdisjoint(part.names):
+                apart.append(group)
+            else:
+                names |= group[0]
+                joined += group[1]
+        groups = [*apart, (names, [*joined, part])]
+    return [group for _, group in groups]
 
 
 def _values(scalar: t.Variable, ranges: Mapping[str, tuple[Fraction, Fraction]]) -> Values:

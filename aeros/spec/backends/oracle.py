@@ -35,7 +35,6 @@ class Oracle:
         self._known: dict[str, Answer] = {}
         self._new: dict[str, Answer] = {}
         self._boxes = Boxes()
-        self._texts: dict[int, tuple[t.Term, str]] = {}  # by identity: terms are large, and are shared
 
     def ask(
         self,
@@ -51,15 +50,15 @@ class Oracle:
         ranges: closed range in SI of each real scalar variable.
         shown: whether a person will read the model, which then is the solver's.
         """
-        key = self._key(variables, ranges, terms, shown)
+        bounded = self._boxes.decide(variables, ranges, terms)
+        if bounded is not None and not (shown and bounded.result is Result.SAT):
+            return bounded
+        key = self._key(variables, ranges, terms)
         answer = self._known.get(key)
         if answer is None and self._store is not None:
             answer = self._store.get(key)
         if answer is None:
-            answer = self._boxes.decide(variables, ranges, terms)
-            if answer is None or (shown and answer.result is Result.SAT):
-                answer = self._solve(variables, ranges, terms)
-            self._new[key] = answer
+            answer = self._new[key] = self._solve(variables, ranges, terms)
         self._known[key] = answer
         return answer
 
@@ -67,7 +66,7 @@ class Oracle:
         """One with the same memory and store, which gives up after a part of the budget."""
         other = Oracle(max(self.rlimit // times, 1), self._store)
         other._known, other._new = self._known, self._new
-        other._boxes, other._texts = self._boxes, self._texts
+        other._boxes = self._boxes
         return other
 
     def keep(self) -> None:
@@ -92,20 +91,10 @@ class Oracle:
         variables: Sequence[t.Variable],
         ranges: Mapping[str, tuple[Fraction, Fraction]],
         terms: Sequence[t.Term],
-        shown: bool,
     ) -> str:
         bounds = [(name, str(low), str(high)) for name, (low, high) in ranges.items()]
-        texts = [self._text(term) for term in terms]
-        question = repr((_asked_by(), self.rlimit, shown, tuple(variables), bounds, texts))
+        question = repr((_asked_by(), self.rlimit, tuple(variables), bounds, tuple(terms)))
         return hashlib.sha256(question.encode()).hexdigest()
-
-    def _text(self, term: t.Term) -> str:
-        """A digest of `term`; of a negation one that is made from its operand's, which is shared."""
-        if isinstance(term, t.Not):
-            return f"not {self._text(term.operand)}"
-        if id(term) not in self._texts:
-            self._texts[id(term)] = (term, hashlib.sha256(repr(term).encode()).hexdigest())
-        return self._texts[id(term)][1]
 
 
 @cache

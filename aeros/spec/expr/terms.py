@@ -256,6 +256,19 @@ _FIELDS: Final = {kind: tuple(field.name for field in fields(kind)) for kind in 
 
 def variables_of(term: Term) -> dict[str, Variable]:
     """Every free variable of `term` by name, in order of first occurrence."""
+    known = _SPOKEN_OF.get(id(term))
+    if known is None:
+        if len(_SPOKEN_OF) >= 4096:
+            _SPOKEN_OF.clear()
+        known = _SPOKEN_OF[id(term)] = (term, _variables_of(term))
+    return dict(known[1])
+
+
+_SPOKEN_OF: Final[dict[int, tuple[Term, dict[str, Variable]]]] = {}
+"""By identity, as comparing terms costs as much as walking them; each is held, so that it stays itself."""
+
+
+def _variables_of(term: Term) -> dict[str, Variable]:
     found: dict[str, Variable] = {}
     pending = [term]
     while pending:
