@@ -24,6 +24,13 @@ def solver_budget(text: str) -> int:
     return int(text)
 
 
+def process_count(text: str) -> int:
+    """How many processes to use at most."""
+    if not text.isascii() or not text.isdigit() or not 0 < int(text) <= 256:
+        raise argparse.ArgumentTypeError("expected a whole number between 1 and 256")
+    return int(text)
+
+
 def writable_path(text: str) -> Path:
     """A path at which a file can be: its folder exists and it is no folder itself."""
     path = Path(text)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from aeros.cli.arguments import existing_path, solver_budget, writable_path
+from aeros.cli.arguments import existing_path, process_count, solver_budget, writable_path
 from aeros.cli.exit_codes import EXIT_CODES, Exit, exit_for
 from aeros.cli.reports.json_report import as_json
 from aeros.cli.reports.junit import as_junit
@@ -78,13 +79,27 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--no-cache", action="store_true", help="ask the solver again what earlier runs asked"
     )
+    parser.add_argument(
+        "--jobs",
+        type=process_count,
+        metavar="N",
+        help="how many processes prove modules, where there are many (default: one for each processor)",
+    )
     parser.set_defaults(command=_command)
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
     progress = _progress if sys.stderr.isatty() else lambda _: None
     store = None if arguments.no_cache else default_store()
-    report = verify(arguments.paths, arguments.site or reference_site(), arguments.rlimit, progress, store)
+    report = verify(
+        arguments.paths,
+        arguments.site or reference_site(),
+        arguments.rlimit,
+        progress,
+        store,
+        in_full=False,
+        jobs=arguments.jobs or _processors(),
+    )
     locks = [] if arguments.no_lock else _locks(report, write=not arguments.check)
     result = Result(report, tuple(locks))
     as_asked = _FORMATS[arguments.format]
@@ -106,6 +121,10 @@ def _written(path: Path, text: str) -> bool:
         print(f"aeros: cannot write `{safe(str(path))}`: {error.strerror}", file=sys.stderr)
         return False
     return True
+
+
+def _processors() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _progress(name: str) -> None:

@@ -21,6 +21,7 @@ from aeros.spec.backends.release import solver_release
 from aeros.spec.diagnostics import Diagnostic
 from aeros.spec.errors import UserError
 from aeros.spec.model import Ecm, Site
+from aeros.spec.presence import Presence
 from aeros.spec.reader import read_source
 
 LOCK = "ecm.lock"
@@ -62,7 +63,7 @@ class Certificate:
         )
 
 
-def certificate_for(ecm: Ecm, site: Site, obligations: Mapping[str, str]) -> Certificate:
+def certificate_for(ecm: Ecm | Presence, site: Site, obligations: Mapping[str, str]) -> Certificate:
     """The certificate of `ecm` under `site`, given that no obligation failed."""
     return Certificate(
         SCHEMA,

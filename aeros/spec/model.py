@@ -355,6 +355,7 @@ class Ecm:
     manifest_digest, code_digest: SHA-256, in hexadecimal, of the manifest and of its code files.
     requires: other modules it depends on, by name, with a PEP 440 specifier.
     runtime: the versions of AEROS it works with, a PEP 440 specifier.
+    files: paths of the files that its models and tools are read from.
     """
 
     id: str
@@ -374,3 +375,4 @@ class Ecm:
     access_span: Span
     span: Span
     compositions: Mapping[str, Composition] = field(default_factory=dict)
+    files: tuple[str, ...] = ()

@@ -95,6 +95,7 @@ class _EcmElaborator:
             runtime_span=ecm.dependencies.aeros.span,
             access_span=ecm.permissions.key_span or ecm.permissions.span,
             span=ecm.id.span,
+            files=tuple(tool.file.value for _, tool in ecm.models if tool.file is not None),
             compositions=elaborate_compositions(ecm.compositions, self._site, skills, self._sink),
         )
 

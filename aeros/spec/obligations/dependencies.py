@@ -9,11 +9,11 @@ from packaging.version import Version
 
 import aeros
 from aeros.spec.diagnostics import Diagnostic, Label
-from aeros.spec.model import Ecm
 from aeros.spec.obligations.obligation import Settled
+from aeros.spec.presence import Presence
 
 
-def dependency_obligations(ecm: Ecm, around: Mapping[str, Ecm]) -> Iterator[Settled]:
+def dependency_obligations(ecm: Presence, around: Mapping[str, Presence]) -> Iterator[Settled]:
     """Every claim of group dependencies about `ecm`, where `around` are the modules beside it."""
     yield Settled(
         "dependencies/runtime",
@@ -40,7 +40,7 @@ def dependency_obligations(ecm: Ecm, around: Mapping[str, Ecm]) -> Iterator[Sett
     )
 
 
-def _unmet(ecm: Ecm, name: str, specifier: str, around: Mapping[str, Ecm]) -> Diagnostic | None:
+def _unmet(ecm: Presence, name: str, specifier: str, around: Mapping[str, Presence]) -> Diagnostic | None:
     label = Label(ecm.requires_spans[name])
     found = around.get(name)
     if found is None:
@@ -53,7 +53,7 @@ def _unmet(ecm: Ecm, name: str, specifier: str, around: Mapping[str, Ecm]) -> Di
     return None
 
 
-def _cycle(ecm: Ecm, around: Mapping[str, Ecm]) -> list[str]:
+def _cycle(ecm: Presence, around: Mapping[str, Presence]) -> list[str]:
     """A dependency cycle through `ecm`, closed, or nothing."""
     if not ecm.requires:
         return []

@@ -91,6 +91,7 @@ def test_many_modules_are_compared_in_no_time(tmp_path: Path, count: int) -> Non
     from aeros.spec.diagnostics import Diagnostics
     from aeros.spec.loading import load_ecm, load_site
     from aeros.spec.obligations.configuration import configuration_obligations
+    from aeros.spec.presence import presence_of
 
     site = load_site(TABLE, Diagnostics())
     assert site is not None
@@ -103,7 +104,7 @@ def test_many_modules_are_compared_in_no_time(tmp_path: Path, count: int) -> Non
         (folder / "ecm.yaml").write_text(text.replace("[tidy]\n    goal", f"[tidy{number}]\n    goal"))
         found = load_ecm(folder, site, Diagnostics())
         assert found is not None
-        ecms.append(found.ecm)
+        ecms.append(presence_of(found.ecm))
     claims = list(configuration_obligations(ecms, site))
     assert len(claims) < 3 * count + 20
     assert {one.diagnostic.code for one in claims if one.diagnostic} == {"AE883", "AE886"}
