@@ -266,7 +266,7 @@ def test_a_hostile_folder_name_does_not_reach_the_terminal(
 def test_an_internal_fault_is_our_bug_and_shows_no_traceback(
     module: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def broken(*_: object) -> None:
+    def broken(*_: object, **__: object) -> None:
         raise AssertionError("not in the scalar core")
 
     monkeypatch.setattr("aeros.cli.verify.verify", broken)
