@@ -100,9 +100,12 @@ def _row(one: Told) -> list[Any]:
     return [one.id, one.verdict.value, one.guard, one.boundary, one.witness]
 
 
+_VERDICTS: Final = {one.value: one for one in Verdict}
+
+
 def _claims(rows: Any) -> tuple[Told, ...]:
     return tuple(
-        Told(id_, Verdict(verdict), guard, boundary, None if witness is None else tuple(witness))
+        Told(id_, _VERDICTS[verdict], guard, boundary, None if witness is None else tuple(witness))
         for id_, verdict, guard, boundary, witness in rows
     )
 

@@ -59,7 +59,13 @@ def _cycle(ecm: Presence, around: Mapping[str, Presence]) -> list[str]:
         return []
     import networkx as nx  # 50 ms, which most modules need not pay
 
-    graph = nx.DiGraph((one.id, name) for one in {**around, ecm.id: ecm}.values() for name in one.requires)
+    graph: nx.DiGraph[str] = nx.DiGraph()
+    known, pending = {**around, ecm.id: ecm}, [ecm.id]
+    while pending:
+        here = pending.pop()
+        needed = known[here].requires if here in known else {}
+        pending += [name for name in needed if name not in graph]
+        graph.add_edges_from((here, name) for name in needed)
     for name in ecm.requires:
         if nx.has_path(graph, name, ecm.id):
             return [ecm.id, *nx.shortest_path(graph, name, ecm.id)]
