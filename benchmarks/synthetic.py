@@ -68,13 +68,15 @@ def _skill(number: int, index: int) -> str:
     speed, force, width = 100 + own / 100, 5 + own / 2000, 40 + own / 500
     inputs, most = "", f"{speed:.2f} mm/s"
     if index % 3 == 2:
-        inputs = f"    inputs:\n      pace: {{type: real, unit: m/s, range: [0, {speed / 1000:.5f}], default: 50 mm/s}}\n"
+        range_ = f"range: [0, {speed / 1000:.5f}]"
+        inputs = f"    inputs:\n      pace: {{type: real, unit: m/s, {range_}, default: 50 mm/s}}\n"
         most = "inputs.pace"
     precondition = f"    precondition: not {_PREDICATES[(own + 1) % 5]}\n" if index % 2 else ""
     last = f"wait: duration <= {1 + own / 1000:.3f} s"
     if index % 2:
         last = (
-            "slide: >-\n        target in table_area and target - base_position in workspace and target - base_position not in own_base"
+            "slide: >-\n        target in table_area and target - base_position in workspace"
+            "\n        and target - base_position not in own_base"
             f"\n        and force <= {force:.4f} N and speed <= {speed:.2f} mm/s"
         )
     return f"""\

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 from aeros.spec.closed_loop.chances import shares_of
@@ -26,7 +27,7 @@ class Condition:
         self._inputs = inputs or {}
         self._looked_up: list[int] = []
         self._evaluated: list[_Evaluated] = []
-        places = {name: place for place, name in enumerate(names)}
+        places = _places(names)
         pending = [term]
         while pending:
             part = pending.pop()
@@ -42,7 +43,12 @@ class Condition:
         for place in self._looked_up:
             if not state[place]:
                 return False
-        return all(part.holds(state) for part in self._evaluated)
+        return not self._evaluated or all(part.holds(state) for part in self._evaluated)
+
+
+@lru_cache(16)
+def _places(names: tuple[str, ...]) -> dict[str, int]:
+    return {name: place for place, name in enumerate(names)}
 
 
 class _Evaluated:
