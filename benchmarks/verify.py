@@ -2,7 +2,7 @@
 
 Every figure is of a whole process, from start to exit.  *Cold* is `--no-cache`; *warm* finds what an earlier
 run proved in a store of its own, in a temporary folder.  Byte code is compiled beforehand, as an installer
-does.  Runs of all kinds take turns, so that what else the machine does falls on all of them, and beside
+does.  Seconds of processors, of all processes together, depend less on what else the machine does.  Runs of all kinds take turns, so that what else the machine does falls on all of them, and beside
 seconds stands the ratio to a bare `python -c pass` of the same run.
 """
 
@@ -13,6 +13,7 @@ import json
 import math
 import os
 import platform
+import resource
 import statistics
 import subprocess
 import sys
@@ -38,14 +39,20 @@ def _environment(folder: Path) -> dict[str, str]:
     }
 
 
-def _seconds(command: Sequence[str], environment: Mapping[str, str]) -> float:
-    started = time.perf_counter()
+def _seconds(command: Sequence[str], environment: Mapping[str, str]) -> tuple[float, float]:
+    """Seconds on the clock and of processors."""
+    started, used = time.perf_counter(), _used()
     subprocess.run(command, env=environment, stdout=subprocess.DEVNULL, check=True)
-    return time.perf_counter() - started
+    return time.perf_counter() - started, _used() - used
 
 
-def reference(folder: Path, runs: int) -> dict[str, float]:
-    """Median seconds of the three reference modules, and of what to compare them with."""
+def _used() -> float:
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return children.ru_utime + children.ru_stime
+
+
+def reference(folder: Path, runs: int) -> dict[str, dict[str, float]]:
+    """Median seconds, on the clock and of processors, of the three reference modules, and of what to compare them with."""
     environment = _environment(folder)
     ecms = str(_ROOT / "ecms")
     commands = {
@@ -56,11 +63,16 @@ def reference(folder: Path, runs: int) -> dict[str, float]:
     }
     for command in commands.values():
         _seconds(command, environment)
-    taken: dict[str, list[float]] = {name: [] for name in commands}
+    taken: dict[str, list[tuple[float, float]]] = {name: [] for name in commands}
     for _ in range(runs):
         for name, command in commands.items():
             taken[name].append(_seconds(command, environment))
-    return {name: statistics.median(values) for name, values in taken.items()}
+    return {
+        name: dict(
+            zip(("clock", "processor"), map(statistics.median, zip(*values, strict=True)), strict=True)
+        )
+        for name, values in taken.items()
+    }
 
 
 def synthetic(folder: Path, count: int, jobs: int) -> dict[str, Any]:
@@ -70,14 +82,16 @@ def synthetic(folder: Path, count: int, jobs: int) -> dict[str, Any]:
     write_modules(modules, count)
     row: dict[str, Any] = {"modules": count}
     cold = (*_VERIFY, str(modules), "--no-cache", "--jobs", str(jobs))
+    used = _used()
     row["cold"], row["memory"] = _watched(cold, environment)
+    row["processor"] = _used() - used
     again = (*_VERIFY, str(modules), "--jobs", str(jobs))
     _seconds(again, environment)
-    row["warm"] = statistics.median(_seconds(again, environment) for _ in range(3))
+    row["warm"] = statistics.median(_seconds(again, environment)[0] for _ in range(3))
     changed = []
     for number in range(3):
         write_module(modules, count // 2, version=f"1.0.{number + 1}")
-        changed.append(_seconds(again, environment))
+        changed.append(_seconds(again, environment)[0])
     row["one changed"] = statistics.median(changed)
     return row
 
@@ -116,7 +130,7 @@ def _held(pid: int) -> int:
 
 def exponent(rows: Sequence[Mapping[str, Any]]) -> float:
     """The k of the least-squares fit of seconds ~ modules^k."""
-    points = [(math.log(row["modules"]), math.log(row["cold"])) for row in rows]
+    points = [(math.log(row["modules"]), math.log(row["processor"])) for row in rows]
     x, y = (statistics.fmean(point[axis] for point in points) for axis in (0, 1))
     return sum((a - x) * (b - y) for a, b in points) / sum((a - x) ** 2 for a, _ in points)
 
@@ -145,15 +159,16 @@ def main() -> None:
     if arguments.format == "json":
         print(json.dumps(found, indent=1))
         return
-    bare = medians["python -c pass"]
-    print("| the three modules | s | × bare Python |\n|:--|--:|--:|")
-    for name, seconds in medians.items():
-        print(f"| {name} | {seconds:.3f} | {seconds / bare:.1f} |")
-    print("\n| modules | cold, s | warm, s | one changed, s | memory, MiB |\n|--:|--:|--:|--:|--:|")
+    bare = medians["python -c pass"]["clock"]
+    print("| the three modules | s | processor, s | × bare Python |\n|:--|--:|--:|--:|")
+    for name, one in medians.items():
+        print(f"| {name} | {one['clock']:.3f} | {one['processor']:.3f} | {one['clock'] / bare:.1f} |")
+    print("\n| modules | cold, s | processor, s | warm, s | one changed, s | memory, MiB |")
+    print("|--:|--:|--:|--:|--:|--:|")
     for row in rows:
-        shown = " | ".join(f"{row[key]:.2f}" for key in ("cold", "warm", "one changed"))
+        shown = " | ".join(f"{row[key]:.2f}" for key in ("cold", "processor", "warm", "one changed"))
         print(f"| {row['modules']} | {shown} | {row['memory'] / 2**20:.0f} |")
-    print(f"\ncold ~ modules^{found['exponent']:.2f}")
+    print(f"\nprocessor ~ modules^{found['exponent']:.2f}")
 
 
 if __name__ == "__main__":

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import signal
-import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -214,8 +213,8 @@ def _in_processes(folders: Sequence[Path], site: Path, rlimit: int, jobs: int) -
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
-    context = get_context("fork" if sys.platform == "linux" else "spawn")
-    pool = ProcessPoolExecutor(jobs, context, _start_working, (site, rlimit))
+    # Spawned and not forked, as a caller may have threads, whose locks a fork would take along.
+    pool = ProcessPoolExecutor(jobs, get_context("spawn"), _start_working, (site, rlimit))
     try:
         yield from pool.map(_work, folders, chunksize=4)
     finally:
