@@ -1,9 +1,10 @@
 """How long `aeros verify` takes, cold and warm: `python -m benchmarks.verify`.
 
-Every figure is of a whole process, from start to exit.  *Cold* is `--no-cache`; *warm* finds what an earlier
-run proved in a store of its own, in a temporary folder.  Byte code is compiled beforehand, as an installer
-does.  Seconds of processors, of all processes together, depend less on what else the machine does.  Runs of all kinds take turns, so that what else the machine does falls on all of them, and beside
-seconds stands the ratio to a bare `python -c pass` of the same run.
+Every figure is of a whole process, from start to exit.  *Cold* is `--no-cache`; *warm* finds what an
+earlier run proved in a store of its own, in a temporary folder.  Byte code is compiled beforehand, as an
+installer does.  Runs of all kinds take turns, so that what else the machine does falls on all of them.
+Beside seconds stand those of processors, of all processes together, which depend less on what else the
+machine does, and the ratio to a bare `python -c pass` of the same run.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ def _used() -> float:
 
 
 def reference(folder: Path, runs: int) -> dict[str, dict[str, float]]:
-    """Median seconds, on the clock and of processors, of the three reference modules, and of what to compare them with."""
+    """Median seconds of the three reference modules, and of what to compare them with."""
     environment = _environment(folder)
     ecms = str(_ROOT / "ecms")
     commands = {
