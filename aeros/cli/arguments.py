@@ -1,9 +1,17 @@
-"""Argument types that several commands share."""
+"""Argument types that several commands share, and what is said of arguments that cannot be meant."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from aeros.spec.agreement import SecondSolver
+
+
+class UsageError(Exception):
+    """The command was asked for something that there is not; the message says what."""
 
 
 def existing_path(text: str) -> Path:
@@ -29,6 +37,17 @@ def process_count(text: str) -> int:
     if not text.isascii() or not text.isdigit() or not 0 < int(text) <= 256:
         raise argparse.ArgumentTypeError("expected a whole number between 1 and 256")
     return int(text)
+
+
+def second_solver(text: str) -> SecondSolver:
+    """A solver other than Z3, by name."""
+    if text != "cvc5":
+        raise argparse.ArgumentTypeError("expected `cvc5`")
+    try:
+        from aeros.spec.backends.second import Cvc5
+    except ImportError as error:
+        raise argparse.ArgumentTypeError("cvc5 is not here: pip install 'aeros[cvc5]'") from error
+    return Cvc5()
 
 
 def writable_path(text: str) -> Path:

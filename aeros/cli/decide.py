@@ -9,10 +9,10 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, BinaryIO
 
 from aeros.cli.arguments import existing_path
-from aeros.cli.configuration import prove
 from aeros.cli.examples import example_requests
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.proving import prove
 from aeros.runtime.requests import MAX_LINE, decide_line, decision_json
 from aeros.spec.loading import reference_site
 

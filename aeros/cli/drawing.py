@@ -12,7 +12,8 @@ import networkx as nx
 
 from aeros.spec.render import safe
 
-Shape = Literal["step", "state", "start", "goal", "stuck"]
+Shape = Literal["step", "state", "start", "goal", "stuck", "choice", "bar"]
+"""A choice is where conditions part the way; a bar is where parallel branches part or meet."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,8 @@ def mermaid(drawing: Drawing) -> str:
         "start": ("([", "])"),
         "goal": ("[[", "]]"),
         "stuck": ("{{", "}}"),
+        "choice": ("{", "}"),
+        "bar": ("[/", "/]"),
     }
     rows = ["---", f"title: {json.dumps(drawing.title)}", "---", "flowchart TD"]
     for node in drawing.nodes:
@@ -76,6 +79,8 @@ def dot(drawing: Drawing) -> str:
         "start": "shape=box, style=rounded, penwidth=2",
         "goal": "shape=box, peripheries=2",
         "stuck": "shape=octagon",
+        "choice": "shape=diamond",
+        "bar": "shape=box, style=filled, fillcolor=gray85, height=0.2",
     }
     rows = [f"digraph {_quoted([drawing.title])} {{", "  node [fontname=sans]; edge [fontname=sans];"]
     rows += [f"  {node.id} [{styles[node.shape]}, label={_quoted(node.lines)}];" for node in drawing.nodes]
@@ -91,7 +96,15 @@ def _quoted(lines: Iterable[str]) -> str:
 
 
 _LINE, _GLYPH, _GAP_X, _GAP_Y, _PAD = 18, 7.3, 80, 70, 12
-_FILLS = {"step": "#fff", "state": "#fff", "start": "#e8f0fe", "goal": "#e6f4ea", "stuck": "#fce8e6"}
+_FILLS = {
+    "step": "#fff",
+    "state": "#fff",
+    "start": "#e8f0fe",
+    "goal": "#e6f4ea",
+    "stuck": "#fce8e6",
+    "choice": "#fef7e0",
+    "bar": "#ddd",
+}
 
 
 @dataclass(frozen=True)
@@ -105,7 +118,7 @@ class _Box:
 
 
 def svg(drawing: Drawing) -> str:
-    """The drawing as an SVG image: layers from top to bottom, by distance from the first nodes."""
+    """The drawing as an SVG image: layers from top to bottom, each below what leads to it where it can be."""
     boxes, width, height = _layout(drawing)
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}"'
@@ -123,13 +136,7 @@ def svg(drawing: Drawing) -> str:
 
 def _layout(drawing: Drawing) -> tuple[dict[str, _Box], float, float]:
     """A box for each node, and the size of the whole."""
-    graph: nx.DiGraph[str] = nx.DiGraph()
-    graph.add_nodes_from(node.id for node in drawing.nodes)
-    graph.add_edges_from((edge.source, edge.target) for edge in drawing.edges)
-    first = {node.id for node in drawing.nodes if node.shape == "start"} or {drawing.nodes[0].id}
-    layers = [list(layer) for layer in nx.bfs_layers(graph, sorted(first))]
-    reached = {name for layer in layers for name in layer}
-    layers += [[name] for name in graph if name not in reached]
+    layers = _layers(drawing)
     lines = {node.id: node.lines for node in drawing.nodes}
     sizes = {
         name: (max(map(len, text)) * _GLYPH + 2 * _PAD, len(text) * _LINE + _PAD)
@@ -147,6 +154,33 @@ def _layout(drawing: Drawing) -> tuple[dict[str, _Box], float, float]:
             left += width + _GAP_X
         top += tallest + _GAP_Y
     return boxes, whole, top
+
+
+def _layers(drawing: Drawing) -> list[list[str]]:
+    """The nodes by their greatest distance from the first ones; by the least where arrows lead in circles.
+
+    Dashed arrows count only for what nothing else leads to.
+    """
+    first = {node.id for node in drawing.nodes if node.shape == "start"} or {drawing.nodes[0].id}
+    whole: nx.DiGraph[str] = nx.DiGraph()
+    whole.add_nodes_from(node.id for node in drawing.nodes)
+    whole.add_edges_from((edge.source, edge.target) for edge in drawing.edges)
+    solid: nx.DiGraph[str] = nx.DiGraph((one.source, one.target) for one in drawing.edges if not one.dashed)
+    solid.add_nodes_from(first)
+    solid = solid.subgraph(first.union(*(nx.descendants(solid, one) for one in first)))
+    ranks: dict[str, int] = {}
+    if nx.is_directed_acyclic_graph(solid):
+        for rank, layer in enumerate(nx.topological_generations(solid)):
+            ranks |= dict.fromkeys(layer, rank)
+    ranks |= dict.fromkeys(first - ranks.keys(), 0)
+    for source, target in nx.edge_bfs(whole, [*ranks]):
+        ranks.setdefault(target, ranks[source] + 1)
+    last = max(ranks.values())
+    for node in drawing.nodes:
+        if node.id not in ranks:
+            last += 1
+            ranks[node.id] = last
+    return [[node.id for node in drawing.nodes if ranks[node.id] == rank] for rank in range(last + 1)]
 
 
 def _way(edge: Edge, boxes: dict[str, _Box], width: float) -> tuple[str, float, float]:

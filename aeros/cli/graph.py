@@ -1,22 +1,20 @@
-"""`aeros graph`: draws a task's planning rules, or everything its closed loop can come to."""
+"""`aeros graph`: draws a task's planning rules, everything its closed loop can come to, or a composition."""
 
 from __future__ import annotations
 
 import argparse
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aeros.cli.arguments import existing_path
+from aeros.cli.composition_drawing import composition_drawing
 from aeros.cli.drawing import Drawing, Edge, Node, dot, mermaid, svg
 from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.subject import named, read_module
 from aeros.spec.closed_loop.exploration import Exploration, NotExploredError, explore
 from aeros.spec.closed_loop.transition_system import Node as LoopNode
-from aeros.spec.diagnostics import Diagnostics, did_you_mean
-from aeros.spec.loading import load_ecm, load_site, module_folders, reference_site
-from aeros.spec.model import Ecm, PlanningRule, Site, Task
-from aeros.spec.render import safe
+from aeros.spec.model import Ecm, PlanningRule, Task
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -29,11 +27,14 @@ _EXAMPLES = """\
 rules: the planning rules in order, each with what it is left out for, its retries and its recovery.
 closed-loop: the states that the agent may measure when it plans or runs a step, and every declared
 outcome between them, as `aeros verify` explores them.  Dashed: a failure.
+composition: steps and handlers with the outcomes that lead from one to the next, conditions, and
+where parallel branches part and meet.
 
 examples:
   aeros graph ecms/make_dumplings                                     for a Markdown page
   aeros graph ecms/make_dumplings --format svg > rules.svg
   aeros graph ecms/make_dumplings --what closed-loop --format dot | dot -Tpdf > loop.pdf
+  aeros graph ecms/fetch_object --what composition
 """
 
 
@@ -47,43 +48,33 @@ def add_to(commands: Subparsers) -> None:
     )
     parser.add_argument("module", type=existing_path, metavar="MODULE", help="the module")
     parser.add_argument("--task", help="the task (default: the module's first)")
+    parser.add_argument("--composition", help="the composition (default: the module's first)")
     parser.add_argument(
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
     )
-    parser.add_argument("--what", choices=("rules", "closed-loop"), default="rules", help="default: rules")
+    parser.add_argument(
+        "--what", choices=("rules", "closed-loop", "composition"), default="rules", help="default: rules"
+    )
     parser.add_argument("--format", choices=tuple(_FORMATS), default="mermaid", help="default: mermaid")
     parser.set_defaults(command=_command)
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    ecm, site = _read(arguments.module, arguments.site or reference_site())
-    name: str = arguments.task or next(iter(ecm.tasks), "")
-    if name not in ecm.tasks:
-        near = did_you_mean(name, ecm.tasks)
-        hint = f"; did you mean `{near}`?" if near else ""
-        print(f"aeros: `{ecm.id}` has no task{name and f' `{safe(name)}`'}{hint}", file=sys.stderr)
-        return Exit.USAGE
-    task = ecm.tasks[name]
-    drawing = rules_drawing(ecm, task)
-    if arguments.what == "closed-loop":
-        try:
-            drawing = closed_loop_drawing(ecm, explore(ecm, task, site))
-        except NotExploredError as why:
-            print(f"aeros: the closed loop of `{name}` cannot be drawn: {why}", file=sys.stderr)
-            return Exit.REJECTED
+    ecm, site = read_module(arguments.module, arguments.site)
+    if arguments.what == "composition":
+        composition = named(ecm, "composition", ecm.compositions, arguments.composition)
+        drawing = composition_drawing(ecm, composition)
+    else:
+        task = named(ecm, "task", ecm.tasks, arguments.task)
+        drawing = rules_drawing(ecm, task)
+        if arguments.what == "closed-loop":
+            try:
+                drawing = closed_loop_drawing(ecm, explore(ecm, task, site))
+            except NotExploredError as why:
+                print(f"aeros: the closed loop of `{task.id}` cannot be drawn: {why}", file=sys.stderr)
+                return Exit.REJECTED
     print(_FORMATS[arguments.format](drawing), end="")
     return Exit.PROVED
-
-
-def _read(path: Path, site_path: Path) -> tuple[Ecm, Site]:
-    """The first module at `path`; raises `UserError` with everything that stands in its way."""
-    sink = Diagnostics()
-    site = load_site(site_path, sink)
-    folders = module_folders(path, sink)
-    loaded = load_ecm(folders[0], site, sink) if site is not None and folders else None
-    sink.raise_if_errors()
-    assert site is not None and loaded is not None  # noqa: S101, PT018 - otherwise an error was reported
-    return loaded.ecm, site
 
 
 def rules_drawing(ecm: Ecm, task: Task) -> Drawing:

@@ -11,6 +11,7 @@ import traceback
 from collections.abc import Sequence
 
 import aeros
+from aeros.cli.arguments import UsageError
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.spec.errors import UndecidedError, UserError
 from aeros.spec.render import render_all
@@ -21,12 +22,30 @@ _COMMANDS = {
     "decide": "decide action requests, one per line of JSON",
     "diff": "what a change newly allows and newly denies",
     "explain": "explain a diagnostic code",
-    "graph": "draw a task's planning rules or its closed loop",
+    "graph": "draw a task's planning rules, its closed loop or a composition",
     "predict": "compute a task's success probability and expected work exactly",
+    "install": "keep a module on this robot",
+    "configure": "settle what an installed module needs around it",
+    "activate": "let a module's skills be dispatched",
+    "deactivate": "withdraw a module's skills",
+    "remove": "forget a module",
+    "list": "show what is installed on this robot",
+    "policy": "put a site file in force",
+    "block": "deny what a module, a skill or an action kind asks for",
+    "unblock": "take a block back",
+    "pause": "let nothing begin until it is resumed",
+    "resume": "let actions begin again",
+    "stop": "bring what moves to rest and end the run",
     "new": "start a module that is proved and runs as it stands",
     "schema": "print the JSON Schema of manifests, site files or reports",
 }
 """What each command does; the module of its name has the rest, and is imported only to run it."""
+
+_FAMILIES = {
+    "modules": ("install", "configure", "activate", "deactivate", "remove", "list"),
+    "operator": ("policy", "block", "unblock", "pause", "resume", "stop"),
+}
+"""Modules that have the rest of several commands."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -41,6 +60,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except UserError as error:
         print(render_all(error.diagnostics), file=sys.stderr)
         return Exit.UNDECIDED if isinstance(error, UndecidedError) else Exit.REJECTED
+    except UsageError as error:
+        print(f"aeros: {error}", file=sys.stderr)
+        return Exit.USAGE
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return Exit.INTERRUPTED
@@ -69,7 +91,10 @@ def _parser(given: Sequence[str]) -> argparse.ArgumentParser:
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     wanted = next((word for word in given if word in _COMMANDS), None)
     for name, summary in _COMMANDS.items():
-        if name == wanted:
+        family = next((family for family, names in _FAMILIES.items() if name in names), None)
+        if name == wanted and family is not None:
+            importlib.import_module(f"aeros.cli.{family}").add_to(commands, name)
+        elif name == wanted:
             importlib.import_module(f"aeros.cli.{name}").add_to(commands)
         else:
             commands.add_parser(name, help=summary)

@@ -5,22 +5,22 @@ from __future__ import annotations
 import argparse
 import json
 import re
-import sys
+from collections.abc import Iterable
 from dataclasses import asdict, replace
 from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from aeros.cli.arguments import existing_path
+from aeros.cli.arguments import UsageError, existing_path
 from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.subject import named, read_module
 from aeros.sim.symbolic_state import initial_values
 from aeros.spec.closed_loop.chain import predict
 from aeros.spec.closed_loop.chances import with_retries, with_skill_probabilities
 from aeros.spec.closed_loop.transition_system import NotExploredError, TransitionSystem
-from aeros.spec.diagnostics import Diagnostic, Diagnostics, Label
+from aeros.spec.diagnostics import Diagnostic, Label
 from aeros.spec.doubles import as_doubles
 from aeros.spec.errors import MisuseError, UserError
-from aeros.spec.loading import load_ecm, load_site, module_folders, reference_site
 from aeros.spec.model import Ecm, Site, Task
 from aeros.spec.render import safe
 
@@ -117,22 +117,19 @@ def _is_count(text: str) -> bool:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    sink = Diagnostics()
-    site = load_site(arguments.site or reference_site(), sink)
-    folders = [] if site is None else module_folders(arguments.module, sink)
-    found = load_ecm(folders[0], site, sink) if site is not None and len(folders) == 1 else None
-    sink.raise_if_errors()
-    if found is None or site is None:
-        return _usage(f"`{arguments.module}` holds several modules; name one")
-    if arguments.task is not None and arguments.task not in found.ecm.tasks:
-        return _usage(f"`{found.ecm.id}` has no task `{arguments.task}`; it has {', '.join(found.ecm.tasks)}")
+    found, site = read_module(arguments.module, arguments.site)
+    chosen = (
+        found.tasks.values()
+        if arguments.task is None
+        else [named(found, "task", found.tasks, arguments.task)]
+    )
     for skill, retries in arguments.retry:
         if retries > site.limits.retries:
-            return _usage(f"`--retry {skill}={retries}`: {site.id} allows at most {site.limits.retries}")
+            raise UsageError(f"`--retry {skill}={retries}`: {site.id} allows at most {site.limits.retries}")
     try:
-        ecm, tasks = _changed(found.ecm, arguments)
+        ecm, tasks = _changed(found, chosen, arguments)
     except MisuseError as error:
-        return _usage(str(error))
+        raise UsageError(str(error)) from error
     replans = site.limits.replans if arguments.replans is None else arguments.replans
     predictions = [_predicted(ecm, task, site, replans) for task in tasks]
     if arguments.format == "json":
@@ -142,17 +139,11 @@ def _command(arguments: argparse.Namespace) -> Exit:
     return Exit.PROVED
 
 
-def _usage(problem: str) -> Exit:
-    print(f"aeros: {problem}", file=sys.stderr)
-    return Exit.USAGE
-
-
-def _changed(ecm: Ecm, arguments: argparse.Namespace) -> tuple[Ecm, list[Task]]:
-    """The module and those of its tasks that are asked for, as --set and --retry want them."""
+def _changed(ecm: Ecm, tasks: Iterable[Task], arguments: argparse.Namespace) -> tuple[Ecm, list[Task]]:
+    """The module and `tasks` of it, as --set and --retry want them."""
     chances: dict[str, dict[str, Fraction]] = {}
     for skill, outcome, value in arguments.set:
         chances.setdefault(skill, {})[outcome] = value
-    tasks = [task for task in ecm.tasks.values() if arguments.task in (None, task.id)]
     return with_skill_probabilities(ecm, chances), [with_retries(one, dict(arguments.retry)) for one in tasks]
 
 

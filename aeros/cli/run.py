@@ -13,7 +13,6 @@ from aeros.agent.errors import RefusedError
 from aeros.agent.loop import awake
 from aeros.agent.routing import Routed, route
 from aeros.cli.arguments import existing_path
-from aeros.cli.configuration import prove
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.plants import PLANTS, PlantRefusedError, open_plant
 from aeros.cli.run_report import TraceWriter, summary
@@ -21,6 +20,10 @@ from aeros.runtime.audit import AuditError, AuditLog, verify_log
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.governor import Governor
+from aeros.runtime.proving import prove
+from aeros.runtime.registry.governing import Governing, Steered
+from aeros.runtime.registry.registry import Registry
 from aeros.runtime.skills import load_skill
 from aeros.spec.loading import reference_site
 from aeros.spec.verify import Report
@@ -58,10 +61,14 @@ def add_to(commands: Subparsers) -> None:
         help="how conditions are decided; shadow does both and halts on a disagreement (default: compiled)",
     )
     parser.add_argument(
-        "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
+        "--site",
+        type=existing_path,
+        help="the site file (default: the policy in force on this robot, or else the reference site)",
     )
     parser.add_argument(
-        "--ecms", type=existing_path, default="ecms", help="the modules to load (default: ecms)"
+        "--ecms",
+        type=existing_path,
+        help="the modules to load (default: those that are active on this robot, or else `ecms`)",
     )
     parser.add_argument(
         "--out", type=Path, help="a new folder for film, trace and audit log (default: in runs/)"
@@ -80,18 +87,30 @@ def _seed(text: str) -> int:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    configuration, report = prove([arguments.ecms], arguments.site or reference_site(), certified=True)
+    registry = Registry(arguments.state)
+    installed = arguments.ecms is None and arguments.site is None and registry.exists
+    if installed:
+        configuration, report = registry.configuration()
+    else:
+        site = arguments.site or reference_site()
+        configuration, report = prove([arguments.ecms or Path("ecms")], site, certified=True)
     try:
         routed = route(arguments.instruction, configuration.modules)
         out = _output_folder(arguments.out, routed.task.id)
-        return _run(arguments, configuration, report, routed, out)
+        with Governing(registry) if installed else Steered(configuration, registry) as governor:
+            return _run(arguments, configuration, governor, report, routed, out)
     except (RefusedError, PlantRefusedError, AuditError) as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
 
 
 def _run(
-    arguments: argparse.Namespace, configuration: Configuration, proof: Report, routed: Routed, out: Path
+    arguments: argparse.Namespace,
+    configuration: Configuration,
+    governor: Governor,
+    proof: Report,
+    routed: Routed,
+    out: Path,
 ) -> Exit:
     film = None if arguments.no_record or arguments.plant != "physics" else out / "run.webp"
     audit_path = out / "audit.jsonl"
@@ -101,9 +120,8 @@ def _run(
         TraceWriter(out / "trace.jsonl") as trace,
         open_plant(arguments.plant, configuration, routed.task, arguments.seed, film) as plant,
     ):
-        executor = Executor(
-            configuration, Gate(configuration, GateMode(arguments.gate)), plant, audit, load_skill
-        )
+        gate = Gate(configuration, GateMode(arguments.gate))
+        executor = Executor(configuration, gate, plant, audit, load_skill, governor)
         with awake(arguments.state, configuration.site.id, executor, on_event=trace.tell) as agent:
             report = agent.run(arguments.instruction)
         simulated = plant.now()

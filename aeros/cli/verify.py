@@ -5,17 +5,25 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from aeros.cli.arguments import existing_path, process_count, solver_budget, writable_path
+from aeros.cli.arguments import (
+    existing_path,
+    process_count,
+    second_solver,
+    solver_budget,
+    writable_path,
+)
 from aeros.cli.exit_codes import EXIT_CODES, Exit, exit_for
 from aeros.cli.reports.json_report import as_json
 from aeros.cli.reports.junit import as_junit
 from aeros.cli.reports.result import Problem, Result
 from aeros.cli.reports.sarif import as_sarif
 from aeros.cli.reports.text import as_text
+from aeros.spec.agreement import DisagreementError
 from aeros.spec.backends.budget import DEFAULT_RLIMIT
 from aeros.spec.backends.store import default_store
 from aeros.spec.certificate import LOCK, check_lock, write_lock
@@ -35,6 +43,7 @@ examples:
   aeros verify ecms/ --format sarif --output verify.sarif
                                               text here, and a file for code scanning
   aeros verify ecms/ --check                  write nothing; fail if a certificate is missing or stale
+  aeros verify ecms/ --second-solver cvc5     ask another solver everything again
 """
 
 _FORMATS: Final[dict[str, Callable[[Result], str]]] = {
@@ -85,21 +94,33 @@ def add_to(commands: Subparsers) -> None:
         metavar="N",
         help="how many processes prove modules, where there are many (default: one for each processor)",
     )
+    parser.add_argument(
+        "--second-solver",
+        type=second_solver,
+        metavar="cvc5",
+        help="put every question to cvc5 too, as SMT-LIB text; a disagreement ends with exit code 4",
+    )
     parser.set_defaults(command=_command)
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
     progress = _progress if sys.stderr.isatty() else lambda _: None
     store = None if arguments.no_cache else default_store()
-    report = verify(
-        arguments.paths,
-        arguments.site or reference_site(),
-        arguments.rlimit,
-        progress,
-        store,
-        in_full=False,
-        jobs=arguments.jobs or _processors(),
-    )
+    site, second = arguments.site or reference_site(), arguments.second_solver
+    try:
+        report = verify(
+            arguments.paths,
+            site,
+            arguments.rlimit,
+            progress,
+            store,
+            second=second,
+            in_full=False,
+            jobs=arguments.jobs or _processors(),
+        )
+    except DisagreementError as error:
+        print(_disagreement(error), file=sys.stderr)
+        return Exit.OUR_BUG
     locks = [] if arguments.no_lock else _locks(report, write=not arguments.check)
     result = Result(report, tuple(locks))
     as_asked = _FORMATS[arguments.format]
@@ -111,6 +132,24 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if report.conclusion is Conclusion.PROVED and stale:
         return Exit.REJECTED
     return exit_for(report.conclusion)
+
+
+def _disagreement(error: DisagreementError) -> str:
+    """What to report; the question itself is kept in a file, as nobody else could ask it again."""
+    lines = [
+        f"aeros: the solvers disagree about {safe(error.about)}:",
+        *(f"  {safe(answer)}" for answer in error.answers),
+        "One of them, or aeros, is wrong, so nothing is proved and nothing was written.",
+    ]
+    try:
+        handle, name = tempfile.mkstemp(prefix="aeros-disagreement-", suffix=".smt2")
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(error.script)
+        lines.append(f"Please report it with the question, which is in {safe(name)}")
+    except OSError as problem:
+        lines.append(f"Please report it with the question, which no file could take ({problem.strerror}):")
+        lines.append(error.script)
+    return "\n".join(lines)
 
 
 def _written(path: Path, text: str) -> bool:

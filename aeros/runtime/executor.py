@@ -14,6 +14,7 @@ A skill is interrupted between actions and during them, not while its own code r
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -23,11 +24,12 @@ from aeros.runtime.audit import AuditError, AuditLog, DecisionCounts
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Decision, Reason, Verdict
 from aeros.runtime.gate import Gate
+from aeros.runtime.governor import Command, Fixed, Governor
 from aeros.runtime.history import Histories
 from aeros.runtime.inputs import InputError, settle_inputs
 from aeros.runtime.monitor import MonitorFactory
 from aeros.runtime.observation import observation_for
-from aeros.runtime.ports import Plant, Readings, StepRequest, StepResult, StepStatus
+from aeros.runtime.ports import Monitor, Plant, Readings, StepRequest, StepResult, StepStatus
 from aeros.runtime.records import caller_details, decision_details, session_details, spell_reasons
 from aeros.runtime.skill_run import Ending, SkillRun
 from aeros.runtime.skills import Loader, SkillRefusedError, told
@@ -36,6 +38,7 @@ from aeros.skill import Action
 from aeros.spec.errors import InternalError
 from aeros.spec.model import Ecm, Site, Skill
 
+_LOOK_EVERY: Final = 0.01  # s, while paused
 MOST_ACTIONS: Final = 10_000
 """Actions of one step beyond which a skill floods; a zero-time action could otherwise repeat for ever."""
 
@@ -68,11 +71,20 @@ class Executor:
     """The runtime as the agent sees it (`ports.Runtime`), for one configuration and one plant.
 
     Runs one step at a time.  It owns neither plant nor log: whoever made them closes them.
+    governor: says which configuration is in force; without one, `configuration` is so for good.
     """
 
     def __init__(
-        self, configuration: Configuration, gate: Gate, plant: Plant, audit: AuditLog, loader: Loader
+        self,
+        configuration: Configuration,
+        gate: Gate,
+        plant: Plant,
+        audit: AuditLog,
+        loader: Loader,
+        governor: Governor | None = None,
     ) -> None:
+        self._governor = Fixed(configuration) if governor is None else governor
+        self._generation = self._governor.generation
         self._configuration = configuration
         self._gate = gate
         self._plant = plant
@@ -90,6 +102,7 @@ class Executor:
 
     def active_modules(self) -> Mapping[str, Ecm]:
         """The certified, active modules by name."""
+        self._follow()
         return self._configuration.modules
 
     def now(self) -> float:
@@ -106,6 +119,7 @@ class Executor:
 
     def submit(self, request: StepRequest) -> StepResult:
         """Run one skill to its end, every action decided by the gate; never raises for a bad request."""
+        self._follow()
         asked = {"module": request.module, "skill": request.skill, "inputs": request.inputs}
         try:
             step = self._prepare(request)
@@ -190,7 +204,19 @@ class Executor:
         return observation_for(ecm, self.site, readings, self.now())
 
     def _act(self, step: _Step, asked: Action) -> Ending | None:
-        """Decide, record, execute; None when the skill may go on."""
+        """Decide, record, execute, all under one generation; None when the skill may go on."""
+        while True:
+            self._pause()
+            if self._governor.command is Command.STOP:
+                return Ending(StepStatus.STOPPED, "the operator stops it")
+            self._follow()
+            if not self._is_active(step.ecm):
+                return Ending(StepStatus.STOPPED, f"revoked: `{step.ecm.id}` is not active as it was")
+            with self._governor.acting(self._generation) as in_force:
+                if in_force:
+                    return self._act_now(step, asked)
+
+    def _act_now(self, step: _Step, asked: Action) -> Ending | None:
         # In this order: a reading is never younger than the time it is judged at.
         measured = self._plant.observe()
         now = self.now()
@@ -206,7 +232,7 @@ class Executor:
             return Ending(StepStatus.DENIED, spell_reasons(decision.reasons))
         if decision.action is None:
             raise InternalError(f"the gate said {decision.verdict.value} and gave no action")
-        monitor = self._monitors.watch(decision.action, readings)
+        monitor = self._watched(step, decision.action, self._monitors.watch(decision.action, readings))
         # Counted before it moves: an action that fails half-way was executed too.
         self._usage.executed(decision.action.kind, now)
         completion = self._plant.execute(decision.action, monitor, step.deadline)
@@ -215,6 +241,55 @@ class Executor:
         if completion.reason == "deadline":
             return Ending(StepStatus.TIMED_OUT, "the skill's time-out passed during a motion")
         return Ending(StepStatus.STOPPED, completion.reason or "the plant gave no reason")
+
+    # Whoever governs.
+
+    def _follow(self) -> None:
+        """Take over the configuration that is in force, if it is another than before."""
+        if self._governor.generation == self._generation:
+            return
+        self._generation, configuration = self._governor.configuration()
+        if configuration.digest == self._configuration.digest:
+            return
+        if configuration.site.digest != self._configuration.site.digest:
+            self._histories = Histories(configuration.site)
+            self._usage = self._usage.under(configuration.site.quotas)
+            self._monitors = MonitorFactory(configuration.site, self._histories)
+        self._configuration = configuration
+        self._gate = self._gate.under(configuration)
+        self._audit.append("configuration-changed", session_details(configuration))
+
+    def _is_active(self, ecm: Ecm) -> bool:
+        """Whether the same module, of the same code, is active now."""
+        now = self._configuration.modules.get(ecm.id)
+        was = (ecm.manifest_digest, ecm.code_digest)
+        return now is not None and (now.manifest_digest, now.code_digest) == was
+
+    def _pause(self) -> None:
+        """Wait while the operator asks for a pause."""
+        paused = False
+        while self._governor.command is Command.PAUSE:
+            if not paused:
+                self._audit.append("paused", {"time": self.now()})
+            paused = True
+            time.sleep(_LOOK_EVERY)
+        if paused:
+            self._audit.append("resumed", {"time": self.now()})
+
+    def _watched(self, step: _Step, action: Action, monitor: Monitor) -> Monitor:
+        """`monitor`, which also trips on a stop, and where the action is revoked while it is under way."""
+
+        def watch(now: float, measured: Mapping[str, Any]) -> str | None:
+            if self._governor.command is Command.STOP:
+                return "the operator stops it"
+            if self._governor.generation != self._generation:
+                caller = step.caller
+                objection = self._governor.objection(caller.module, caller.skill, action.kind)
+                if objection is not None:
+                    return f"revoked: {objection}"
+            return monitor(now, measured)
+
+        return watch
 
     def _decide(self, caller: Caller, readings: Readings, asked: Action, now: float) -> Decision:
         try:

@@ -47,9 +47,14 @@ class Gate:
     """Decides actions under one configuration."""
 
     def __init__(self, configuration: Configuration, mode: GateMode = GateMode.COMPILED) -> None:
+        self._mode = mode
         compiled = mode is not GateMode.Z3
         self._decider = _Decider(configuration, compiled)
         self._shadow = _Decider(configuration, compiled=False) if mode is GateMode.SHADOW else None
+
+    def under(self, configuration: Configuration) -> Gate:
+        """A gate of the same mode for another configuration."""
+        return Gate(configuration, self._mode)
 
     def decide(
         self, caller: Caller, readings: Readings, action: Action, now: float, usage: Mapping[str, int]

@@ -19,7 +19,12 @@ def session_details(configuration: Configuration) -> dict[str, Any]:
     """Which site governs and which code is active, by digest."""
     site = configuration.site
     modules = {
-        name: {"version": ecm.version, "manifest": ecm.manifest_digest, "code": ecm.code_digest}
+        name: {
+            "version": ecm.version,
+            "manifest": ecm.manifest_digest,
+            "code": ecm.code_digest,
+            "models": dict(ecm.model_digests),
+        }
         for name, ecm in configuration.modules.items()
     }
     return {

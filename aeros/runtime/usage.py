@@ -29,6 +29,15 @@ class Usage:
         }
         self._latest: Fraction | None = None
 
+    def under(self, quotas: Iterable[Quota]) -> Usage:
+        """The same use, counted for `quotas` from now on; what an equal quota has counted stays counted."""
+        other = Usage(quotas)
+        other._latest = self._latest
+        for quota in other._quotas:
+            if quota in self._quotas:
+                other._times[quota.id].extend(self._times[quota.id])
+        return other
+
     def count(self, now: float) -> Mapping[str, int]:
         """By quota id, how many actions it counts in the window that ends `now`, up to its `at_most`."""
         at = self._advance(now)

@@ -1,7 +1,7 @@
 """Certificates: what was proved, of exactly which bytes, by which verifier.  Written as `ecm.lock`.
 
 A certificate is canonical JSON that holds its own digest, so an edit of it is noticed, and the
-digests of manifest, code and site, so an edit of any of those is noticed.  It is a record and not
+digests of manifest, code, models and site, so an edit of any of those is noticed.  It is a record and not
 an authority: anybody can write a file, so a configuration is proved again when it is loaded, and
 the certificate must then be the one that results (docs/decisions/0004-certificates-are-rechecked.md).
 """
@@ -33,7 +33,7 @@ SCHEMA = "aeros/certificate/1"
 class Certificate:
     """What was proved of a module under a site.
 
-    manifest, code, site: SHA-256 in hexadecimal.
+    manifest, code, site: SHA-256 in hexadecimal; models: likewise, by path in the module.
     obligations: the verdict on each obligation by id, PROVED or GUARDED.
     """
 
@@ -42,6 +42,7 @@ class Certificate:
     version: str
     manifest: str
     code: str
+    models: Mapping[str, str]
     site: str
     verifier: str
     solver: str
@@ -70,6 +71,7 @@ def certificate_for(ecm: Ecm | Presence, site: Site, obligations: Mapping[str, s
         ecm.version,
         ecm.manifest_digest,
         ecm.code_digest,
+        dict(ecm.model_digests),
         site.digest,
         f"aeros {aeros.__version__}",
         f"z3-solver {solver_release()}",
@@ -116,7 +118,8 @@ def write_lock(folder: Path, certificate: Certificate) -> None:
         raise IsADirectoryError(errno.EISDIR, "it is a folder")
     new = folder / f".{LOCK}.{os.getpid()}"
     try:
-        new.write_text(certificate.text(), encoding="utf-8")
+        with new.open("x", encoding="utf-8") as file:  # never through a link that waits there
+            file.write(certificate.text())
         new.replace(lock)
     finally:
         new.unlink(missing_ok=True)

@@ -98,7 +98,8 @@ def labels_of_breach(obligation: Obligation, witness: Witness) -> tuple[Label, t
         return obligation.primary, obligation.secondary
     if _covers(obligation.primary.span, broken[0].span):
         return Label(broken[0].span, obligation.primary.text), tuple(broken[1:])
-    return obligation.primary, tuple(broken)
+    around = [one for one in obligation.secondary if not any(_covers(one.span, part.span) for part in broken)]
+    return obligation.primary, (*around, *broken)
 
 
 def _covers(outer: Span, inner: Span) -> bool:

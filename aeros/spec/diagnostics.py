@@ -133,6 +133,8 @@ _TABLE: Final = (
     Code("AE606", "attenuation-enlarges", "policy", "an attenuation can make an action larger"),
     Code("AE607", "no-protective-stop", "policy", "a site does not have exactly one protective stop"),
     Code("AE608", "infeasible-quota", "policy", "a quota can never be kept"),
+    Code("AE609", "idle-quota", "policy", "a quota counts actions that are never allowed"),
+    Code("AE610", "redundant-quota", "policy", "a quota never runs out before another one does"),
     # AE7xx: decisions
     Code("AE701", "malformed-request", "decision", "a request does not have the form of a request"),
     Code("AE702", "unknown-field", "decision", "a request holds a name that is not in the vocabulary"),
@@ -204,6 +206,14 @@ _TABLE: Final = (
     Code("AE952", "newly-denied", "difference", "a change denies something that was allowed"),
     Code("AE953", "not-comparable", "difference", "two versions do not speak of the same things"),
     Code("AE954", "otherwise-changed", "difference", "a change alters something but what is allowed"),
+    # AE96x: what is installed on a robot
+    Code("AE960", "not-now", "registry", "a module or a block is not in a state in which that can be done"),
+    Code("AE961", "bundle-unusable", "registry", "a module's files cannot be kept"),
+    Code("AE962", "same-version", "registry", "a module has the version of another one with other contents"),
+    Code("AE963", "not-as-pinned", "registry", "a module's files are not those that were pinned"),
+    Code("AE964", "inactive-dependency", "registry", "an active module needs one that is not active"),
+    Code("AE965", "registry-unusable", "registry", "the registry, or what it keeps, is not what was written"),
+    Code("AE966", "still-moving", "registry", "an action of the old configuration did not end in time"),
 )
 
 CODES: Final[dict[str, Code]] = {code.id: code for code in _TABLE}
@@ -219,11 +229,20 @@ class Label:
 
 
 @dataclass(frozen=True, slots=True)
+class Fix:
+    """The text to put in place of what stands at `span`."""
+
+    span: Span
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class Diagnostic:
     """One problem, told completely: what is wrong, where, and what to do.
 
     headline: lower case, one sentence, the user's names in backticks.
     notes, help: one paragraph each; a line break inside is kept.
+    fix: what to write instead, where that is known to mend it.
     """
 
     code: str
@@ -233,6 +252,7 @@ class Diagnostic:
     notes: tuple[str, ...] = ()
     help: tuple[str, ...] = ()
     severity: Severity = Severity.ERROR
+    fix: Fix | None = None
 
     def __post_init__(self) -> None:
         if self.code not in CODES:

@@ -9,8 +9,9 @@ from __future__ import annotations
 import errno
 import hashlib
 import os
-from collections.abc import Mapping
-from pathlib import Path
+import stat
+from collections.abc import Mapping, Sequence
+from pathlib import Path, PurePosixPath
 from typing import Final
 
 MAX_FILE: Final = 128 * 1024
@@ -18,6 +19,9 @@ MAX_FILE: Final = 128 * 1024
 
 MAX_CODE: Final = 1024 * 1024
 """Bytes of all code of a module at most."""
+
+MAX_MODELS: Final = 4 * 1024**3
+"""Bytes of all models of a module at most: they are hashed each time the module is read."""
 
 _CODE_FORMAT: Final = b"aeros/code/1\n"
 """Hashed first, so a code digest is never the digest of anything else."""
@@ -60,3 +64,52 @@ def code_digest(files: Mapping[str, bytes]) -> str:
             hasher.update(len(part).to_bytes(8, "big"))
             hasher.update(part)
     return hasher.hexdigest()
+
+
+def model_digest(folder: str | Path, name: str, at_most: int = MAX_MODELS) -> tuple[str, int]:
+    """The SHA-256 of the file `name`, a path relative to `folder`, and its size in bytes.
+
+    It is never in memory as a whole.  Raises OSError for a path that leads out of the folder or through a
+    link, is no regular file or cannot be read, and for a file of more than `at_most` bytes.
+    """
+    hasher, size = hashlib.sha256(), 0
+    try:
+        descriptor = _open_below(folder, PurePosixPath(name).parts)
+    except ValueError as error:
+        raise OSError(errno.EINVAL, "it is not a path") from error
+    with os.fdopen(descriptor, "rb") as file:
+        while block := file.read(_BLOCK):
+            size += len(block)
+            if size > at_most:
+                raise OSError(errno.EFBIG, f"all models come to more than {MAX_MODELS:,} bytes")
+            hasher.update(block)
+    return hasher.hexdigest(), size
+
+
+_BLOCK: Final = 1024 * 1024
+
+
+def _open_below(folder: str | Path, parts: Sequence[str]) -> int:
+    """A descriptor of the regular file at `parts` below `folder`; no part of the way there is a link.
+
+    Each part is looked at before it is opened, as opening a device can already do something.
+    """
+    if not parts or ".." in parts or parts[0] == "/":
+        raise OSError(errno.EINVAL, "it is not in the module's folder")
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    for position, part in enumerate(parts, 1):
+        above = descriptor
+        try:
+            mode = os.stat(part, dir_fd=above, follow_symlinks=False).st_mode
+            if stat.S_ISLNK(mode):
+                raise OSError(errno.ELOOP, "it is reached through a link")
+            if not (stat.S_ISREG(mode) if position == len(parts) else stat.S_ISDIR(mode)):
+                raise OSError(errno.EINVAL, "it is no regular file")
+            flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+            descriptor = os.open(part, flags, dir_fd=above)
+        finally:
+            os.close(above)
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):  # it was replaced in between
+        os.close(descriptor)
+        raise OSError(errno.EINVAL, "it is no regular file")
+    return descriptor

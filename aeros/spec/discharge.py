@@ -56,7 +56,9 @@ def _discharge(obligation: Obligation, oracle: Oracle) -> Finding:
     wanted = (*obligation.space.assumptions, sought)
     declared, terms = about(wanted, obligation.space.declared)
     shown = always and obligation.guard is None
-    answer = oracle.ask([one.variable for one in declared], ranges_of(declared), terms, shown=shown)
+    asked_for = f"{obligation.id} ({obligation.primary.span.source.path})"
+    variables = [one.variable for one in declared]
+    answer = oracle.ask(variables, ranges_of(declared), terms, asked_for, shown=shown)
     if answer.result is Result.UNKNOWN:
         return Finding(obligation, Verdict.UNKNOWN, reason=f"{answer.reason} (rlimit {oracle.rlimit})")
     if answer.result is Result.UNSAT:

@@ -2,8 +2,8 @@
 
 Kept is what was proved of one module by itself, without anything left to say.  Its key is the digest of
 all that this depends on: manifest, code, site, budget, place, and the programs that decide, down to the
-interpreter.  What depends on other modules is not kept but asked anew, and that a further file is there is
-looked up.  As of answers, what cannot be read is not there (docs/decisions/0008-answers-are-kept.md).
+interpreter.  Models are hashed again, and what depends on other modules is not kept but asked anew.  As of
+answers, what cannot be read is not there (docs/decisions/0008-answers-are-kept.md).
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import json
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -19,7 +20,7 @@ from typing import Any, Final
 import aeros
 from aeros.spec.backends.release import release_of
 from aeros.spec.backends.store import Store
-from aeros.spec.digests import code_digest, code_files, text_digest
+from aeros.spec.digests import MAX_MODELS, code_digest, code_files, model_digest, text_digest
 from aeros.spec.errors import MisuseError, UserError
 from aeros.spec.loading import MANIFEST
 from aeros.spec.model import Site
@@ -71,7 +72,7 @@ class Keeper:
         except (UserError, MisuseError, OSError, ValueError, KeyError, TypeError):
             return None
         same = (presence.manifest_digest, presence.code_digest) == digests
-        return found if same and all((folder / name).is_file() for name in presence.files) else None
+        return found if same and _models_are(folder, presence.model_digests) else None
 
     def keep(self, folder: Path, proved: Kept) -> None:
         """Put `proved` into the store when `close` is called."""
@@ -92,6 +93,19 @@ class Keeper:
     def _key(self, folder: Path, manifest: str, code: str) -> str:
         question = [*self._about, str(folder), str(folder.resolve()), manifest, code]
         return hashlib.sha256(json.dumps(question).encode()).hexdigest()
+
+
+def _models_are(folder: Path, digests: Mapping[str, str]) -> bool:
+    left = MAX_MODELS
+    for name, expected in digests.items():
+        try:
+            digest, size = model_digest(folder, name, left)
+        except OSError:
+            return False
+        if digest != expected:
+            return False
+        left -= size
+    return True
 
 
 def _row(one: Told) -> list[Any]:

@@ -5,8 +5,10 @@ Built by `elaborate` alone; obligations, the gate and planners read it.
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from fractions import Fraction
 from functools import cached_property
@@ -136,6 +138,7 @@ class JointRule:
     """An invariant about two simultaneous actions; a parameter `p` of the role `a` is the variable `a.p`.
 
     roles: the two roles, in order, and the action kind of each.
+    conjuncts: what the term is the conjunction of.
     """
 
     id: str
@@ -146,6 +149,7 @@ class JointRule:
     term: t.Term
     span: Span
     require_span: Span
+    conjuncts: tuple[Conjunct, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -204,6 +208,7 @@ class Quota:
     kinds: frozenset[str]
     at_most: int
     within: Fraction
+    span: Span
 
 
 @dataclass(frozen=True)
@@ -217,7 +222,11 @@ class Limits:
 
 @dataclass(frozen=True)
 class Site:
-    """A site: vocabulary, Φ, Π.  `digest` is the SHA-256 of its file, in hexadecimal."""
+    """A site: vocabulary, Φ, Π.  `digest` is the SHA-256 of its file, in hexadecimal.
+
+    policy_spans: where access, the risk ceiling, limits and capacities are written, by their place in
+        the file, as in `policy/limits/retries` and `resources/arm`.
+    """
 
     id: str
     digest: str
@@ -238,6 +247,7 @@ class Site:
     joint: tuple[JointRule, ...] = ()
     grant_spans: Mapping[str, Span] = field(default_factory=dict)
     histories: tuple[History, ...] = ()
+    policy_spans: Mapping[str, Span] = field(default_factory=dict)
 
     @cached_property
     def observed(self) -> Mapping[str, Declared]:
@@ -247,6 +257,14 @@ class Site:
     def access_of(self, module: str) -> Access:
         """Everything that `module` may be permitted to touch."""
         return self.access.union(self.grants.get(module, Access()))
+
+    def with_blocks(self, blocks: Sequence[Block]) -> Site:
+        """The site with further operator overrides, and the digest that says which."""
+        if not blocks:
+            return self
+        said = json.dumps([self.digest, *([b.id, b.reason, b.module, b.skill, b.action] for b in blocks)])
+        digest = hashlib.sha256(said.encode()).hexdigest()
+        return replace(self, blocks=(*self.blocks, *blocks), digest=digest)
 
     def rules_on(self, kind: str) -> tuple[Rule, ...]:
         """The invariants that govern actions of `kind`."""
@@ -353,9 +371,9 @@ class Ecm:
     """An Embodied Capability Module.
 
     manifest_digest, code_digest: SHA-256, in hexadecimal, of the manifest and of its code files.
+    model_digests: likewise of each file that a model or tool names, by its path in the module.
     requires: other modules it depends on, by name, with a PEP 440 specifier.
     runtime: the versions of AEROS it works with, a PEP 440 specifier.
-    files: paths of the files that its models and tools are read from.
     """
 
     id: str
@@ -375,4 +393,4 @@ class Ecm:
     access_span: Span
     span: Span
     compositions: Mapping[str, Composition] = field(default_factory=dict)
-    files: tuple[str, ...] = ()
+    model_digests: Mapping[str, str] = field(default_factory=dict)

@@ -25,11 +25,10 @@ class Way:
 class Presence:
     """A module as others see it.
 
-    manifest_digest, code_digest: as in its model.
+    manifest_digest, code_digest, model_digests: as in its model.
     skills, capabilities: their names.
     ways: every word that routes to one of its tasks.
     written: by state variable, the values that some skill leaves it with on success, as text.
-    files: paths of further files of its folder without which it could not be read.
     """
 
     id: str
@@ -45,7 +44,7 @@ class Presence:
     requires_spans: Mapping[str, Span]
     runtime: str
     runtime_span: Span
-    files: tuple[str, ...]
+    model_digests: Mapping[str, str]
 
 
 def presence_of(ecm: Ecm) -> Presence:
@@ -73,7 +72,7 @@ def presence_of(ecm: Ecm) -> Presence:
         dict(ecm.requires_spans),
         ecm.runtime,
         ecm.runtime_span,
-        ecm.files,
+        dict(ecm.model_digests),
     )
 
 
@@ -121,6 +120,5 @@ def unpacked(kept: Any, manifest: Source) -> Presence:
             "written": {name: frozenset(values) for name, values in kept["written"].items()},
             "requires_spans": {name: span(at) for name, at in kept["requires_spans"].items()},
             "runtime_span": span(kept["runtime_span"]),
-            "files": tuple(kept["files"]),
         }
     )

@@ -8,16 +8,17 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
 
+from aeros.spec.agreement import Agreement, SecondSolver, agreement_on
 from aeros.spec.answers import answered
 from aeros.spec.backends.budget import DEFAULT_RLIMIT
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.backends.store import Store
 from aeros.spec.certificate import Certificate, certificate_for
-from aeros.spec.diagnostics import Diagnostic, Diagnostics, Label, Severity
+from aeros.spec.diagnostics import Diagnostic, Diagnostics, Fix, Label, Severity
 from aeros.spec.discharge import Finding, discharge
 from aeros.spec.keeping import Keeper, Kept
 from aeros.spec.loading import MANIFEST, load_ecm, load_site, module_folders
-from aeros.spec.model import Ecm, Site
+from aeros.spec.model import Block, Ecm, Site
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
 from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.configuration import configuration_obligations
@@ -85,12 +86,14 @@ class Report:
     """A site and the modules that were verified under it.
 
     configuration: of all modules together; None unless there are several that can be read.
+    agreement: of a second solver, where one was asked.
     """
 
     site: SubjectReport
     modules: tuple[SubjectReport, ...]
     site_model: Site | None
     configuration: SubjectReport | None = None
+    agreement: Agreement | None = None
 
     @property
     def subjects(self) -> tuple[SubjectReport, ...]:
@@ -120,6 +123,8 @@ def verify(
     rlimit: int = DEFAULT_RLIMIT,
     progress: Progress = lambda _: None,
     store: Store | None = None,
+    blocks: Sequence[Block] = (),
+    second: SecondSolver | None = None,
     *,
     in_full: bool = True,
     jobs: int = 1,
@@ -128,12 +133,16 @@ def verify(
 
     progress: told which subject is proved next.
     store: answers of earlier runs, where the caller wants them used.
+    blocks: operator overrides beside those of the site file.
+    second: asked everything again, whether or not the answers were kept; raises DisagreementError where
+        it decides otherwise than Z3.
     in_full: with every claim and model; else `store` may have what was proved of a whole module, and up
-        to `jobs` processes prove the others.  The report says the same.
+        to `jobs` processes prove the others.  The report says the same.  With `blocks` or a `second`
+        solver it always is.
     """
-    oracle = Oracle(rlimit, store)
+    oracle = Oracle(rlimit, store, recording=second is not None)
     progress(f"site {site_path}")
-    site, site_report = _verify_site(site_path, oracle)
+    site, site_report = _verify_site(site_path, oracle, blocks)
     reports: list[SubjectReport] = []
     sink = Diagnostics()
     folders = list(dict.fromkeys(folder for path in paths for folder in module_folders(path, sink)))
@@ -141,6 +150,7 @@ def verify(
         reports.append(SubjectReport("", Path(), Conclusion.REJECTED, tuple(sink)))
     if site is None:
         return Report(site_report, tuple(reports), None)
+    in_full = in_full or bool(blocks) or second is not None
     keeper = None if in_full or store is None else Keeper(store, site, rlimit)
     kept = {} if keeper is None else _kept(folders, keeper)
     missing = [folder for folder in folders if folder not in kept]
@@ -156,9 +166,10 @@ def verify(
         _keep([(folder, examined[folder]) for folder in missing], keeper)
     around = _modules_around(examined, site)
     reports += [_report(folder, examined[folder], site, around) for folder in folders]
+    agreement = None if second is None else agreement_on(oracle.asked.values(), second, progress)
     oracle.keep()
     present = [one.presence for folder in folders if (one := examined[folder]).presence is not None]
-    return Report(site_report, tuple(reports), site, _verify_configuration(present, site))
+    return Report(site_report, tuple(reports), site, _verify_configuration(present, site), agreement)
 
 
 @dataclass(frozen=True)
@@ -256,9 +267,11 @@ def _modules_around(examined: Mapping[Path, _Examined], site: Site) -> dict[str,
     return around | {one.id: one for one in given.values()}
 
 
-def _verify_site(path: Path, oracle: Oracle) -> tuple[Site | None, SubjectReport]:
+def _verify_site(path: Path, oracle: Oracle, blocks: Sequence[Block]) -> tuple[Site | None, SubjectReport]:
     sink = Diagnostics()
     site = load_site(path, sink)
+    if site is not None:
+        site = site.with_blocks(blocks)
     if site is None:
         return None, SubjectReport(str(path), path, Conclusion.REJECTED, tuple(sink))
     settled, findings = _settle((*policy_obligations(site), *joint_policy_obligations(site)), site, oracle)
@@ -389,7 +402,23 @@ def diagnostic_of(finding: Finding) -> Diagnostic | None:
         notes += ("for example, with\n" + "\n".join(finding.witness.lines()),)
     primary, *secondary = finding.labels or (one.primary, *one.secondary)
     help_ = (f"write `{finding.repair}`",) if finding.repair else ()
-    return Diagnostic(one.code, one.headline, primary, tuple(secondary), notes, (*help_, *one.help))
+    return Diagnostic(
+        one.code,
+        one.headline,
+        primary,
+        tuple(secondary),
+        notes,
+        (*help_, *one.help),
+        fix=_fix(finding),
+    )
+
+
+def _fix(finding: Finding) -> Fix | None:
+    """The repair as an edit of the file, where the envelope stands on one line."""
+    clause = finding.obligation.clause
+    if not finding.repair or clause is None or clause.span.line != clause.span.end_line:
+        return None
+    return Fix(clause.span, finding.repair.partition(": ")[2])
 
 
 def _needless_gates(ecm: Ecm, findings: Iterable[Finding]) -> Iterator[Diagnostic]:

@@ -319,7 +319,7 @@ CHANGES: dict[str, tuple[str, Change]] = {
     f"no obligation of {code}": (group, without(of_code(code)))
     for group, codes in {
         "permission": ("AE403", "AE409"),
-        "safety": ("AE501", "AE502", "AE503", "AE504", "AE507"),
+        "safety": ("AE501", "AE502", "AE503", "AE504", "AE506", "AE507"),
         "site": ("AE601", "AE602", "AE603", "AE604", "AE605", "AE606"),
         "composition": ("AE851", "AE855", "AE857", "AE861"),
     }.items()

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-import cvc5
 import pytest
 from hypothesis import HealthCheck, given, settings
 
 from aeros.spec.backends import smt
 from aeros.spec.backends.answers import Result
+from aeros.spec.backends.second import Cvc5
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.check import check
 from aeros.spec.expr.conformance import VARIABLES, Case, cases, exact_environment
@@ -21,16 +21,7 @@ from aeros.spec.expr.types import BOOL
 
 
 def _answer(text: str) -> str:
-    """What cvc5 makes of an SMT-LIB script that ends in one `(check-sat)`."""
-    terms = cvc5.TermManager()
-    solver = cvc5.Solver(terms)
-    solver.setOption("rlimit", "300000")
-    parser = cvc5.InputParser(solver)
-    parser.setStringInput(cvc5.InputLanguage.SMT_LIB_2_6, text, "query")
-    answer = ""
-    while not (command := parser.nextCommand()).isNull():
-        answer = str(command.invoke(solver, parser.getSymbolManager())) or answer
-    return str(answer).strip()
+    return Cvc5().answer(text).result.value
 
 
 @settings(

@@ -39,13 +39,15 @@ from aeros.spec.model import (
 )
 from aeros.spec.obligations import joint
 from aeros.spec.obligations.composition import composition_obligations
+from aeros.spec.obligations.joint import joint_policy_obligations
 from aeros.spec.obligations.obligation import Obligation, Verdict
 from aeros.spec.source import Source, Span
 from aeros.spec.units import NUMBER
+from tests.property.mix import Mix
 
 _NIGHTLY = os.environ.get("AEROS_HYPOTHESIS") == "nightly"
 bounded = settings(
-    max_examples=3_000 if _NIGHTLY else 60,
+    max_examples=3_000 if _NIGHTLY else 250,
     derandomize=not _NIGHTLY,
     database=None,
     deadline=None,
@@ -300,15 +302,18 @@ def _refuted(module: Ecm, site: Site) -> tuple[set[str], set[str]]:
     return set(found), {id_ for id_, verdict in found.items() if verdict is not Verdict.PROVED}
 
 
+RUNS, RESOURCES, PAIRS = Mix(), Mix(), Mix()
+
+
 def _compare(composition: Composition, skills: dict[str, Skill]) -> None:
     claims, refuted = _refuted(_module(skills, composition), _site())
     effects = {id_ for id_ in refuted if id_.endswith("/effects")}
-    assert bool(effects) == _interferes(composition, skills)
+    RUNS.compare("AE860", proved=not effects, expected=not _interferes(composition, skills))
     if effects or any("/resources/" in id_ for id_ in refuted):
         assert not any(id_.endswith("/reachable") for id_ in claims)
         return
     startable = any(holds(composition.precondition, state) for state in STATES)
-    assert ("composition/c/can-start" in refuted) == (not startable)
+    RUNS.compare("AE855", proved="composition/c/can-start" not in refuted, expected=startable)
     machine = _Machine(composition, skills)
     numbers = {
         number: part.span.start
@@ -316,28 +321,37 @@ def _compare(composition: Composition, skills: dict[str, Skill]) -> None:
     }
     uncovered = {int(id_.split("/")[2][3:]) for id_ in refuted if "/covers" in id_}
     assert {numbers[number] for number in uncovered} == machine.uncovered
+    RUNS.compare("AE857", proved=not uncovered, expected=not machine.uncovered)
     unready = {id_.removeprefix("composition/c/").split("/ready")[0] for id_ in refuted if "/ready" in id_}
     assert unready == machine.unready
+    RUNS.compare("AE851", proved=not unready, expected=not machine.unready)
     if startable:
         names = {step.id for step in steps_of(composition.body)}
         names |= {f"handler/{name}" for name in composition.handlers}
         never = {id_.split("/", 2)[2].removesuffix("/reachable") for id_ in refuted if "/reachable" in id_}
         assert never == names - machine.started
+        RUNS.compare("AE855", proved=not never, expected=names <= machine.started)
+
+
+def test_a_composition_is_refused_exactly_where_some_run_goes_wrong() -> None:
+    _composition_is_judged()
+    RUNS.assert_both("AE851", "AE855", "AE857", "AE860")
 
 
 @bounded
 @given(_compositions(), _skills())
-def test_a_composition_is_refused_exactly_where_some_run_goes_wrong(
-    composition: Composition, skills: dict[str, Skill]
-) -> None:
+def _composition_is_judged(composition: Composition, skills: dict[str, Skill]) -> None:
     _compare(composition, skills)
 
 
+def test_a_resource_is_short_exactly_where_some_choice_of_steps_needs_more() -> None:
+    _resources_are_judged()
+    RESOURCES.assert_both("AE858")
+
+
 @bounded
 @given(_compositions(), _skills())
-def test_a_resource_is_short_exactly_where_some_choice_of_steps_needs_more(
-    composition: Composition, skills: dict[str, Skill]
-) -> None:
+def _resources_are_judged(composition: Composition, skills: dict[str, Skill]) -> None:
     def choices(part: Part) -> Iterator[tuple[str, ...]]:
         """The skills that may run at one time."""
         match part:
@@ -365,7 +379,8 @@ def test_a_resource_is_short_exactly_where_some_choice_of_steps_needs_more(
         for together in choices(composition.body)
         for name, capacity in site.resources.items()
     )
-    assert any("/resources/" in id_ for id_ in refuted) == short
+    enough = not any("/resources/" in id_ for id_ in refuted)
+    RESOURCES.compare("AE858", proved=enough, expected=not short)
 
 
 # Two actions at once: each of one parameter with a few values.
@@ -381,6 +396,7 @@ _ENVELOPES = st.one_of(
     st.builds(lambda name, bound: t.And((STATE[name].variable, bound)), st.sampled_from("pq"), _BOUNDS),
 )
 _JOINT = st.one_of(
+    st.just(t.Compare("<", _AX, t.Literal(GRID[0], REAL))),
     st.builds(lambda limit: t.Compare("<=", t.Extremum("max", _AX, _BX), limit), _LIMITS),
     st.builds(lambda limit: t.Compare("<=", t.Extremum("min", _AX, _BX), limit), _LIMITS),
     st.builds(lambda limit: t.Implies(P, t.Compare("<=", _AX, limit)), _LIMITS),
@@ -410,6 +426,13 @@ def _pair(
     return _module(skills, composition), site
 
 
+def _allowed(phi: t.Term) -> Iterator[dict[str, Any]]:
+    """Every two actions that are allowed in one state, and that state."""
+    for now, a, b in itertools.product(STATES, GRID, GRID):
+        if holds(phi, {**now, "x": a}) and holds(phi, {**now, "x": b}):
+            yield {**now, "a.x": a, "b.x": b}
+
+
 def _broken(envelopes: tuple[t.Term, t.Term], phi: t.Term, rule: t.Term, kinds: tuple[str, str]) -> bool:
     """Whether two actions, each asked for in some state and allowed now, break the joint rule."""
     for first, second in ((0, 1), (1, 0)):
@@ -427,6 +450,11 @@ def _broken(envelopes: tuple[t.Term, t.Term], phi: t.Term, rule: t.Term, kinds: 
     return False
 
 
+def test_two_actions_are_refused_exactly_where_some_pair_breaks_the_joint_rule() -> None:
+    _pairs_are_judged()
+    PAIRS.assert_both("AE601", "AE603", "AE861")
+
+
 @bounded
 @given(
     st.tuples(_ENVELOPES, _ENVELOPES),
@@ -434,13 +462,20 @@ def _broken(envelopes: tuple[t.Term, t.Term], phi: t.Term, rule: t.Term, kinds: 
     _JOINT,
     st.permutations(["m", "n"]).map(lambda ks: (ks[0], ks[1])),
 )
-def test_two_actions_are_refused_exactly_where_some_pair_breaks_the_joint_rule(
+def _pairs_are_judged(
     envelopes: tuple[t.Term, t.Term], phi: t.Term, rule: t.Term, kinds: tuple[str, str]
 ) -> None:
     # Order alone decides all of it, and bounds are on the grid, so a bound itself is always tried.
     module, site = _pair(envelopes, phi, rule, kinds)
     _, refuted = _refuted(module, site)
-    assert any("/joint/" in id_ for id_ in refuted) == _broken(envelopes, phi, rule, kinds)
+    together = not any("/joint/" in id_ for id_ in refuted)
+    PAIRS.compare("AE861", proved=together, expected=not _broken(envelopes, phi, rule, kinds))
+    found = {one.obligation.code: one for one in discharge(joint_policy_obligations(site))}
+    allowed = list(_allowed(phi))
+    kept = [holds(rule, values) for values in allowed]
+    PAIRS.compare("AE601", proved=found["AE601"].verdict is Verdict.PROVED, expected=any(kept))
+    assert found["AE603"].verdict in (Verdict.PROVED, Verdict.VACUOUS)
+    PAIRS.compare("AE603", proved=found["AE603"].verdict is Verdict.PROVED, expected=not all(kept))
 
 
 # Broken twins: the comparison above notices a verifier that is wrong in one place.
@@ -455,7 +490,7 @@ def test_failures_that_are_ignored_are_noticed(monkeypatch: pytest.MonkeyPatch) 
 
     monkeypatch.setattr(paths.Paths, "_run", only_successes)
     with pytest.raises(AssertionError):
-        test_a_composition_is_refused_exactly_where_some_run_goes_wrong()
+        _composition_is_judged()
 
 
 def test_a_handler_after_the_last_try_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -516,10 +551,10 @@ def test_one_order_of_the_roles_is_noticed(monkeypatch: pytest.MonkeyPatch) -> N
         ),
     )
     with pytest.raises(AssertionError):
-        test_two_actions_are_refused_exactly_where_some_pair_breaks_the_joint_rule()
+        _pairs_are_judged()
 
 
 def test_a_guard_that_is_forgotten_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(paths, "conjuncts", lambda term: frozenset())
     with pytest.raises(AssertionError):
-        test_a_composition_is_refused_exactly_where_some_run_goes_wrong()
+        _composition_is_judged()

@@ -11,6 +11,7 @@ from __future__ import annotations
 import itertools
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any, cast
 
@@ -22,17 +23,31 @@ from aeros.spec.discharge import Finding, discharge
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment, Value, evaluate, holds
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType
-from aeros.spec.model import Access, ActionKind, Clause, Declared, Ecm, Limits, Risk, Rule, Site, Skill
-from aeros.spec.obligations.obligation import Claim, Obligation, Space, Verdict
+from aeros.spec.model import (
+    Access,
+    ActionKind,
+    Block,
+    Clause,
+    Declared,
+    Ecm,
+    Limits,
+    Risk,
+    Rule,
+    Site,
+    Skill,
+    Task,
+)
+from aeros.spec.obligations.obligation import Claim, Obligation, Settled, Space, Verdict
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.policy import policy_obligations
 from aeros.spec.obligations.safety import safety_obligations
 from aeros.spec.source import Source
 from aeros.spec.units import NUMBER
+from tests.property.mix import Mix
 
 _NIGHTLY = os.environ.get("AEROS_HYPOTHESIS") == "nightly"
 bounded = settings(
-    max_examples=2_000 if _NIGHTLY else 60,
+    max_examples=2_000 if _NIGHTLY else 200,
     derandomize=not _NIGHTLY,
     database=None,
     deadline=None,
@@ -179,16 +194,20 @@ def _site(rules: list[t.Term], reduced: t.Term) -> Site:
     )  # fmt: skip
 
 
-def _module(envelope: t.Term, permission: t.Term, gated: list[str]) -> Ecm:
+def _module(
+    envelope: t.Term, permission: t.Term, gated: list[str], precondition: t.Term, goal: t.Term
+) -> Ecm:
+    start = Clause(precondition, "", SPAN)
     skill = Skill(
-        id="skill", module_name="", function="", inputs=INPUTS, precondition=None, outcomes={},
+        id="skill", module_name="", function="", inputs=INPUTS, precondition=start, outcomes={},
         envelope={"move": Clause(envelope, "", SPAN)}, actuators=frozenset(), resources=frozenset(),
         risk=Risk.LOW, timeout=Fraction(1), gated=dict.fromkeys(gated, SPAN), span=SPAN, risk_span=SPAN,
         entry_span=SPAN,
     )  # fmt: skip
     return Ecm(
         id="module", version="1", folder="", manifest_digest="", code_digest="", capabilities={},
-        skills={"skill": skill}, tasks={}, access=Access(sensors=frozenset(["eye"])),
+        skills={"skill": skill}, tasks={"task": Task("task", (), goal, "", (), {}, None, SPAN)},
+        access=Access(sensors=frozenset(["eye"])),
         permission={"move": Clause(permission, "", SPAN)}, requires={}, requires_spans={}, runtime="",
         runtime_span=SPAN, access_span=SPAN, span=SPAN,
     )  # fmt: skip
@@ -212,32 +231,43 @@ REDUCED = st.sampled_from(
 )
 
 
+POLICIES, STOPS, MODULES = Mix(), Mix(), Mix()
+
+
+def test_a_policy_is_refused_exactly_where_its_words_say_so() -> None:
+    _policy_is_judged_by_its_words()
+    POLICIES.assert_both("AE601", "AE603", "AE604", "AE605", "AE606")
+
+
 @bounded
 @given(st.lists(ON_ACTIONS, min_size=1, max_size=3), REDUCED)
-def test_a_policy_is_refused_exactly_where_its_words_say_so(rules: list[t.Term], reduced: t.Term) -> None:
+def _policy_is_judged_by_its_words(rules: list[t.Term], reduced: t.Term) -> None:
     found = _findings(policy_obligations(_site(rules, reduced)))
     everything = [*rules, reduced, Y]
     space = list(environments(*everything))
     allowed = [env for env in space if all(holds(rule, env) for rule in rules)]
 
-    def verdict(claim: str) -> Verdict:
-        return found[f"policy/move/{claim}"].verdict
+    def judge(code: str, claim: str, expected: bool) -> None:
+        one = found[f"policy/move/{claim}"]
+        assert one.obligation.code == code
+        assert one.verdict in (Verdict.PROVED, one.obligation.failing)
+        POLICIES.compare(code, proved=one.verdict is Verdict.PROVED, expected=expected)
 
-    assert (verdict("satisfiable") is Verdict.PROVED) == bool(allowed)
+    judge("AE601", "satisfiable", bool(allowed))
     for i, rule in enumerate(rules):
         others = rules[:i] + rules[i + 1 :]
         denied = [env for env in space if not holds(rule, env)]
         alone = [env for env in denied if all(holds(other, env) for other in others)]
-        assert verdict(f"effective/r{i}") is (Verdict.PROVED if denied else Verdict.VACUOUS)
-        assert verdict(f"unshadowed/r{i}") is (Verdict.PROVED if alone else Verdict.VACUOUS)
+        judge("AE603", f"effective/r{i}", bool(denied))
+        judge("AE604", f"unshadowed/r{i}", bool(alone))
         if i == 0:
             after = [{**env, "y": _number(reduced, env)} for env in alone]
             kept = all(holds(one, env) for env in after for one in rules)
             smaller = all(
                 abs(_number(Y, env)) <= abs(_number(Y, old)) for env, old in zip(after, alone, strict=True)
             )
-            assert (verdict("attenuation-allowed/r0") is Verdict.PROVED) == kept
-            assert (verdict("attenuation-shrinks/r0") is Verdict.PROVED) == smaller
+            judge("AE605", "attenuation-allowed/r0", kept)
+            judge("AE606", "attenuation-shrinks/r0", smaller)
     for one in found.values():
         _replays(one)
 
@@ -246,33 +276,92 @@ def _number(term: t.Term, env: Environment) -> Fraction:
     return cast("Fraction", evaluate(term, env))
 
 
+def test_the_stop_is_refused_exactly_where_something_denies_it() -> None:
+    _stop_is_judged()
+    STOPS.assert_both("AE602")
+
+
+ON_STATES = conditions(t.Role.STATE)
+
+
+@bounded
+@given(
+    st.lists(st.one_of(st.just(t.TRUE), ON_STATES), max_size=2),
+    st.lists(st.sampled_from(["stop", "move", None]), max_size=2),
+)
+def _stop_is_judged(rules: list[t.Term], blocked: list[str | None]) -> None:
+    site = _site([], Y)
+    stop = ActionKind("stop", frozenset(), Risk.LOW, True, {}, SPAN)
+    phi = tuple(Rule(f"r{i}", "", "", "", {"stop": rule}, {}, SPAN, SPAN) for i, rule in enumerate(rules))
+    blocks = tuple(Block(f"b{i}", "", "module", None, action) for i, action in enumerate(blocked))
+    site = replace(site, kinds={"stop": stop}, rules=phi, blocks=blocks)
+    claims = list(policy_obligations(site))
+    found = _findings(iter(claims))
+    for i, rule in enumerate(rules):
+        verdict = found[f"policy/stop/allowed/r{i}"].verdict
+        always = all(holds(rule, env) for env in environments(rule))
+        STOPS.compare("AE602", proved=verdict is Verdict.PROVED, expected=always)
+    settled = {one.id: one.verdict for one in claims if isinstance(one, Settled)}
+    for i, action in enumerate(blocked):
+        verdict = settled[f"policy/stop/unblocked/b{i}"]
+        STOPS.compare("AE602", proved=verdict is Verdict.PROVED, expected=action != "stop")
+
+
+def test_a_module_is_refused_exactly_where_its_words_say_so() -> None:
+    _module_is_judged_by_its_words()
+    MODULES.assert_both(
+        "AE403", "AE409", "AE501", "AE502", "AE503", "AE504", "AE506", "AE507", "AE508", "guarded"
+    )
+
+
 @bounded
 @given(
     st.lists(ON_ACTIONS, min_size=1, max_size=2),
     ANY,
     ON_ACTIONS,
     st.lists(st.sampled_from(["r0", "r1"]), unique=True),
+    conditions(t.Role.STATE, t.Role.INPUT),
+    ON_STATES,
 )
-def test_a_module_is_refused_exactly_where_its_words_say_so(
-    rules: list[t.Term], envelope: t.Term, permission: t.Term, gated: list[str]
+def _module_is_judged_by_its_words(
+    rules: list[t.Term],
+    envelope: t.Term,
+    permission: t.Term,
+    gated: list[str],
+    precondition: t.Term,
+    goal: t.Term,
 ) -> None:
-    site, module = _site(rules, Y), _module(envelope, permission, gated)
-    found = _findings(iter([*permission_obligations(module, site), *safety_obligations(module, site)]))
+    site, module = _site(rules, Y), _module(envelope, permission, gated, precondition, goal)
+    claims = [*permission_obligations(module, site), *safety_obligations(module, site)]
+    found = _findings(iter(claims))
     space = [env for env in environments(envelope, permission, *rules) if holds(envelope, env)]
 
-    def verdict(claim: str) -> Verdict:
-        return found[claim].verdict
+    def judge(code: str, claim: str, expected: bool) -> None:
+        one = found[claim]
+        assert one.obligation.code == code
+        assert one.verdict in (Verdict.PROVED, one.obligation.failing)
+        MODULES.compare(code, proved=one.verdict is Verdict.PROVED, expected=expected)
 
-    assert verdict("safety/skill/move/not-empty") is (Verdict.PROVED if space else Verdict.VACUOUS)
+    judge("AE503", "safety/skill/move/not-empty", bool(space))
     permitted = [env for env in space if holds(permission, env)]
-    assert (verdict("permission/skill/move") is Verdict.PROVED) == (len(permitted) == len(space))
-    alive = any(all(holds(rule, env) for rule in rules) for env in permitted)
-    assert (verdict("safety/skill/move/not-dead") is Verdict.PROVED) == alive
+    judge("AE403", "permission/skill/move", len(permitted) == len(space))
+    judge("AE409", "permission/move/not-empty", possible(permission))
+    judge("AE502", "safety/skill/move/not-dead", any(all(holds(r, env) for r in rules) for env in permitted))
+    roles = [{variable.role for variable in t.variables_of(rule).values()} for rule in rules]
     for i, rule in enumerate(rules):
+        judge("AE501", f"safety/skill/move/r{i}", all(holds(rule, env) for env in space))
         one = found[f"safety/skill/move/r{i}"]
-        assert (one.verdict is Verdict.PROVED) == all(holds(rule, env) for env in space)
-        roles = {variable.role for variable in t.variables_of(rule).values()}
-        left = t.Role.STATE in roles and (t.Role.PARAMETER not in roles or f"r{i}" in gated)
-        assert one.guarded == (left and one.verdict is Verdict.REFUTED)
+        left = t.Role.STATE in roles[i] and (t.Role.PARAMETER not in roles[i] or f"r{i}" in gated)
+        expected = left and one.verdict is Verdict.REFUTED
+        MODULES.compare("guarded", proved=one.guarded, expected=expected)
+    settled = {one.id: one.verdict for one in claims if isinstance(one, Settled)}
+    for i in (i for i in range(len(rules)) if f"r{i}" in gated):
+        verdict = settled[f"safety/skill/gated-r{i}"]
+        MODULES.compare("AE506", proved=verdict is Verdict.PROVED, expected=t.Role.STATE in roles[i])
+    # What no action can help: rules that read the state and nothing of the action.
+    of_states = [rule for rule, read in zip(rules, roles, strict=True) if read == {t.Role.STATE}]
+    judge("AE504", "safety/skill/can-start", possible(precondition, *of_states))
+    judge("AE507", "safety/goal/task", possible(goal))
+    judge("AE508", "safety/goal/task/effective", possible(t.Not(goal)))
     for one in found.values():
         _replays(one)

@@ -24,6 +24,14 @@ def as_json(result: Result) -> str:
     }
     if result.report.configuration is not None:
         data["configuration"] = _subject(result.report.configuration)
+    agreement = result.report.agreement
+    if agreement is not None:
+        data["second_solver"] = {
+            "solver": agreement.solver,
+            "questions": agreement.questions,
+            "agreed": agreement.agreed,
+            "undecided": [{"about": about, "reason": reason} for about, reason in agreement.undecided],
+        }
     return json.dumps(data, indent=1, ensure_ascii=True)
 
 

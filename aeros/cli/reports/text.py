@@ -12,7 +12,8 @@ def as_text(result: Result, *, colour: bool = False) -> str:
     parts = [render_text(problem.diagnostic, colour=colour) for problem in result.problems]
     width = max(len(safe(subject.name)) for subject in result.subjects)
     lines = [_summary(subject, width) for subject in result.subjects if subject.name]
-    return "\n".join([*(part.rstrip("\n") + "\n" for part in parts), *lines, *_boundaries(result)])
+    after = [*_boundaries(result), *_agreement(result)]
+    return "\n".join([*(part.rstrip("\n") + "\n" for part in parts), *lines, *after])
 
 
 def _boundaries(result: Result) -> list[str]:
@@ -23,6 +24,18 @@ def _boundaries(result: Result) -> list[str]:
     width = max((len(rule) for rule, _ in shown), default=0)
     lines = [f"  {rule:{width}}  {boundary}" for rule, boundary in shown]
     return ["", "the gate allows while", *lines] if lines else []
+
+
+def _agreement(result: Result) -> list[str]:
+    """What a second solver came to, where one was asked."""
+    found = result.report.agreement
+    if found is None:
+        return []
+    said = f"{found.solver} agreed on {found.agreed} of {found.questions} questions"
+    if not found.undecided:
+        return ["", said]
+    beyond = [f"  {safe(about)}: {safe(reason)}" for about, reason in found.undecided]
+    return ["", f"{said}; {len(beyond)} undecided by it, where Z3's word stands:", *beyond]
 
 
 def _summary(subject: SubjectReport, width: int) -> str:

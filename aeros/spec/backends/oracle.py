@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
@@ -22,15 +23,36 @@ from aeros.spec.expr import terms as t
 _SPEC = Path(__file__).parents[1]
 
 
+@dataclass(frozen=True)
+class Question:
+    """A question as it was asked, and its answer, for a second solver.
+
+    about: what it was asked for, in words.
+    by_bounds: whether bounds alone answered it, and not Z3.
+    """
+
+    about: str
+    variables: Sequence[t.Variable]
+    ranges: Mapping[str, tuple[Fraction, Fraction]]
+    terms: Sequence[t.Term]
+    answer: Answer
+    by_bounds: bool = False
+
+
 class Oracle:
     """Answers questions under one budget, from memory, from a store, or by asking Z3.
 
     rlimit: the solver's budget for one question.
     store: answers of earlier runs; None to ask everything.
+    asked: what was asked, by key, wherever the answer was found; empty unless the oracle is `recording`.
     """
 
-    def __init__(self, rlimit: int = DEFAULT_RLIMIT, store: Store | None = None) -> None:
+    def __init__(
+        self, rlimit: int = DEFAULT_RLIMIT, store: Store | None = None, *, recording: bool = False
+    ) -> None:
         self.rlimit = rlimit
+        self.asked: dict[str, Question] = {}
+        self._recording = recording
         self._store = store
         self._known: dict[str, Answer] = {}
         self._new: dict[str, Answer] = {}
@@ -41,6 +63,7 @@ class Oracle:
         variables: Sequence[t.Variable],
         ranges: Mapping[str, tuple[Fraction, Fraction]],
         terms: Sequence[t.Term],
+        about: str = "an explanation",
         *,
         shown: bool = False,
     ) -> Answer:
@@ -49,9 +72,13 @@ class Oracle:
         variables: every free variable of the terms.
         ranges: closed range in SI of each real scalar variable.
         shown: whether a person will read the model, which then is the solver's.
+        about: what is asked for, in words.
         """
         bounded = self._boxes.decide(variables, ranges, terms)
         if bounded is not None and not (shown and bounded.result is Result.SAT):
+            if self._recording:
+                key = self._key(variables, ranges, terms)
+                self.asked.setdefault(key, Question(about, variables, ranges, terms, bounded, by_bounds=True))
             return bounded
         key = self._key(variables, ranges, terms)
         answer = self._known.get(key)
@@ -60,12 +87,14 @@ class Oracle:
         if answer is None:
             answer = self._new[key] = self._solve(variables, ranges, terms)
         self._known[key] = answer
+        if self._recording:
+            self.asked.setdefault(key, Question(about, variables, ranges, terms, answer))
         return answer
 
     def hurried(self, times: int) -> Oracle:
         """One with the same memory and store, which gives up after a part of the budget."""
-        other = Oracle(max(self.rlimit // times, 1), self._store)
-        other._known, other._new = self._known, self._new
+        other = Oracle(max(self.rlimit // times, 1), self._store, recording=self._recording)
+        other._known, other._new, other.asked = self._known, self._new, self.asked
         other._boxes = self._boxes
         return other
 

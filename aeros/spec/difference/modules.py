@@ -137,3 +137,7 @@ def _module_changes(old: Ecm, new: Ecm) -> Iterator[Change]:
     if old.code_digest != new.code_digest:
         headline = f"the code of `{new.id}` differs: what it may ask for is compared here, not what it does"
         yield finite(f"{new.id}/code", Relation.OTHERWISE, headline)
+    if old.model_digests != new.model_digests:
+        changed = dict(old.model_digests.items() ^ new.model_digests.items())
+        headline = f"models of `{new.id}` differ, which is not compared: {', '.join(sorted(changed))}"
+        yield finite(f"{new.id}/models", Relation.OTHERWISE, headline)

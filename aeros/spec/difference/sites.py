@@ -25,6 +25,7 @@ from aeros.spec.difference.sets import Condition, Side, compare_sets
 from aeros.spec.expr import terms as t
 from aeros.spec.model import Access, ActionKind, Block, Declared, JointRule, Quota, Site
 from aeros.spec.obligations.joint import joint_variables
+from aeros.spec.source import Span
 from aeros.spec.units import show_number
 
 
@@ -37,10 +38,12 @@ def site_changes(old: Site, new: Site, rlimit: int) -> Iterator[Change]:
             yield from _kind_changes(old, new, old.kinds[name], new.kinds[name])
     yield from _joint_changes(old, new, rlimit)
     yield from _vocabulary_changes(old.state, new.state)
-    yield from _access_changes("policy/access", "every module", old.access, new.access)
+    places = (old.policy_spans.get("policy/access"), new.policy_spans.get("policy/access"))
+    yield from _access_changes("policy/access", "every module", old.access, new.access, places)
     for module in dict.fromkeys([*old.grants, *new.grants]):
-        grants = (site.grants.get(module, Access()) for site in (old, new))
-        yield from _access_changes(f"policy/grants/{module}", f"`{module}`", *grants)
+        given = [one.grants.get(module, Access()) for one in (old, new)]
+        places = (old.grant_spans.get(module), new.grant_spans.get(module))
+        yield from _access_changes(f"policy/grants/{module}", f"`{module}`", given[0], given[1], places)
     yield from _number_changes(old, new)
     yield from _block_changes(old.blocks, new.blocks)
     yield from _quota_changes(old.quotas, new.quotas)
@@ -116,11 +119,13 @@ def _vocabulary_changes(old: Mapping[str, Declared], new: Mapping[str, Declared]
             yield finite(f"{subject}/sensor", Relation.OTHERWISE, headline, before.span, after.span)
 
 
-def _access_changes(subject: str, who: str, old: Access, new: Access) -> Iterator[Change]:
+def _access_changes(
+    subject: str, who: str, old: Access, new: Access, places: tuple[Span | None, Span | None]
+) -> Iterator[Change]:
     for group in ACCESS:
         before, after = getattr(old, group), getattr(new, group)
         headline = listed_change(f"{group} granted to {who}", before, after)
-        yield finite(f"{subject}/{group}", sets_relation(before, after), headline)
+        yield finite(f"{subject}/{group}", sets_relation(before, after), headline, *places)
 
 
 def _number_changes(old: Site, new: Site) -> Iterator[Change]:
@@ -137,7 +142,7 @@ def _number_changes(old: Site, new: Site) -> Iterator[Change]:
         relation = bounds_relation(after > before, after < before)
         shown = [show_number(Fraction(value)) for value in (before, after)]
         headline = f"`{subject.replace('/', '.')}` was {shown[0]} and is {shown[1]}"
-        yield finite(subject, relation, headline)
+        yield finite(subject, relation, headline, *(one.policy_spans.get(subject) for one in (old, new)))
 
 
 def _block_changes(old: Sequence[Block], new: Sequence[Block]) -> Iterator[Change]:
@@ -148,7 +153,8 @@ def _block_changes(old: Sequence[Block], new: Sequence[Block]) -> Iterator[Chang
         relation = bounds_relation(matched not in after, matched not in before)
         verb = "no longer blocks" if matched not in after else "now blocks"
         named = ", ".join(f"{what} `{name}`" for what, name in zip(_MATCHED, matched, strict=True) if name)
-        yield finite(f"policy/blocks/{block.id}", relation, f"the operator {verb} {named}")
+        spans = (None if one is None else one.span for one in (before.get(matched), after.get(matched)))
+        yield finite(f"policy/blocks/{block.id}", relation, f"the operator {verb} {named}", *spans)
 
 
 _MATCHED = ("module", "skill", "action")
@@ -168,7 +174,8 @@ def _quota_changes(old: Sequence[Quota], new: Sequence[Quota]) -> Iterator[Chang
                 other.at_most < one.at_most or other.within > one.within or not other.kinds <= one.kinds,
             )
             headline = f"the quota `{name}` was {_shown(one)} and is {_shown(other)}"
-        yield finite(f"policy/quotas/{name}", relation, headline)
+        spans = (None if quota is None else quota.span for quota in (one, other))
+        yield finite(f"policy/quotas/{name}", relation, headline, *spans)
 
 
 def _shown(quota: Quota) -> str:

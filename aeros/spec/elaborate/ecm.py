@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any, TypeVar
 
 from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
@@ -14,6 +14,7 @@ from packaging.version import InvalidVersion, Version
 
 from aeros.spec.declared import ecm as declared
 from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.digests import MAX_MODELS, model_digest
 from aeros.spec.elaborate.composition import elaborate_compositions
 from aeros.spec.elaborate.expressions import (
     elaborate_condition,
@@ -59,13 +60,6 @@ def elaborate_ecm(
     return elaborated if len(sink) == before else None
 
 
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except OSError:  # as for a name that is too long
-        return False
-
-
 class _EcmElaborator:
     def __init__(self, ecm: declared.Ecm, site: Site, sink: Diagnostics) -> None:
         self._declared = ecm
@@ -76,7 +70,6 @@ class _EcmElaborator:
     def ecm(self, folder: str, digests: tuple[str, str]) -> Ecm:
         ecm = self._declared
         self._check_metadata()
-        self._check_files(Path(folder))
         skills = {name.value: self._skill(name, skill) for name, skill in ecm.skills}
         return Ecm(
             id=ecm.id.value,
@@ -84,6 +77,7 @@ class _EcmElaborator:
             folder=folder,
             manifest_digest=digests[0],
             code_digest=digests[1],
+            model_digests=self._model_digests(Path(folder)),
             capabilities={name.value: self._capability(one) for name, one in ecm.capabilities},
             skills=skills,
             tasks={name.value: self._task(name, task, skills) for name, task in ecm.tasks},
@@ -95,7 +89,6 @@ class _EcmElaborator:
             runtime_span=ecm.dependencies.aeros.span,
             access_span=ecm.permissions.key_span or ecm.permissions.span,
             span=ecm.id.span,
-            files=tuple(tool.file.value for _, tool in ecm.models if tool.file is not None),
             compositions=elaborate_compositions(ecm.compositions, self._site, skills, self._sink),
         )
 
@@ -127,16 +120,21 @@ class _EcmElaborator:
                     help=('as in `">=1.0,<2"`',),
                 )
 
-    def _check_files(self, folder: Path) -> None:
-        """Every file that a model or tool names is in the module's own folder."""
+    def _model_digests(self, folder: Path) -> dict[str, str]:
+        """The digest of every file that a model or tool names, each in the module's own folder."""
+        digests: dict[str, str] = {}
+        left = MAX_MODELS
         for name, tool in self._declared.models:
             if tool.file is None:
                 continue
-            path = PurePosixPath(tool.file.value)
-            if path.is_absolute() or ".." in path.parts or not _is_file(folder / path):
-                self._sink.error(
-                    "AE131", f"`{name.value}`: `{path}` is not a file of this module", tool.file.span
-                )
+            try:
+                digests[tool.file.value], size = model_digest(folder, tool.file.value, left)
+            except OSError as error:
+                headline = f"`{name.value}`: `{tool.file.value}` is not a file of this module"
+                self._sink.error("AE131", headline, tool.file.span, f"{error.strerror}".lower())
+            else:
+                left -= size
+        return digests
 
     def _capability(self, capability: declared.Capability) -> tuple[str, ...]:
         if not capability.provided_by:

@@ -36,6 +36,7 @@ from aeros.spec.model import (
     Rule,
     Site,
 )
+from aeros.spec.source import Span
 from aeros.spec.units import LENGTH, TIME
 
 _T = TypeVar("_T")
@@ -105,6 +106,7 @@ class _SiteElaborator:
             grant_spans={name.value: name.span for name, _ in policy.grants},
             joint=joint,
             histories=self._histories.kept,
+            policy_spans=_policy_spans(site),
         )
 
     def _enum(self, name: Text, members: tuple[Text, ...]) -> None:
@@ -278,8 +280,8 @@ class _SiteElaborator:
         if len(self._sink) > before:
             return None
         scope = replace(joint_scope(self, roles), past=True)
-        term = elaborate_expression(one.require, scope, self._sink)
-        if term is None:
+        found = elaborate_condition(one.require, scope, self._sink)
+        if found is None:
             return None
         first, second = ((role, kind.name) for role, kind in roles.items())
         return JointRule(
@@ -288,9 +290,10 @@ class _SiteElaborator:
             one.rationale.value,
             one.source.value,
             (first, second),
-            self._histories.flat(term, one.require.span),
+            self._histories.flat(found[0], one.require.span),
             one.span,
             one.require.span,
+            tuple(replace(part, term=self._histories.flat(part.term, one.require.span)) for part in found[1]),
         )
 
     def _attenuation(self, entries: Entries[Expression], kind: ActionKind, scope: Scope) -> dict[str, t.Term]:
@@ -363,7 +366,21 @@ class _SiteElaborator:
         for kind in kinds:
             if kind.protective:
                 self._sink.error("AE602", "a quota may not run out for the protective stop", quota.span)
-        return Quota(quota.id.value, frozenset(kind.name for kind in kinds), quota.at_most.value, within)
+        return Quota(
+            quota.id.value, frozenset(kind.name for kind in kinds), quota.at_most.value, within, quota.id.span
+        )
+
+
+def _policy_spans(site: declared.Site) -> dict[str, Span]:
+    policy, limits = site.policy, site.policy.limits
+    return {
+        "policy/access": policy.access.key_span or policy.access.span,
+        "policy/risk_ceiling": policy.risk_ceiling.span,
+        "policy/limits/skill_timeout": limits.skill_timeout.span,
+        "policy/limits/retries": limits.retries.span,
+        "policy/limits/replans": limits.replans.span,
+        **{f"resources/{name.value}": count.span for name, count in site.resources},
+    }
 
 
 def elaborate_access(access: declared.Access) -> Access:

@@ -65,16 +65,14 @@ def _add(graph: nx.DiGraph[str], part: Part, loose: _Loose) -> _Loose:
         case Par(branches=branches, span=span):
             fork, join = f"fork@{span.start}", f"join@{span.start}"
             _join(graph, fork, part, loose)
-            graph.add_node(join, part=part)
-            for branch in branches:
-                for node, on in _add(graph, branch, [(fork, "")]):
-                    graph.add_edge(node, join, on=on)
+            ends = [end for branch in branches for end in _add(graph, branch, [(fork, "")])]
+            _join(graph, join, part, ends)
             return [(join, "")]
         case If(text=text, span=span, then=then, otherwise=otherwise):
             node = f"if/{text}@{span.start}"
             _join(graph, node, part, loose)
-            ends = _add(graph, then, [(node, "then")])
-            return ends if otherwise is None else ends + _add(graph, otherwise, [(node, "else")])
+            taken = _add(graph, then, [(node, "then")])
+            return taken if otherwise is None else taken + _add(graph, otherwise, [(node, "else")])
 
 
 def _join(graph: nx.DiGraph[str], node: str, part: Part, loose: _Loose) -> None:

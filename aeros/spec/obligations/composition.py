@@ -14,7 +14,8 @@ without compositions has no obligation of this group.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from aeros.spec.composition import (
     Composition,
@@ -30,7 +31,7 @@ from aeros.spec.flow.graph import handler_cycle
 from aeros.spec.flow.paths import Situations, TooManyPathsError, conjuncts, earlier_in, folded, paths_of
 from aeros.spec.model import Declared, Ecm, Site, Skill
 from aeros.spec.obligations.flows import data_obligations
-from aeros.spec.obligations.obligation import Claim, Obligation, Settled, Space, Verdict
+from aeros.spec.obligations.obligation import Claim, Member, Obligation, Settled, Space, Verdict
 from aeros.spec.obligations.parallel import parallel_obligations
 
 
@@ -132,6 +133,10 @@ def _path_obligations(
                 "let a step before it bring the precondition about, or declare it of the composition",
                 (*states, *arguments.declared),
             ),
+            [
+                Member(t.substitute(part.term, arguments.terms), Label(part.span, "may not hold then"))
+                for part in skill.precondition.conjuncts
+            ],
         )
     conditions = [part for part in parts_of(composition.body) if isinstance(part, If)]
     for number, part in enumerate(conditions, 1):
@@ -189,12 +194,14 @@ def _in_each(
     situations: Situations,
     state: Mapping[str, Declared],
     build: _Builder,
+    parts: Sequence[Member] = (),
 ) -> Iterator[Obligation | Settled]:
     """`term` holds in every situation: at once where no variable matters, else as a question each.
 
     Where it fails for certain, that one is all there is to tell.
+    parts: the conjuncts of `term`.
     """
-    asked: dict[tuple[tuple[t.Term, ...], t.Term], str] = {}
+    asked: dict[tuple[tuple[t.Term, ...], t.Term], tuple[str, tuple[Member, ...]]] = {}
     for situation, trace in situations.items():
         condition = situation.condition(term, state)
         assumed = tuple(sorted(situation.assumed, key=repr))
@@ -205,15 +212,16 @@ def _in_each(
             f"then {name} = {str(values[name]).lower()}" for name in t.variables_of(term) if name in values
         ]
         note = "\n".join(["after", *trace, *then]) if trace else ""
+        members = tuple(Member(situation.condition(part.term, state), part.label) for part in parts)
         if condition == t.FALSE and not assumed:
-            yield build(identity, (), condition, note, ())
+            yield replace(build(identity, (), condition, note, ()), members=members)
             return
-        asked.setdefault((assumed, condition), note)
+        asked.setdefault((assumed, condition), (note, members))
     if not asked:
         yield Settled(identity, None)
-    for number, ((assumed, condition), note) in enumerate(asked.items(), 1):
+    for number, ((assumed, condition), (note, members)) in enumerate(asked.items(), 1):
         id_ = f"{identity}/{number}" if len(asked) > 1 else identity
-        yield build(id_, assumed, condition, note, earlier_in(assumed, state))
+        yield replace(build(id_, assumed, condition, note, earlier_in(assumed, state)), members=members)
 
 
 def _reachable(

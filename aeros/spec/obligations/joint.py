@@ -16,7 +16,15 @@ from aeros.spec.diagnostics import Label
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import Arguments
 from aeros.spec.model import Declared, JointRule, Site, Skill
-from aeros.spec.obligations.obligation import Claim, Obligation, Space, Verdict
+from aeros.spec.obligations.obligation import (
+    Claim,
+    Member,
+    Obligation,
+    Space,
+    Verdict,
+    members_of,
+    required_by,
+)
 
 
 @dataclass(frozen=True)
@@ -43,6 +51,7 @@ def joint_policy_obligations(site: Site) -> Iterator[Obligation]:
             rule.term,
             f"`{rule.id}` allows no two actions at the same time",
             label,
+            members=(*members_of(rule.conjuncts, "clashes"), *_required(site, rule)),
         )
         yield Obligation(
             f"policy/joint/{rule.id}/effective",
@@ -53,6 +62,7 @@ def joint_policy_obligations(site: Site) -> Iterator[Obligation]:
             f"`{rule.id}` can never deny anything: no two allowed actions break it",
             label,
             failing=Verdict.VACUOUS,
+            members=(Member(t.Not(rule.term), label), *_required(site, rule)),
         )
 
 
@@ -89,6 +99,7 @@ def joint_obligations(identity: str, site: Site, one: Running, other: Running) -
                 ),
                 ("tighten an envelope, or run one after the other in a `seq`",),
                 notes=(note,),
+                members=members_of(rule.conjuncts, f"`{rule.id}` forbids both together"),
             )
 
 
@@ -110,6 +121,15 @@ def _phi(site: Site, role: str, kind: str) -> t.Term:
     """Φ of the action in `role`, in the state now."""
     rules = t.conjunction(*(rule.terms[kind] for rule in site.rules_on(kind)))
     return t.substitute(rules, _renamed(role, site.kinds[kind].parameters))
+
+
+def _required(site: Site, rule: JointRule) -> Iterator[Member]:
+    """The conjuncts of Φ of each action by itself, in the state now."""
+    for role, kind in rule.roles:
+        names = _renamed(role, site.kinds[kind].parameters)
+        for member in required_by(site.rules_on(kind), kind):
+            label = Label(member.label.span, f"{member.label.text} of `{role}`")
+            yield Member(t.substitute(member.term, names), label)
 
 
 def _envelope(site: Site, role: str, kind: str, running: Running) -> t.Term:

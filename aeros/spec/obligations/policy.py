@@ -19,10 +19,11 @@ from aeros.spec.obligations.obligation import (
     members_of,
     required_by,
 )
+from aeros.spec.obligations.quotas import quota_obligations
 
 
 def policy_obligations(site: Site) -> Iterator[Obligation | Settled]:
-    """Every claim of group policy, for every action kind of `site`."""
+    """Every claim of group policy, for every action kind and quota of `site`."""
     for kind in site.kinds.values():
         rules = site.rules_on(kind.name)
         if kind.protective:
@@ -34,6 +35,7 @@ def policy_obligations(site: Site) -> Iterator[Obligation | Settled]:
             yield _not_shadowed(site, kind, rule, rules)
             if kind.name in rule.attenuations:
                 yield from _attenuation_obligations(site, kind, rule, rules)
+    yield from quota_obligations(site)
 
 
 def space_of(site: Site, kind: ActionKind, *assumptions: t.Term) -> Space:

@@ -7,13 +7,15 @@ decide every later action too, so a proof that used it could not be relied on at
 
 An invariant that the envelope implies is *proved*; the gate need not evaluate it again.  One that
 it does not imply is *guarded* if it depends on the state and either speaks of the state alone or
-is listed under `gated`: the gate then decides it, every time.  Anything else is an error, as is an
+is listed under `gated`: the gate then decides it, every time, and what it decides has to depend on the
+state, not only be written with it.  Anything else is an error, as is an
 action kind of which no action is ever allowed: a *dead* one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from aeros.spec.diagnostics import Diagnostic, Label
 from aeros.spec.expr import terms as t
@@ -40,7 +42,7 @@ def safety_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Settled]:
             yield _not_dead(ecm, site, skill, kind, clause, space)
             for rule in site.rules_on(kind):
                 yield _obeys(skill, kind, clause, rule, space)
-        yield from _gated_rules_read_state(site, skill)
+        yield from _gates_that_help(site, skill)
     for task in ecm.tasks.values():
         yield _goal_can_hold(site, ecm, task)
         yield _goal_can_fail(site, ecm, task)
@@ -135,31 +137,53 @@ def _obeys(skill: Skill, kind: str, clause: Clause, rule: Rule, space: Space) ->
     )
 
 
-def _gated_rules_read_state(site: Site, skill: Skill) -> Iterator[Settled]:
-    """A rule that reads no state is broken by the same actions in every state: no gate helps."""
+def _gates_that_help(site: Site, skill: Skill) -> Iterator[Obligation | Settled]:
+    """Some action that a rule under `gated` denies in one state is allowed by it in another, for each kind.
+
+    Otherwise the same actions break it in every state, so the gate would only move the stop to run time.
+    """
     for rule in site.rules:
         if rule.id not in skill.gated:
             continue
         governed = [kind for kind in skill.envelope if kind in rule.terms]
-        idle = all(not _reads_state(rule, kind) for kind in governed)
+        reading = [kind for kind in governed if _reads_state(rule, kind)]
+        for kind in reading:
+            yield _state_matters(site, skill, rule, kind)
+        if reading:
+            continue
         if governed:
-            headline = f"`{rule.id}` cannot be left to the gate: what breaks it is allowed in no state"
-            beside, help_ = "reads no state", "remove it from `gated` and tighten the envelope"
+            headline, beside, help_ = _IDLE_GATE.format(rule.id), "reads no state", _IDLE_GATE_HELP
         else:
             headline = f"`{rule.id}` governs no action that `{skill.id}` may ask for"
             beside, help_ = "governs other action kinds", "remove it from `gated`"
+        labels = (Label(rule.require_span, beside),)
         yield Settled(
             f"safety/{skill.id}/gated-{rule.id}",
-            Diagnostic(
-                "AE506",
-                headline,
-                Label(skill.gated[rule.id]),
-                (Label(rule.require_span, beside),),
-                help=(help_,),
-            )
-            if idle
-            else None,
+            Diagnostic("AE506", headline, Label(skill.gated[rule.id]), labels, help=(help_,)),
         )
+
+
+_IDLE_GATE = "`{}` cannot be left to the gate: what breaks it is allowed in no state"
+_IDLE_GATE_HELP = "remove it from `gated` and tighten the envelope"
+
+
+def _state_matters(site: Site, skill: Skill, rule: Rule, kind: str) -> Obligation:
+    """The rule allows an action in one state and denies it in another, where `then.x` is what `x` is here."""
+    term = rule.terms[kind]
+    read = [one for name, one in site.observed.items() if name in t.variables_of(term)]
+    others = [replace(one, variable=replace(one.variable, name=f"then.{one.name}")) for one in read]
+    names: dict[str, t.Term] = {one.name: other.variable for one, other in zip(read, others, strict=True)}
+    return Obligation(
+        id=f"safety/{skill.id}/gated-{rule.id}/{kind}",
+        code="AE506",
+        claim=Claim.SOMETIMES,
+        space=Space((*read, *others, *site.kinds[kind].parameters.values()), ()),
+        conclusion=t.conjunction(term, t.Not(t.substitute(term, names))),
+        headline=_IDLE_GATE.format(rule.id),
+        primary=Label(skill.gated[rule.id]),
+        secondary=(Label(rule.require_span, f"allows a `{kind}` in every state or in none"),),
+        help=(_IDLE_GATE_HELP,),
+    )
 
 
 def _goal_can_hold(site: Site, ecm: Ecm, task: Task) -> Obligation:

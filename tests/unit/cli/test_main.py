@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ import aeros
 from aeros.cli import decide
 from aeros.cli.exit_codes import Exit, exit_for
 from aeros.cli.main import main
+from aeros.runtime.audit import verify_log
 from aeros.spec.verify import Conclusion
 
 ROOT = Path(__file__).parents[3]
@@ -86,6 +88,49 @@ def test_a_reader_that_goes_away_is_no_bug() -> None:
         assert process.stderr is not None
         assert process.stderr.read() == b""
         assert process.wait(30) == Exit.INTERRUPTED
+
+
+def test_an_alphabet_that_lacks_a_letter_is_no_failure() -> None:
+    for encoding in ("ascii", "latin-1", "utf-8"):
+        run = subprocess.run(
+            [sys.executable, "-m", "aeros", "explain", "AE101"],
+            capture_output=True,
+            cwd=ROOT,
+            env={**os.environ, "PYTHONIOENCODING": encoding},
+            check=False,
+        )
+        assert run.returncode == Exit.PROVED
+        assert run.stderr == b""
+        assert run.stdout.decode(encoding)
+
+
+def test_an_arrow_is_spelt_out_where_it_cannot_be_written(tmp_path: Path) -> None:
+    run = subprocess.run(
+        [sys.executable, "-m", "aeros", "run", "make dumplings", "--plant", "symbolic",
+         "--state", str(tmp_path / "state"), "--out", str(tmp_path / "out")],
+        capture_output=True,
+        cwd=ROOT,
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+        check=False,
+    )  # fmt: skip
+    assert b"Traceback" not in run.stderr
+    assert run.returncode == Exit.PROVED, run.stderr
+    assert b"\\u2192" in run.stdout
+
+
+def test_the_reader_of_a_run_may_go_away(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "aeros", "run", "make dumplings", "--plant", "symbolic",
+               "--state", str(tmp_path / "state"), "--out", str(tmp_path / "out")]  # fmt: skip
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, cwd=ROOT) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        said = process.stderr.read()
+    assert process.returncode == Exit.INTERRUPTED
+    assert said == b""
+    audited = verify_log(tmp_path / "out" / "audit.jsonl")
+    assert audited.bad_record is None
 
 
 def test_each_conclusion_has_its_exit_code() -> None:

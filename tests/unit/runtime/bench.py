@@ -8,11 +8,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from aeros.cli.configuration import prove
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Decision
 from aeros.runtime.gate import Gate, GateMode
 from aeros.runtime.ports import Reading
+from aeros.runtime.proving import prove
 from aeros.skill import Action
 from aeros.spec.verify import Report
 

@@ -81,7 +81,7 @@ def site() -> Site:
         risk_ceiling=Risk.HIGH,
         limits=Limits(Fraction(100), 3, 3),
         blocks=(),
-        quotas=(Quota("move-rate", frozenset({"move"}), 5, Fraction(60)),),
+        quotas=(Quota("move-rate", frozenset({"move"}), 5, Fraction(60), SPAN),),
         resources={},
         span=SPAN,
     )

@@ -8,9 +8,11 @@ import pytest
 
 from aeros.runtime.usage import ClockError, Usage
 from aeros.spec.model import Quota
+from aeros.spec.source import Source
 
-RATE = Quota("grip-rate", frozenset({"grip"}), 3, Fraction(10))
-TOTAL = Quota("all", frozenset({"grip", "move"}), 100, Fraction(1, 10))
+HERE = Source("site.yaml", "").span(0, 0)
+RATE = Quota("grip-rate", frozenset({"grip"}), 3, Fraction(10), HERE)
+TOTAL = Quota("all", frozenset({"grip", "move"}), 100, Fraction(1, 10), HERE)
 
 
 def test_each_quota_counts_its_own_kinds() -> None:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,7 +12,7 @@ import pytest
 
 import aeros
 import aeros.spec.certificate
-from aeros.spec.certificate import LOCK, Certificate, check_lock
+from aeros.spec.certificate import LOCK, Certificate, check_lock, write_lock
 from aeros.spec.verify import verify
 
 CORPUS = Path(__file__).parents[2] / "corpus"
@@ -177,6 +178,84 @@ def test_a_folder_for_a_lock_is_no_certificate(module: Path, site: Path) -> None
     (module / LOCK).unlink()
     (module / LOCK).mkdir()
     assert code_of(module, certificate_of(module, site)) == "AE903"
+
+
+@pytest.mark.parametrize("kind", ["link", "link to itself", "pipe"])
+def test_what_is_no_file_is_neither_followed_nor_waited_for(module: Path, site: Path, kind: str) -> None:
+    expected, lock, elsewhere = certificate_of(module, site), module / LOCK, module.parent / "elsewhere"
+    elsewhere.write_text(lock.read_text())  # the right certificate, in the wrong place
+    lock.unlink()
+    if kind == "pipe":
+        os.mkfifo(lock)
+    else:
+        lock.symlink_to(elsewhere if kind == "link" else lock)
+    assert code_of(module, expected) == "AE903"
+    before = elsewhere.read_text()
+    write_lock(module, replace(expected, version="2.0.0"))
+    assert elsewhere.read_text() == before
+    assert lock.is_file()
+    assert not lock.is_symlink()
+
+
+def test_a_link_in_the_place_of_the_unfinished_lock_is_not_written_through(
+    module: Path, site: Path, tmp_path: Path
+) -> None:
+    target = tmp_path / "target"
+    (module / f".{LOCK}.{os.getpid()}").symlink_to(target)
+    with pytest.raises(FileExistsError):
+        write_lock(module, replace(certificate_of(module, site), version="2.0.0"))
+    assert not target.exists()
+    assert check_lock(module, certificate_of(module, site)) is None
+
+
+@pytest.fixture
+def with_model(module: Path, site: Path) -> Path:
+    """The module with a model that its certificate covers."""
+    manifest = module / "ecm.yaml"
+    manifest.write_text(
+        manifest.read_text()
+        + "\nmodels:\n  finder: {description: finds dirt, kind: model, file: weights/dirt.bin}\n"
+    )
+    (module / "weights").mkdir()
+    (module / "weights" / "dirt.bin").write_bytes(bytes(range(256)) * 20_000)
+    write_lock(module, certificate_of(module, site))
+    assert code_of(module, certificate_of(module, site)) is None
+    return module
+
+
+def test_a_model_with_one_bit_changed_makes_it_stale(with_model: Path, site: Path) -> None:
+    model = with_model / "weights" / "dirt.bin"
+    content = bytearray(model.read_bytes())
+    content[-1] ^= 1
+    model.write_bytes(content)
+    found = check_lock(with_model, certificate_of(with_model, site))
+    assert found is not None
+    assert found.headline.endswith("is stale: models differs")
+
+
+@pytest.mark.parametrize("kind", ["a link", "a link on the way", "a pipe", "a folder"])
+def test_a_model_that_is_no_file_of_the_module_is_refused(
+    with_model: Path, site: Path, tmp_path: Path, kind: str
+) -> None:
+    weights, model = with_model / "weights", with_model / "weights" / "dirt.bin"
+    outside = tmp_path / "outside"
+    shutil.copytree(weights, outside)
+    model.unlink()
+    if kind == "a link":
+        model.symlink_to(outside / "dirt.bin")
+    elif kind == "a link on the way":
+        weights.rmdir()
+        weights.symlink_to(outside)
+    elif kind == "a pipe":
+        os.mkfifo(model)
+    else:
+        model.mkdir()
+    (found,) = verify([with_model], site).modules
+    assert [one.code for one in found.diagnostics] == ["AE131"]
+    assert found.diagnostics[0].primary is not None
+    assert found.diagnostics[0].primary.text == (
+        "it is reached through a link" if "link" in kind else "it is no regular file"
+    )
 
 
 def test_the_text_is_canonical(module: Path, site: Path) -> None:

@@ -125,6 +125,24 @@ def test_a_change_of_a_site_is_found_in_its_direction(
     assert changed(sites(new, old)) == {name: words[-way] for name, way in expected.items()}
 
 
+@pytest.mark.parametrize(("before", "after", "expected"), SITE_CHANGES)
+def test_a_change_of_a_site_is_shown_where_it_is_written(
+    before: str, after: str, expected: dict[str, int], old: Path, new: Path
+) -> None:
+    change(new / "site.yaml", before, after)
+    for one in sites(old, new).changes:
+        for told in one.diagnostics:
+            assert told.primary is not None, (one.subject, expected)
+            assert told.primary.span.source.path.endswith("site.yaml")
+
+
+def test_a_limit_is_shown_as_it_was_and_as_it_is(old: Path, new: Path) -> None:
+    change(new / "site.yaml", "skill_timeout: 60 s", "skill_timeout: 61 s")
+    (told,) = (one for change_ in sites(old, new).changes for one in change_.diagnostics)
+    assert told.primary is not None
+    assert [told.primary.span.text, *(label.span.text for label in told.secondary)] == ["61 s", "60 s"]
+
+
 def test_a_rewriting_is_equal(old: Path, new: Path) -> None:
     change(new / "site.yaml", "abs(angle) <= 90 deg", "-90 deg <= angle and not angle > 90 deg")
     change(new / "tidy" / "ecm.yaml", "duration <= inputs.pause", "not duration > inputs.pause")

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.digests import MAX_FILE, code_digest, code_files, file_digest
+from aeros.spec.digests import MAX_FILE, code_digest, code_files, file_digest, model_digest
 
 
 def test_digests_tell_names_contents_and_borders_apart() -> None:
@@ -47,3 +47,23 @@ def test_what_is_no_regular_file_or_too_large_is_not_read(tmp_path: Path) -> Non
     (tmp_path / "large.py").write_bytes(b"#" * (MAX_FILE + 1))
     with pytest.raises(OSError, match=r"`large.py` is larger"):
         code_files(tmp_path)
+
+
+def test_a_model_is_digested_as_it_is(tmp_path: Path) -> None:
+    content = b"weights" * 400_000  # more than one block
+    (tmp_path / "below").mkdir()
+    (tmp_path / "below" / "model.bin").write_bytes(content)
+    assert model_digest(tmp_path, "below/model.bin") == (file_digest(content), len(content))
+    assert model_digest(tmp_path, "below/model.bin", len(content))[1] == len(content)
+    with pytest.raises(OSError, match="all models come to more than"):
+        model_digest(tmp_path, "below/model.bin", len(content) - 1)
+
+
+@pytest.mark.parametrize("name", ["../model.bin", "/etc/hostname", ".", "", "gone", "a\0b", "below"])
+def test_what_is_no_file_below_is_no_model(tmp_path: Path, name: str) -> None:
+    (tmp_path / "model.bin").touch()
+    (tmp_path / "module" / "below").mkdir(parents=True)
+    descriptors = len(os.listdir("/proc/self/fd"))
+    with pytest.raises(OSError, match=r"."):
+        model_digest(tmp_path / "module", name)
+    assert len(os.listdir("/proc/self/fd")) == descriptors

@@ -11,6 +11,7 @@ import pytest
 from aeros.cli.reports.result import Problem, Result
 from aeros.spec.backends.boxes import Boxes
 from aeros.spec.backends.budget import DEFAULT_RLIMIT
+from aeros.spec.backends.second import Cvc5
 from aeros.spec.certificate import check_lock
 from aeros.spec.diagnostics import Diagnostic, Label, Severity
 from aeros.spec.source import Source
@@ -23,6 +24,7 @@ RUNS = {
     "rejected": ["rejected/safety/fast_near_a_person", "rejected/dependencies/three_in_a_circle"],
     "vacuous": ["rejected/safety/envelope_that_holds_nothing", "rejected/permission/permission_for_nothing"],
     "undecided": ["accepted/left_to_the_gate"],
+    "second solver": ["accepted/distance_within_a_cube"],
     "unreadable": ["rejected/form/bytes_that_are_not_utf8", "rejected/form/null_character_in_the_file"],
     "no module": ["site/table.yaml"],
     "every module": [
@@ -40,7 +42,8 @@ def result_of(run: str) -> Result:
         if run == "undecided":
             rlimit = 1
             patch.setattr(Boxes, "decide", lambda *_: None)
-        report = verify(map(Path, RUNS[run]), Path("site/table.yaml"), rlimit)
+        second = Cvc5(rlimit=50_000) if run == "second solver" else None
+        report = verify(map(Path, RUNS[run]), Path("site/table.yaml"), rlimit, second=second)
         locks = [
             Problem(problem, module.path / "ecm.lock")
             for module in report.modules

@@ -1,0 +1,153 @@
+"""Commands about modules on this robot: install, configure, activate, deactivate, remove, list."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.runtime.registry.records import Installed, Snapshot
+from aeros.runtime.registry.registry import Registry
+from aeros.spec.diagnostics import Diagnostic
+from aeros.spec.errors import UserError
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_GROUP: Final = "aeros.ecms"
+"""The entry points under which an installed Python distribution offers its modules."""
+
+_LIFE: Final = """\
+A module is installed, then configured, then activated; `deactivate` withdraws it and `activate` brings
+it back; `remove` forgets one that is not active.  Each change is proved for everything that is then
+installed, and refused with the reason otherwise; a refused change has changed nothing.
+"""
+_DESCRIPTIONS: Final = {
+    "install": "Keep a module on this robot.  Over another version of it, that version's state is kept.",
+    "configure": "Settle what a module needs around it.",
+    "activate": "Let a module's skills be dispatched.",
+    "deactivate": "Withdraw a module's skills; when this returns, none of them acts any more.",
+    "remove": "Forget a module that is not active.",
+    "list": "Show what is installed, in which state, and what it can do.",
+}
+_EXAMPLES: Final = {
+    "install": """\
+  aeros install ecms/make_dumplings                 the module in a folder
+  aeros install ecms/make_dumplings --digest sha256:1234…
+                                                    and only if its files are these
+  aeros install make_dumplings                      of an installed Python distribution with an entry
+                                                    point of that name in the group `aeros.ecms`
+""",
+    "configure": "  aeros configure make_dumplings\n",
+    "activate": "  aeros activate make_dumplings\n",
+    "deactivate": "  aeros deactivate make_dumplings     also while one of its skills is under way\n",
+    "remove": "  aeros remove make_dumplings\n",
+    "list": """\
+  aeros list
+  aeros list --capability grasping                  who can grasp
+  aeros list --format json
+""",
+}
+
+
+def add_to(commands: Subparsers, name: str) -> None:
+    """Add the command `name` and its arguments."""
+    parser = commands.add_parser(
+        name,
+        description=_DESCRIPTIONS[name],
+        epilog=f"{_LIFE}\nexamples:\n{_EXAMPLES[name]}\n{EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    if name == "install":
+        parser.add_argument("module", help="a folder, or the name of an entry point")
+        parser.add_argument("--digest", metavar="sha256:HEX", help="what the module's files must be")
+    elif name == "list":
+        parser.add_argument("--capability", help="only modules that provide it")
+        parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
+    else:
+        parser.add_argument("module", help="the module's name")
+    parser.add_argument(
+        "--state", type=Path, default=Path(".aeros"), help="the robot's own folder (default: .aeros)"
+    )
+    parser.set_defaults(command=_COMMANDS[name])
+
+
+def _install(arguments: argparse.Namespace) -> Exit:
+    one = Registry(arguments.state).install(_source(arguments.module), arguments.digest)
+    print(f"{one.name} {one.version} is {one.state.value}; sha256:{one.digest}")
+    return Exit.PROVED
+
+
+def _source(given: str) -> Path:
+    """The folder `given`, or that of the entry point `given` where there is no such folder."""
+    path = Path(given)
+    if path.is_dir():
+        return path
+    for found in entry_points(group=_GROUP, name=given):
+        offered = found.load()
+        return Path(offered) if isinstance(offered, str | Path) else Path(str(offered.__path__[0]))
+    reason = f"`{given}` is neither a folder nor an entry point `{given}` of the group `{_GROUP}`"
+    raise UserError([Diagnostic("AE961", reason)])
+
+
+def _moving(verb: str) -> Callable[[argparse.Namespace], Exit]:
+    def command(arguments: argparse.Namespace) -> Exit:
+        one: Installed = getattr(Registry(arguments.state), verb)(arguments.module)
+        print(f"{one.name} {one.version} is {one.state.value}")
+        return Exit.PROVED
+
+    return command
+
+
+def _list(arguments: argparse.Namespace) -> Exit:
+    registry = Registry(arguments.state)
+    snapshot = registry.snapshot()
+    capable = registry.capabilities(snapshot)
+    shown = {
+        name: one
+        for name, one in snapshot.modules.items()
+        if arguments.capability is None or arguments.capability in capable[name]
+    }
+    as_text = arguments.format == "text"
+    print(_text(shown, snapshot, capable) if as_text else _json(shown, snapshot, capable))
+    return Exit.PROVED if shown or arguments.capability is None else Exit.REJECTED
+
+
+def _text(shown: dict[str, Installed], snapshot: Snapshot, capable: dict[str, tuple[str, ...]]) -> str:
+    if not shown:
+        return "nothing is installed that provides it" if snapshot.modules else "nothing is installed"
+    width = max(len(name) + len(one.version) + 1 for name, one in shown.items())
+    lines = [
+        f"{name + ' ' + one.version:<{width}}  {one.state.value:<10}  {', '.join(capable[name])}"
+        for name, one in shown.items()
+    ]
+    return "\n".join([*lines, *(f"blocked: {one.id}: {one.reason}" for one in snapshot.blocks.values())])
+
+
+def _json(shown: dict[str, Installed], snapshot: Snapshot, capable: dict[str, tuple[str, ...]]) -> str:
+    modules: list[dict[str, Any]] = [
+        {
+            "name": one.name,
+            "version": one.version,
+            "state": one.state.value,
+            "digest": f"sha256:{one.digest}",
+            "capabilities": list(capable[one.name]),
+        }
+        for one in shown.values()
+    ]
+    blocks = [
+        {"id": b.id, "reason": b.reason, "module": b.module, "skill": b.skill, "action": b.action}
+        for b in snapshot.blocks.values()
+    ]
+    return json.dumps({"generation": snapshot.generation, "modules": modules, "blocks": blocks}, indent=2)
+
+
+_COMMANDS: Final = {
+    "install": _install,
+    "list": _list,
+    **{verb: _moving(verb) for verb in ("configure", "activate", "deactivate", "remove")},
+}

@@ -1,0 +1,115 @@
+"""The registry as an executor sees it (`Governor`): what is in force now, and what was revoked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
+from typing import Self
+
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.governor import Command, Fixed
+from aeros.runtime.registry.lifecycle import State
+from aeros.runtime.registry.live import Live
+from aeros.runtime.registry.records import Snapshot
+from aeros.runtime.registry.registry import Registry
+
+
+class Governing:
+    """Implements `Governor` over a registry; close it when the run ends."""
+
+    def __init__(self, registry: Registry) -> None:
+        self._registry = registry
+        self._live = Live(registry.folder)
+        _forget_stop(self._live)
+        self._loaded = Snapshot()
+        self._looked: tuple[int, Snapshot] = (-1, Snapshot())
+
+    @property
+    def generation(self) -> int:
+        """See `Governor`."""
+        return self._live.generation
+
+    @property
+    def command(self) -> Command:
+        """See `Governor`."""
+        return self._live.command
+
+    def configuration(self) -> tuple[int, Configuration]:
+        """See `Governor`."""
+        generation = self._live.generation
+        snapshot = self._registry.snapshot()
+        configuration, _ = self._registry.configuration(snapshot)
+        self._loaded = snapshot
+        return generation, configuration
+
+    def acting(self, generation: int) -> AbstractContextManager[bool]:
+        """See `Governor`."""
+        return self._live.acting(generation)
+
+    def objection(self, module: str, skill: str, kind: str) -> str | None:
+        """See `Governor`; the policy counts as changed when its file is another."""
+        now, was = self._latest(), self._loaded
+        one = now.modules.get(module)
+        if one is None or one.state is not State.ACTIVE:
+            return f"`{module}` is not active any more"
+        if one.digest != was.modules[module].digest:
+            return f"`{module}` is another version now"
+        if now.site != was.site:
+            return "another policy is in force"
+        for block in now.blocks.values():
+            if block.matches(module, skill, kind):
+                return f"the operator blocks it: {block.reason}"
+        return None
+
+    def close(self) -> None:
+        """Release what is shared with other processes; safe to call twice."""
+        self._live.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _latest(self) -> Snapshot:
+        """The snapshot of the generation that is published now, read once."""
+        generation = self._live.generation
+        if self._looked[0] != generation:
+            self._looked = (generation, self._registry.snapshot())
+        return self._looked[1]
+
+
+class Steered(Fixed):
+    """Modules that are no registry's, for good; pause and stop are obeyed all the same."""
+
+    def __init__(self, configuration: Configuration, registry: Registry) -> None:
+        super().__init__(configuration)
+        self._live = Live(registry.folder)
+        _forget_stop(self._live)
+
+    @property
+    def command(self) -> Command:
+        """See `Governor`."""
+        return self._live.command
+
+    @contextmanager
+    def acting(self, generation: int) -> Iterator[bool]:
+        """See `Governor`."""
+        with self._live.acting(self._live.generation):
+            yield generation == self.generation
+
+    def close(self) -> None:
+        """Release what is shared with other processes; safe to call twice."""
+        self._live.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _forget_stop(live: Live) -> None:
+    """A stop ended an earlier run; a pause is meant for whatever runs."""
+    if live.command is Command.STOP:
+        live.ask(Command.RUN)

@@ -1,0 +1,296 @@
+"""The registry of one robot: what is installed, and how that may change.
+
+Every change is proved before it is made.  The new set of modules is verified whole, under the
+policy and the operator's blocks; what is refused has changed nothing.  Then the record is replaced
+in one transaction, executors are told, and the change returns when no action of the old
+configuration moves any more.  So after `deactivate`, `remove` or `block` has returned, no further
+action of that skill is executed.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.proving import prove
+from aeros.runtime.registry.bundle import bundle_digest, keep, module_files, sweep
+from aeros.runtime.registry.lifecycle import State, Verb, after, before
+from aeros.runtime.registry.live import Live, StillMovingError
+from aeros.runtime.registry.records import Installed, Records, Snapshot
+from aeros.spec.diagnostics import Diagnostic, Diagnostics, did_you_mean
+from aeros.spec.digests import file_digest
+from aeros.spec.errors import UserError
+from aeros.spec.loading import load_ecm, load_site, reference_site
+from aeros.spec.model import Block, Ecm, Site
+from aeros.spec.verify import Report
+
+_FOLDER: Final = "registry"
+_PATIENCE: Final = 30.0  # s that a change waits for motions of the old configuration to end
+
+
+class Registry:
+    """The registry in the state folder `state` of one robot."""
+
+    def __init__(self, state: Path) -> None:
+        self.folder = state / _FOLDER
+        self._records = Records(self.folder)
+
+    @property
+    def exists(self) -> bool:
+        """Whether anything was ever kept in it."""
+        return self._records.path.exists()
+
+    def snapshot(self) -> Snapshot:
+        """What it says now.  Raises `UserError`."""
+        return self._records.read()
+
+    def history(self) -> list[tuple[int, str, str]]:
+        """Every change there was: its number, when, and what.  Raises `UserError`."""
+        return self._records.events()
+
+    def configuration(self, snapshot: Snapshot | None = None) -> tuple[Configuration, Report]:
+        """The configuration of the active modules, proved here and now.  Raises `UserError`."""
+        return self._proved(self.snapshot() if snapshot is None else snapshot, {})
+
+    def capabilities(self, snapshot: Snapshot) -> dict[str, tuple[str, ...]]:
+        """By module, what its skills provide.  Raises `UserError`."""
+        return {
+            name: tuple(sorted(self._read(snapshot, folder).capabilities))
+            for name, folder in self._folders(snapshot).items()
+        }
+
+    # Changes.
+
+    def install(self, source: Path, pinned: str | None = None) -> Installed:
+        """Keep the module in the folder `source`; over another version of it, keep its state.
+
+        pinned: the digest that its files must have.
+        """
+        with self._changing() as old:
+            files = module_files(source)
+            digest = bundle_digest(files)
+            if pinned is not None and pinned.removeprefix("sha256:") != digest:
+                raise _refused("AE963", f"`{source}` is not what was pinned: its digest is sha256:{digest}")
+            ecm = self._read(old, source)
+            kept = old.modules.get(ecm.id)
+            if kept is not None and kept.version == ecm.version and kept.digest != digest:
+                raise _refused(
+                    "AE962",
+                    f"`{ecm.id}` {ecm.version} is installed with other contents",
+                    "give what has changed a version of its own",
+                )
+            state = self._next(old, ecm.id, Verb.INSTALL)
+            one = Installed(ecm.id, ecm.version, digest, f"modules/{digest}/{ecm.id}", state)
+            new = _with(old, one)
+            self._proved(new, {ecm.id: source})
+            folder = keep(files, self.folder / "modules", ecm.id)
+            if _digests(self._read(old, folder)) != _digests(ecm):
+                raise _refused("AE961", f"`{source}` changed while it was being proved")
+            self._commit(old, new, f"install {ecm.id} {ecm.version} sha256:{digest}")
+            return one
+
+    def configure(self, name: str) -> Installed:
+        """Settle what a module needs around it: each of its dependencies is installed."""
+        return self._move(name, Verb.CONFIGURE)
+
+    def activate(self, name: str) -> Installed:
+        """Let the skills of a module be dispatched; those that it depends on are active already."""
+        return self._move(name, Verb.ACTIVATE)
+
+    def deactivate(self, name: str) -> Installed:
+        """Withdraw the skills of a module: when this returns, none of them acts any more."""
+        return self._move(name, Verb.DEACTIVATE)
+
+    def remove(self, name: str) -> Installed:
+        """Forget a module that is not active."""
+        return self._move(name, Verb.REMOVE)
+
+    def block(self, block: Block) -> None:
+        """Lay down an operator override: when this returns, nothing that it matches acts any more."""
+        with self._changing() as old:
+            if block.id in old.blocks:
+                raise _refused("AE960", f"there is a block `{block.id}` already", "name it otherwise")
+            kinds = self._policy_of(old).kinds
+            if block.action is not None and block.action not in kinds:
+                raise _unknown("action kind", block.action, kinds)
+            self._change(old, replace(old, blocks={**old.blocks, block.id: block}), f"block {block.id}")
+
+    def unblock(self, block: str) -> None:
+        """Take an operator override back."""
+        with self._changing() as old:
+            if block not in old.blocks:
+                raise _unknown("block", block, old.blocks)
+            left = {name: one for name, one in old.blocks.items() if name != block}
+            self._change(old, replace(old, blocks=left), f"unblock {block}")
+
+    def policy(self, site: Path) -> Report:
+        """Put the site file `site` in force, for everything that is installed."""
+        with self._changing() as old:
+            content = _read_bytes(site)
+            new = replace(old, site=f"policies/{file_digest(content)}.yaml")
+            _, report = self._proved(new, {}, site)
+            self._keep_policy(new, content)
+            self._commit(old, new, f"policy {site.name} sha256:{file_digest(content)}")
+            return report
+
+    # Inside.
+
+    def _move(self, name: str, verb: Verb) -> Installed:
+        with self._changing() as old:
+            if name not in old.modules:
+                raise _unknown("module", name, old.modules)
+            state = self._next(old, name, verb)
+            one = replace(old.modules[name], state=state)
+            self._change(old, _with(old, one), f"{verb.value} {name}")
+            return one
+
+    def _next(self, old: Snapshot, name: str, verb: Verb) -> State:
+        state = old.modules[name].state if name in old.modules else State.ABSENT
+        reached = after(state, verb)
+        if reached is None:
+            possible = " or ".join(one.value for one in before(verb))
+            cure = f"`aeros {verb.value}` is for a module that is {possible}"
+            raise _refused("AE960", f"`{name}` is {state.value}", cure)
+        return reached
+
+    def _change(self, old: Snapshot, new: Snapshot, said: str) -> None:
+        self._proved(new, {})
+        self._commit(old, new, said)
+
+    def _policy_of(self, snapshot: Snapshot) -> Site:
+        """The site that is in force, as its file says."""
+        sink = Diagnostics()
+        site = load_site(self._site(snapshot), sink)
+        sink.raise_if_errors()
+        if site is None:
+            raise _refused("AE965", f"the policy `{snapshot.site}` cannot be read")
+        return site
+
+    def _read(self, snapshot: Snapshot, folder: Path) -> Ecm:
+        """The module in `folder`, read under the policy in force and not proved."""
+        sink = Diagnostics()
+        found = load_ecm(folder, self._policy_of(snapshot), sink)
+        sink.raise_if_errors()
+        if found is None:
+            raise _refused("AE961", f"`{folder}` holds no module")
+        return found.ecm
+
+    def _proved(
+        self, new: Snapshot, sources: Mapping[str, Path], site: Path | None = None
+    ) -> tuple[Configuration, Report]:
+        """The configuration that `new` stands for; `sources` says where modules are that are not kept yet."""
+        folders = {**self._folders(new), **sources}
+        policy = self._site(new) if site is None else site
+        blocks = tuple(new.blocks.values())
+        for one in new.modules.values():
+            if one.name not in sources and bundle_digest(module_files(folders[one.name])) != one.digest:
+                raise _refused("AE965", f"the kept files of `{one.name}` are not what was installed")
+        active = {name for name, one in new.modules.items() if one.state is State.ACTIVE}
+        configuration, report = prove(
+            folders.values(), policy, certified=False, blocks=blocks, active=active.__contains__
+        )
+        for name, ecm in configuration.modules.items():
+            for needed in ecm.requires:
+                if needed not in active:
+                    raise _refused(
+                        "AE964",
+                        f"`{name}` needs `{needed}`, which is not active",
+                        f"`aeros activate {needed}` first",
+                    )
+        return configuration, report
+
+    def _folders(self, snapshot: Snapshot) -> dict[str, Path]:
+        return {name: self.folder / one.folder for name, one in snapshot.modules.items()}
+
+    def _site(self, snapshot: Snapshot) -> Path:
+        return self.folder / snapshot.site if snapshot.site else reference_site()
+
+    def _commit(self, old: Snapshot, new: Snapshot, said: str) -> None:
+        if not new.site:
+            content = reference_site().read_bytes()
+            new = replace(new, site=f"policies/{file_digest(content)}.yaml")
+            self._keep_policy(new, content)
+        new = replace(new, generation=old.generation + 1)
+        self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        with Live(self.folder) as live:
+            self._records.replace(new, said, datetime.now(UTC).isoformat(timespec="milliseconds"))
+            live.publish(new.generation)
+            try:
+                live.wait_until_still(old.generation, _PATIENCE)
+            except StillMovingError as late:
+                raise _refused(
+                    "AE966",
+                    f"the change is made, but an action of the old configuration still moves {late}",
+                    "stop the robot",
+                ) from late
+        sweep(self.folder / "modules", {self.folder / one.folder for one in new.modules.values()})
+
+    def _keep_policy(self, new: Snapshot, content: bytes) -> None:
+        path = self.folder / new.site
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        beside = path.with_suffix(f".{os.getpid()}")
+        with beside.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        beside.replace(path)
+
+    @contextmanager
+    def _changing(self) -> Iterator[Snapshot]:
+        """One change at a time; what stood in the folder before stays if it is refused."""
+        was_there = self.folder.exists()
+        self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        lock = os.open(self.folder / "change.lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            yield self.snapshot()
+        except BaseException:
+            if not was_there:
+                (self.folder / "change.lock").unlink(missing_ok=True)
+                _remove_if_empty(self.folder)
+            raise
+        finally:
+            os.close(lock)
+
+
+def _with(old: Snapshot, one: Installed) -> Snapshot:
+    """`old` with the module as it is now; without it where it is absent."""
+    modules = {name: kept for name, kept in old.modules.items() if name != one.name}
+    if one.state is not State.ABSENT:
+        modules[one.name] = one
+    return replace(old, modules=dict(sorted(modules.items())))
+
+
+def _digests(ecm: Ecm) -> tuple[str, str]:
+    return ecm.manifest_digest, ecm.code_digest
+
+
+def _read_bytes(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as failure:
+        raise _refused("AE961", f"`{path}` cannot be read: {failure.strerror}") from failure
+
+
+def _remove_if_empty(folder: Path) -> None:
+    with suppress(OSError):
+        folder.rmdir()
+        folder.parent.rmdir()
+
+
+def _refused(code: str, headline: str, *cures: str) -> UserError:
+    return UserError([Diagnostic(code, headline, help=cures)])
+
+
+def _unknown(what: str, name: str, known: Iterable[str]) -> UserError:
+    near = did_you_mean(name, known)
+    names = ", ".join(f"`{one}`" for one in known)
+    cure = f"did you mean `{near}`?" if near else f"there is {names}" if names else "there is none"
+    return _refused("AE960", f"there is no {what} `{name}` here", cure)

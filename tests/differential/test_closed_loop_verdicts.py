@@ -1,0 +1,163 @@
+"""Claims about closed loops against a walk over every run, written from the agent's loop.
+
+Shares with `tree_expansion` how plans are rejected and outcomes judged, and nothing with
+`aeros.spec.closed_loop`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from aeros.spec.expr.semantics import holds
+from aeros.spec.model import TaskInvariant
+from aeros.spec.obligations.closed_loop import closed_loop_obligations
+from tests.differential.small_tasks import NAMES, START, Case, cases
+from tests.differential.tree_expansion import State, _judged_a_failure, _shares, _Tree
+from tests.property.mix import Mix
+from tests.unit.agent.dumplings import SPAN, term
+
+SEEN = Mix()
+_KEPT = st.sampled_from(
+    [*NAMES, *(f"not {name}" for name in NAMES), f"{NAMES[0]} or not {NAMES[1]}", "area == table"]
+)
+
+
+class Place(NamedTuple):
+    """Where a run is: what is measured, the rules still to be run, and what comes next."""
+
+    state: State
+    due: str  # a plan, the rest of one, the first try of its first step, another try, or a recovery
+    rest: tuple[int, ...] = ()
+    left: int = 0
+
+
+@dataclass
+class Walk:
+    """Every run from every start; an edge without a chance is no way to the goal, but may do harm."""
+
+    case: Case
+
+    def __post_init__(self) -> None:
+        self.tree = _Tree(self.case.ecm, self.case.task, self.case.site)
+        self.edges: dict[Place, list[Place]] = {}
+        self.hindered = False
+        pending = [Place(start, "plan") for start in self.starts()]
+        known = set(pending)
+        while pending:
+            place = pending.pop()
+            ways = list(self.ways(place))
+            self.edges[place] = [after for after, likely in ways if likely]
+            fresh = {after for after, _ in ways} - known
+            known |= fresh
+            pending += fresh
+
+    def starts(self) -> Iterator[State]:
+        """Every state that agrees with `initial`."""
+        free = [name for name in NAMES if name not in self.case.task.initial]
+        for number in range(2 ** len(free)):
+            chosen = {name: bool(number >> at & 1) for at, name in enumerate(free)}
+            yield frozenset({**START, **self.case.task.initial, **chosen}.items())
+
+    def ways(self, place: Place) -> Iterator[tuple[Place, bool]]:
+        state, due, rest, left = place
+        if self.is_goal(state):
+            return
+        rules = self.case.task.rules
+        if due == "plan":
+            plan = tuple(n for n, rule in enumerate(rules) if not holds(rule.unless, dict(state)))
+            if not self.tree._is_rejected([rules[n] for n in plan]):
+                yield Place(state, "rest", plan), True
+            return
+        if not rest:
+            yield Place(state, "plan"), True
+            return
+        rule = rules[rest[0]]
+        if due != "try again" and holds(rule.unless, dict(state)):
+            yield Place(state, "rest", rest[1:]), True
+        elif due == "rest":
+            yield Place(state, "try", rest, rule.retry), True
+        elif due == "recover":
+            ends = None if rule.on_failure is None else self.ends(rule.on_failure, {}, state)
+            for after, likely, _ in [(state, True, False)] if ends is None else ends:
+                served = self.is_goal(after) or holds(rule.unless, dict(after))
+                yield Place(after, "rest" if served else "try again", rest, left), likely
+        else:
+            ends = self.ends(rule.skill, rule.inputs, state)
+            if ends is None:
+                self.hindered |= due == "try"
+                yield Place(state, "plan"), True
+                return
+            for after, likely, failed in ends:
+                if not failed or holds(rule.unless, dict(after)):
+                    yield Place(after, "rest", rest[1:]), likely
+                elif left:
+                    yield Place(after, "recover", rest, left - 1), likely
+                else:
+                    yield Place(after, "plan"), likely
+
+    def ends(self, name: str, given: Any, state: State) -> list[tuple[State, bool, bool]] | None:
+        """Each state after it, whether it has a chance and is a failure; None where it does not start."""
+        skill = self.case.ecm.skills[name]
+        inputs = {f"inputs.{key}": given.get(key, one.default) for key, one in skill.inputs.items()}
+        if skill.precondition is not None and not holds(skill.precondition.term, {**dict(state), **inputs}):
+            return None
+        found = []
+        for outcome, share in _shares(skill):
+            if outcome.probability != 0:
+                after = {**dict(state), **outcome.effects}
+                found.append((frozenset(after.items()), share != 0, _judged_a_failure(skill, after)))
+        return found
+
+    def is_goal(self, state: State) -> bool:
+        return holds(self.case.task.goal, dict(state))
+
+    def stuck(self) -> bool:
+        """Whether some plan is due from which no run reaches the goal."""
+        hopeful = {place for place in self.edges if self.is_goal(place.state)}
+        while more := {
+            place for place, ways in self.edges.items() if place not in hopeful and hopeful.intersection(ways)
+        }:
+            hopeful |= more
+        return any(place.due == "plan" and place not in hopeful for place in self.edges)
+
+
+@st.composite
+def _judged(draw: st.DrawFn) -> tuple[Case, str]:
+    case = draw(cases(most_rules=3, most_retries=2, most_replans=0))
+    named = draw(st.sets(st.sampled_from(NAMES)))
+    kept = draw(_KEPT)
+    initial = {name: case.start[name] for name in named} | {"area": "table"}
+    invariant = TaskInvariant("kept", term(kept), kept, SPAN)
+    task = replace(case.task, initial=initial, invariants=(invariant,))
+    return replace(case, task=task, ecm=replace(case.ecm, tasks={task.id: task})), kept
+
+
+def test_a_loop_is_refused_exactly_where_some_run_goes_wrong() -> None:
+    _loops_are_judged()
+    SEEN.assert_both("AE801", "AE802", "AE804", "AE805")
+
+
+@settings(
+    max_examples=500, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
+)
+@given(_judged())
+def _loops_are_judged(judged: tuple[Case, str]) -> None:
+    case, kept = judged
+    found = {one.id.split("/", 2)[2]: one.diagnostic for one in closed_loop_obligations(case.ecm, case.site)}
+    walk = Walk(case)
+    expected = {
+        "dispatch": ("AE801", not walk.hindered),
+        "progress": ("AE802", not walk.stuck()),
+        "invariant/kept": ("AE804", all(holds(term(kept), dict(place.state)) for place in walk.edges)),
+        "effective": ("AE805", not all(walk.is_goal(start) for start in walk.starts())),
+    }
+    assert found.keys() == expected.keys()
+    for claim, (code, right) in expected.items():
+        told = found[claim]
+        assert told is None or told.code == code
+        SEEN.compare(code, proved=told is None, expected=right)

@@ -1,0 +1,125 @@
+"""Commands about what is on a robot: what they print, how they end, and that they refuse in words."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.cli.main import main
+from tests.repo.tree import ROOT
+
+BASE = ROOT / "docs" / "codes" / "base"
+
+
+@pytest.fixture
+def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A robot with the site of docs/codes in force; commands are run beside its folder."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["policy", str(BASE / "site.yaml"), "--state", "robot"]) == 0
+    return tmp_path / "robot"
+
+
+def run(*arguments: str) -> int:
+    return main([*arguments, "--state", "robot"])
+
+
+@pytest.mark.usefixtures("robot")
+def test_a_module_is_brought_up_listed_and_taken_down(capsys: pytest.CaptureFixture[str]) -> None:
+    capsys.readouterr()
+    said = []
+    for command in ("install", "configure", "activate", "deactivate", "remove"):
+        assert run(command, str(BASE / "tidy") if command == "install" else "tidy") == 0
+        said.append(capsys.readouterr().out)
+    assert said[0].startswith("tidy 1.0.0 is installed; sha256:")
+    assert said[1:] == [
+        f"tidy 1.0.0 is {state}\n" for state in ("configured", "active", "configured", "absent")
+    ]
+    assert run("list") == 0
+    assert capsys.readouterr().out == "nothing is installed\n"
+
+
+@pytest.mark.usefixtures("robot")
+def test_the_list_finds_by_capability_and_is_there_for_programs(capsys: pytest.CaptureFixture[str]) -> None:
+    run("install", str(BASE / "tidy"))
+    run("block", "--id", "worn", "--reason", "a finger is worn", "--action", "grip")
+    capsys.readouterr()
+    assert run("list") == 0
+    assert capsys.readouterr().out == "tidy 1.0.0  installed   tidying\nblocked: worn: a finger is worn\n"
+    assert run("list", "--capability", "cooking") == 1
+    assert "nothing is installed that provides it" in capsys.readouterr().out
+    assert run("list", "--capability", "tidying", "--format", "json") == 0
+    listed: Any = json.loads(capsys.readouterr().out)
+    (module,) = listed["modules"]
+    assert (module["name"], module["state"], module["capabilities"]) == ("tidy", "installed", ["tidying"])
+    assert [block["id"] for block in listed["blocks"]] == ["worn"]
+
+
+@pytest.mark.usefixtures("robot")
+def test_a_digest_pins_what_is_installed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("install", str(BASE / "tidy"), "--digest", "sha256:" + "0" * 64) == 1
+    refusal = capsys.readouterr().err
+    digest = refusal[refusal.index("sha256:") :].split()[0]
+    assert run("install", str(BASE / "tidy"), "--digest", digest) == 0
+
+
+@pytest.mark.usefixtures("robot")
+def test_a_module_comes_out_of_an_installed_distribution(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    package, metadata = tmp_path / "site" / "tidy_wares", tmp_path / "site" / "tidy_wares-1.dist-info"
+    package.mkdir(parents=True)
+    metadata.mkdir()
+    (package / "__init__.py").write_text(f"from pathlib import Path\nTIDY = Path({str(BASE / 'tidy')!r})\n")
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: tidy_wares\nVersion: 1\n")
+    (metadata / "entry_points.txt").write_text("[aeros.ecms]\ntidy = tidy_wares:TIDY\n")
+    monkeypatch.syspath_prepend(str(tmp_path / "site"))
+    try:
+        assert run("install", "tidy") == 0
+    finally:
+        sys.modules.pop("tidy_wares", None)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("install", "nowhere"), "is neither a folder nor an entry point"),
+        (("activate", "tidy"), "there is no module `tidy` here"),
+        (("unblock", "worn"), "there is no block `worn` here"),
+        (("block", "--id", "x", "--reason", "y", "--action", "gripp"), "did you mean `grip`?"),
+    ],
+)
+@pytest.mark.usefixtures("robot")
+def test_refusals_say_why(arguments: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(*arguments) == 1
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("robot")
+def test_a_block_of_nothing_is_a_mistake(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("block", "--id", "x", "--reason", "y") == 2
+    assert "name what to block" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("robot")
+def test_the_policy_in_force_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    capsys.readouterr()
+    assert run("policy") == 0
+    assert capsys.readouterr().out.startswith("bench is in force; sha256:")
+
+
+def test_nobody_is_paused_where_nobody_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["pause", "--state", str(tmp_path / "none")]) == 1
+    assert "no robot runs from" in capsys.readouterr().err
+    assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.usefixtures("robot")
+@pytest.mark.parametrize("command", ["pause", "resume", "stop"])
+def test_what_is_asked_is_confirmed(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    capsys.readouterr()
+    assert run(command) == 0
+    assert capsys.readouterr().out

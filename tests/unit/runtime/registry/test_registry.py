@@ -1,0 +1,171 @@
+"""Changes of what is installed: proved first, made whole, refused without a trace."""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from aeros.runtime.registry.lifecycle import State
+from aeros.runtime.registry.registry import Registry
+from aeros.spec.errors import UserError
+from aeros.spec.model import Block
+from tests.unit.runtime.registry.conftest import BASE, Author
+
+
+def contents(registry: Registry) -> dict[str, str]:
+    """The digest of every file of the registry, by path."""
+    return {
+        str(path.relative_to(registry.folder)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(registry.folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+def refused(registry: Registry, change: Callable[[], object]) -> list[str]:
+    """The codes of the refusal of `change`, which has changed no byte."""
+    before = contents(registry)
+    with pytest.raises(UserError) as raised:
+        change()
+    assert contents(registry) == before
+    return [found.code for found in raised.value.diagnostics]
+
+
+def bring_up(registry: Registry, folder: Path) -> str:
+    name = registry.install(folder).name
+    registry.configure(name)
+    registry.activate(name)
+    return name
+
+
+def test_a_module_lives_and_is_forgotten(registry: Registry, write: Author) -> None:
+    name = bring_up(registry, write())
+    configuration, _ = registry.configuration()
+    assert list(configuration.modules) == [name]
+    assert registry.deactivate(name).state is State.CONFIGURED
+    assert registry.configuration()[0].modules == {}
+    registry.activate(name)
+    registry.deactivate(name)
+    registry.remove(name)
+    assert registry.snapshot().modules == {}
+    assert not any((registry.folder / "modules").iterdir())
+    said = [what.split()[0] for _, _, what in registry.history()]
+    assert said == [
+        "policy",
+        "install",
+        "configure",
+        "activate",
+        "deactivate",
+        "activate",
+        "deactivate",
+        "remove",
+    ]
+
+
+def test_what_is_kept_is_proved_and_not_what_lies_where_it_came_from(
+    registry: Registry, write: Author
+) -> None:
+    source = write()
+    bring_up(registry, source)
+    shutil.rmtree(source)
+    assert list(registry.configuration()[0].modules) == ["tidy"]
+
+
+def test_what_cannot_be_proved_is_not_installed(registry: Registry, write: Author) -> None:
+    unsafe = write()
+    manifest = unsafe / "ecm.yaml"
+    manifest.write_text(manifest.read_text().replace("speed <= 250 mm/s", "speed <= 400 mm/s", 1))
+    assert "AE501" in refused(registry, lambda: registry.install(unsafe))
+
+
+def test_a_policy_under_which_something_installed_is_unsafe_is_refused(
+    registry: Registry, write: Author, tmp_path: Path
+) -> None:
+    bring_up(registry, write())
+    stricter = tmp_path / "stricter.yaml"
+    text = (BASE / "site.yaml").read_text()
+    assert "force <= 30 N" in text
+    stricter.write_text(text.replace("force <= 30 N", "force <= 9 N"))
+    assert "AE501" in refused(registry, lambda: registry.policy(stricter))
+    looser = tmp_path / "looser.yaml"
+    looser.write_text(text.replace("force <= 30 N", "force <= 25 N"))
+    registry.policy(looser)
+    assert registry.configuration()[0].site.digest == hashlib.sha256(looser.read_bytes()).hexdigest()
+
+
+def test_a_block_is_part_of_what_is_proved_and_of_what_is_in_force(registry: Registry, write: Author) -> None:
+    bring_up(registry, write())
+    before = registry.configuration()[0]
+    registry.block(Block("worn", "a finger is worn", None, None, "grip"))
+    now = registry.configuration()[0]
+    assert [block.id for block in now.site.blocks] == [*(b.id for b in before.site.blocks), "worn"]
+    assert now.digest != before.digest
+    registry.unblock("worn")
+    assert registry.configuration()[0].digest == before.digest
+
+
+@pytest.mark.parametrize(
+    ("block", "code"),
+    [
+        (Block("all", "", None, None, "stop"), "AE602"),
+        (Block("typo", "", None, None, "gripp"), "AE960"),
+        (Block("worn", "again", "tidy", None, None), "AE960"),
+    ],
+)
+def test_a_block_that_stops_the_stop_or_nothing_is_refused(
+    registry: Registry, block: Block, code: str
+) -> None:
+    registry.block(Block("worn", "a finger is worn", None, None, "grip"))
+    assert code in refused(registry, lambda: registry.block(block))
+
+
+def test_an_upgrade_keeps_the_state_and_a_downgrade_too(registry: Registry, write: Author) -> None:
+    bring_up(registry, write())
+    newer, older = write("newer", version="1.1.0"), write("older", version="0.9.0")
+    for folder, version in ((newer, "1.1.0"), (older, "0.9.0")):
+        one = registry.install(folder)
+        assert (one.version, one.state) == (version, State.ACTIVE)
+        assert registry.configuration()[0].modules["tidy"].version == version
+
+
+def test_steps_out_of_turn_and_unknown_names_are_refused(registry: Registry, write: Author) -> None:
+    folder = write()
+    registry.install(folder)
+    assert refused(registry, lambda: registry.activate("tidy")) == ["AE960"]
+    assert refused(registry, lambda: registry.deactivate("tidy")) == ["AE960"]
+    assert refused(registry, lambda: registry.configure("tidi")) == ["AE960"]
+    assert refused(registry, lambda: registry.unblock("worn")) == ["AE960"]
+    assert refused(registry, lambda: registry.install(folder, "sha256:" + "0" * 64)) == ["AE963"]
+    assert refused(registry, lambda: registry.install(folder / "nothing")) != []
+
+
+def test_a_refused_first_change_leaves_no_folder(tmp_path: Path, write: Author) -> None:
+    registry = Registry(tmp_path / "robot")
+    with pytest.raises(UserError):
+        registry.install(write(), "sha256:" + "0" * 64)
+    assert not (tmp_path / "robot").exists()
+
+
+@pytest.mark.parametrize("name", ["skills.py", "ecm.yaml"])
+def test_kept_files_that_were_edited_are_noticed(registry: Registry, write: Author, name: str) -> None:
+    bring_up(registry, write())
+    (kept,) = registry.folder.rglob(name)
+    kept.write_text(kept.read_text() + "\n")
+    with pytest.raises(UserError, match="AE965"):
+        registry.configuration()
+
+
+def test_a_database_that_is_none_is_refused(registry: Registry) -> None:
+    (registry.folder / "registry.sqlite3").write_bytes(
+        b"not a database at all, but long enough to be one" * 40
+    )
+    with pytest.raises(UserError, match="AE965"):
+        registry.snapshot()
+
+
+def test_capabilities_say_who_can_do_what(registry: Registry, write: Author) -> None:
+    registry.install(write())
+    assert registry.capabilities(registry.snapshot()) == {"tidy": ("tidying",)}

@@ -1,0 +1,157 @@
+"""When a change returns, nothing that it revokes acts any more: also not what was under way.
+
+The plant is slow in real time and shows the monitor a tick every millisecond, as a motion would.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from aeros.runtime.audit import AuditLog
+from aeros.runtime.executor import Executor
+from aeros.runtime.gate import Gate
+from aeros.runtime.governor import Command
+from aeros.runtime.ports import Completion, Monitor, StepRequest, StepResult, StepStatus
+from aeros.runtime.registry.governing import Governing
+from aeros.runtime.registry.live import Live
+from aeros.runtime.registry.registry import Registry
+from aeros.runtime.skills import load_skill
+from aeros.sim.fake import FakePlant
+from aeros.sim.symbolic_state import initial_values
+from aeros.skill import Action
+from aeros.spec.model import Block
+from tests.unit.runtime.registry.conftest import BASE, Author
+
+_LONG = 3.0  # s that an action takes if nobody stops it: far longer than anything here waits
+
+
+class SlowPlant(FakePlant):
+    """Takes real time, and notes when each tick was."""
+
+    ticked = 0.0
+    moving = threading.Event()
+
+    def execute(self, action: Action, monitor: Monitor, deadline: float) -> Completion:
+        self._call("execute", action, deadline)
+        until = time.monotonic() + _LONG
+        self.moving.set()
+        while time.monotonic() < until:
+            rule = monitor(self.time, {})
+            if rule is not None:
+                return Completion(False, f"monitor:{rule}")
+            self.ticked = time.monotonic()
+            time.sleep(0.001)
+        return Completion(True)
+
+
+class Robot:
+    """An executor under a registry, with one skill that waits."""
+
+    def __init__(self, registry: Registry, log: Path) -> None:
+        self.registry = registry
+        self.governing = Governing(registry)
+        _, configuration = self.governing.configuration()
+        self.plant = SlowPlant(initial_values(configuration.site, {}))
+        self.plant.moving = threading.Event()
+        self.audit = AuditLog(log)
+        gate = Gate(configuration)
+        self.executor = Executor(configuration, gate, self.plant, self.audit, load_skill, self.governing)
+        self.results: list[StepResult] = []
+
+    def begin(self) -> threading.Thread:
+        def run() -> None:
+            self.results.append(self.executor.submit(StepRequest("tidy", "rest", {})))
+
+        thread = threading.Thread(target=run)
+        thread.start()
+        return thread
+
+
+@pytest.fixture
+def robot(registry: Registry, write: Author, tmp_path: Path) -> Iterator[Robot]:
+    registry.install(write())
+    registry.configure("tidy")
+    registry.activate("tidy")
+    made = Robot(registry, tmp_path / "audit.jsonl")
+    yield made
+    made.governing.close()
+    made.audit.close()
+
+
+def _under_way(robot: Robot) -> threading.Thread:
+    thread = robot.begin()
+    assert robot.plant.moving.wait(_LONG)
+    return thread
+
+
+CHANGES = {
+    "deactivate": lambda registry: registry.deactivate("tidy"),
+    "block the skill": lambda registry: registry.block(Block("one", "why", "tidy", "rest", None)),
+    "block the action": lambda registry: registry.block(Block("one", "why", None, None, "wait")),
+    "another policy": lambda registry: registry.policy(_other_policy(registry)),
+}
+
+
+def _other_policy(registry: Registry) -> Path:
+    path = registry.folder.parent / "other.yaml"
+    path.write_text((BASE / "site.yaml").read_text() + "# another\n")
+    return path
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_nothing_revoked_moves_after_the_change_returns(robot: Robot, change: str) -> None:
+    thread = _under_way(robot)
+    began = time.monotonic()
+    CHANGES[change](robot.registry)
+    returned = time.monotonic()
+    assert returned - began < _LONG - 0.5  # it was stopped, and not waited for
+    thread.join(_LONG)
+    assert robot.plant.ticked < returned
+    (result,) = robot.results
+    assert result.status is StepStatus.STOPPED
+    assert "revoked" in result.reason
+    assert [call[0] for call in robot.plant.calls].count("stop") == 1
+    assert [call[0] for call in robot.plant.calls].count("skill_ended") == 1
+    again = robot.executor.submit(StepRequest("tidy", "rest", {}))
+    assert (again.status in (StepStatus.REFUSED, StepStatus.DENIED)) == (change != "another policy")
+
+
+def test_what_is_not_revoked_goes_on(robot: Robot) -> None:
+    thread = _under_way(robot)
+    robot.registry.block(Block("one", "why", None, None, "grip"))  # returns when the action ended
+    thread.join(_LONG)
+    (result,) = robot.results
+    assert result.status is StepStatus.FINISHED
+
+
+def test_a_change_made_by_one_who_was_killed_before_telling_is_seen_at_the_next_one(robot: Robot) -> None:
+    robot.registry.deactivate("tidy")
+    assert robot.executor.active_modules() == {}
+
+
+def test_a_pause_holds_what_would_begin_and_a_stop_ends_what_moves(robot: Robot) -> None:
+    with Live(robot.registry.folder) as live:
+        live.ask(Command.PAUSE)
+        thread = robot.begin()
+        assert not robot.plant.moving.wait(0.2)
+        live.ask(Command.RUN)
+        assert robot.plant.moving.wait(_LONG)
+        live.ask(Command.STOP)
+        live.wait_until_still(live.generation, _LONG)
+        stopped = time.monotonic()
+        thread.join(_LONG)
+    assert robot.plant.ticked < stopped
+    assert robot.results[0].status is StepStatus.STOPPED
+
+
+def test_a_stop_of_an_earlier_run_is_forgotten_and_a_pause_is_not(registry: Registry) -> None:
+    with Live(registry.folder) as live:
+        for asked, found in ((Command.STOP, Command.RUN), (Command.PAUSE, Command.PAUSE)):
+            live.ask(asked)
+            with Governing(registry) as governing:
+                assert governing.command is found
