@@ -10,6 +10,7 @@ from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Ecm
 from aeros.spec.obligations.dependencies import dependency_obligations
+from aeros.spec.presence import presence_of
 
 CORPUS = Path(__file__).parents[3] / "corpus"
 
@@ -24,7 +25,7 @@ def ecm() -> Ecm:
 
 
 def faults(ecm: Ecm, *around: Ecm) -> list[str]:
-    found = dependency_obligations(ecm, {one.id: one for one in around})
+    found = dependency_obligations(presence_of(ecm), {one.id: presence_of(one) for one in around})
     return [one.diagnostic.code for one in found if one.diagnostic is not None]
 
 
