@@ -52,12 +52,12 @@ def is_wanted(record: Record, wanted: argparse.Namespace) -> bool:
     asked = details.get("asked")
     kind = asked.get("kind") if type(asked) is dict else None
     listed = [
-        (wanted.verdict, {details.get("verdict")} if record["event"] == "decision" else set()),
-        (wanted.module, {module}),
-        (wanted.skill, {skill, f"{module}.{skill}"}),
-        (wanted.kind, {kind}),
-        (wanted.rule, {word for code, rule, _ in reasons_of(record) for word in (code, rule)}),
-        (wanted.event, {record["event"]}),
+        (wanted.verdict, [details.get("verdict")] if record["event"] == "decision" else []),
+        (wanted.module, [module]),
+        (wanted.skill, [skill, f"{module}.{skill}"]),
+        (wanted.kind, [kind]),
+        (wanted.rule, [word for code, rule, _ in reasons_of(record) for word in (code, rule)]),
+        (wanted.event, [record["event"]]),
     ]
     ranges = [
         (wanted.first, record["sequence"], wanted.last),
@@ -79,8 +79,11 @@ def reasons_of(record: Record) -> list[tuple[str, str, str]]:
 
 def shown(record: Record, site: Site | None) -> str:
     """The record in a line, and below it why, if an action was not allowed as it was asked for."""
-    written = datetime.fromtimestamp(record["written"]).astimezone().isoformat(" ", "milliseconds")
-    line = f"{record['sequence']:6}  {written}  {record['event']:14}  {_summary(record)}"
+    try:
+        written = datetime.fromtimestamp(record["written"]).astimezone().isoformat(" ", "milliseconds")
+    except (ValueError, OverflowError, OSError):
+        written = "at no time"
+    line = f"{record['sequence']:6}  {written:29}  {record['event']:14}  {_summary(record)}"
     return "\n".join([safe(line[:_LONGEST]), *(_INDENT + safe(one) for one in why(record, site))])
 
 
@@ -121,24 +124,24 @@ def _told_by_site(record: Record, code: str, rule: str, site: Site) -> Iterator[
 
 def _read_by(rule: Rule, details: Mapping[str, Any], site: Site) -> Iterator[str]:
     """What the rule reads: parameters as asked for, and state as measured."""
-    asked = details["asked"]
-    term = rule.terms.get(asked["kind"])
-    kind = site.kinds.get(asked["kind"])
-    for name, variable in () if term is None or kind is None else sorted(t.variables_of(term).items()):
+    asked = details.get("asked")
+    if not _is_action(asked) or asked["kind"] not in rule.terms:
+        return
+    kind = site.kinds[asked["kind"]]
+    for name, variable in sorted(t.variables_of(rule.terms[kind.name]).items()):
         if variable.role is t.Role.PARAMETER:
-            declared = kind.parameters[name]  # type: ignore[union-attr]
-            yield f"`{name}` was asked to be {_value(declared, asked['parameters'].get(name))}"
+            yield f"`{name}` was asked to be {_value(kind.parameters[name], asked['parameters'].get(name))}"
         elif name in site.observed:
             yield _measured(site.observed[name], details)
 
 
 def _measured(declared: Declared, details: Mapping[str, Any]) -> str:
     name = declared.name
-    found = details["state"].get(name)
-    if found is None:
+    state, now = details.get("state"), details.get("time")
+    found = state.get(name) if type(state) is dict else None
+    if type(found) is not list or len(found) != 2:
         return f"`{name}` was not measured"
     value, at = found
-    now = details["time"]
     age = f", measured {now - at:.3g} s before" if type(at) is float and type(now) is float else ""
     return f"`{name}` was {_value(declared, value)}{age}"
 
@@ -152,8 +155,8 @@ def _value(declared: Declared, value: Any) -> str:
 
 
 def _used(quota: Quota, details: Mapping[str, Any]) -> str:
-    usage = details.get("usage") or {}
-    used = usage.get(quota.id, "an unknown number")
+    usage = details.get("usage")
+    used = usage.get(quota.id, "an unknown number") if type(usage) is dict else "an unknown number"
     return f"of {quota.at_most} actions within {show_number(quota.within)} s, {used} had been executed"
 
 
@@ -170,8 +173,12 @@ def _summary(record: Record) -> str:
     return ": ".join(words) or json.dumps(details)
 
 
+def _is_action(action: Any) -> bool:
+    return type(action) is dict and type(action.get("kind")) is str and type(action.get("parameters")) is dict
+
+
 def _action(action: Any) -> str:
-    if type(action) is not dict or type(action.get("parameters")) is not dict:
+    if not _is_action(action):
         return json.dumps(action)
     given = ", ".join(f"{name}={json.dumps(value)}" for name, value in action["parameters"].items())
-    return f"{action.get('kind')}({given})"
+    return f"{action['kind']}({given})"
