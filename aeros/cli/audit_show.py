@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from datetime import datetime
 from fractions import Fraction
 from math import isfinite
-from typing import Any
+from typing import Any, TypeGuard
 
 from aeros.runtime.audit_check import Record
 from aeros.spec.diagnostics import CODES
@@ -173,7 +173,7 @@ def _summary(record: Record) -> str:
     return ": ".join(words) or json.dumps(details)
 
 
-def _is_action(action: Any) -> bool:
+def _is_action(action: Any) -> TypeGuard[dict[str, Any]]:
     return type(action) is dict and type(action.get("kind")) is str and type(action.get("parameters")) is dict
 
 

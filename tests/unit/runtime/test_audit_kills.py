@@ -14,6 +14,7 @@ import time
 import warnings
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import pytest
 
@@ -30,7 +31,7 @@ ACKNOWLEDGED = struct.Struct("<QQ")
 def append_for_ever(log: Path, signing: Signing | None, acknowledge: int, first: int) -> None:
     pwrite = os.pwrite
 
-    def slow(file: int, data: bytes, at: int) -> int:
+    def slow(file: int, data: Any, at: int) -> int:
         time.sleep(0.0002)
         return pwrite(file, data[:PIECE], at)
 
