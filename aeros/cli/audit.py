@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 from aeros.cli.arguments import existing_path, writable_path
 from aeros.cli.audit_show import add_filters, is_wanted, shown, why
-from aeros.runtime.proving import prove
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.runtime.audit_check import AuditReport, Record, verify_log
 from aeros.runtime.audit_checkpoints import CHECKPOINT, AnchorError, SignedReport, verify_signed
 from aeros.runtime.audit_keys import KeyRefusedError, make_key, read_public_key
 from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.proving import prove
+from aeros.runtime.registry.registry import Registry
 from aeros.runtime.replay import Disagreement, Replay
 from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.loading import load_site, reference_site
@@ -59,8 +60,9 @@ examples:
   aeros audit show runs/demo/audit.jsonl --event step-ended --format json
 """
 _REPLAY_EXAMPLES = """\
-Site and modules must be those of the run: they are proved again, and the configuration that results must be
-the one in each record.  Exits with 0 if every decision comes out the same, else with 1.
+Site and modules must be those of the run: they are proved again, and the configuration that results must
+be the one in each record.  What was decided under another one, before a change of it for instance,
+cannot be decided again.  Exits with 0 if every decision comes out the same, else with 1.
 
 examples:
   aeros audit replay runs/demo/audit.jsonl
@@ -98,9 +100,18 @@ def add_to(commands: Subparsers) -> None:
 
     replay = _add(own, "replay", "decide everything again", _REPLAY_EXAMPLES, _replay)
     replay.add_argument(
-        "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
+        "--site",
+        type=existing_path,
+        help="the site file (default: the policy in force on this robot, or else the reference site)",
     )
-    replay.add_argument("--ecms", type=existing_path, default="ecms", help="the modules (default: ecms)")
+    replay.add_argument(
+        "--ecms",
+        type=existing_path,
+        help="the modules (default: those that are active on this robot, or else `ecms`)",
+    )
+    replay.add_argument(
+        "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
+    )
     replay.add_argument(
         "--gate",
         choices=[mode.value for mode in GateMode],
@@ -262,7 +273,12 @@ def _unless_unsound(chain: AuditReport) -> Exit:
 
 
 def _replay(arguments: argparse.Namespace) -> Exit:
-    configuration, _ = prove([arguments.ecms], arguments.site or reference_site(), certified=False)
+    registry = Registry(arguments.state)
+    if arguments.ecms is None and arguments.site is None and registry.exists:
+        configuration, _ = registry.configuration()
+    else:
+        site = arguments.site or reference_site()
+        configuration, _ = prove([arguments.ecms or Path("ecms")], site, certified=False)
     replay = Replay(configuration, Gate(configuration, GateMode(arguments.gate)))
 
     def take(record: Record, own: str) -> None:
