@@ -72,7 +72,7 @@ $(VENV)/.created:
 
 $(VENV)/.installed: $(VENV)/.created pyproject.toml
 	@echo 'installing aeros, its solver and its simulator into $(VENV): 500 MB, a minute or two'
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[sim]'
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[audit,sim]'
 	@touch $@
 
 $(VENV)/.installed-test: $(VENV)/.installed pyproject.toml

@@ -22,7 +22,7 @@ from typing import Any, Final
 
 from aeros.runtime.audit import AuditError, AuditLog, DecisionCounts
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.decision import Caller, Decision, Reason, Verdict
+from aeros.runtime.decision import Caller, Decision, Verdict
 from aeros.runtime.gate import Gate
 from aeros.runtime.governor import Command, Fixed, Governor
 from aeros.runtime.history import Histories
@@ -33,7 +33,7 @@ from aeros.runtime.ports import Monitor, Plant, Readings, StepRequest, StepResul
 from aeros.runtime.records import caller_details, decision_details, session_details, spell_reasons
 from aeros.runtime.skill_run import Ending, SkillRun
 from aeros.runtime.skills import Loader, SkillRefusedError, told
-from aeros.runtime.usage import ClockError, Usage
+from aeros.runtime.usage import ClockError, Usage, denied_by_clock
 from aeros.skill import Action
 from aeros.spec.errors import InternalError
 from aeros.spec.model import Ecm, Site, Skill
@@ -223,10 +223,10 @@ class Executor:
         names = self._histories.names
         readings = {name: one for name, one in measured.items() if name not in names}
         readings |= self._histories.advance(readings, now)
-        decision = self._decide(step.caller, readings, asked, now)
+        decision, usage = self._decide(step.caller, readings, asked, now)
         step.counts = step.counts.plus(decision.verdict)
         digest = self._configuration.digest
-        details = decision_details(decision, digest, now, readings, step.caller, asked)
+        details = decision_details(decision, digest, now, readings, step.caller, asked, usage)
         self._audit.append("decision", details)
         if decision.verdict is Verdict.DENY:
             return Ending(StepStatus.DENIED, spell_reasons(decision.reasons))
@@ -291,12 +291,15 @@ class Executor:
 
         return watch
 
-    def _decide(self, caller: Caller, readings: Readings, asked: Action, now: float) -> Decision:
+    def _decide(
+        self, caller: Caller, readings: Readings, asked: Action, now: float
+    ) -> tuple[Decision, Mapping[str, int] | None]:
+        """The decision, and the use of quotas that it was made on."""
         try:
             usage = self._usage.count(now)
         except ClockError as wrong:
-            return Decision(Verdict.DENY, None, (Reason("AE707", "clock", str(wrong)),))
-        return self._gate.decide(caller, readings, asked, now, usage)
+            return denied_by_clock(wrong), None
+        return self._gate.decide(caller, readings, asked, now, usage), usage
 
     def _record_broken(self, step: _Step, failure: BaseException) -> None:
         """Say that the step broke off; a record that cannot be written is what is being raised already."""

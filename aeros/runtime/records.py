@@ -6,6 +6,7 @@ before it must not suffer (`canonical`).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from aeros.runtime.canonical import digest_of
@@ -41,19 +42,31 @@ def decision_details(
     readings: Readings,
     caller: Caller,
     asked: Action,
+    usage: Mapping[str, int] | None,
 ) -> dict[str, Any]:
-    """Everything the gate decided on, and what it decided: enough to decide it again."""
+    """Everything the gate decided on, and what it decided: enough to decide it again.
+
+    usage: by quota, what was used up; None where the clock was wrong and the gate was not asked.
+    """
     state = {name: [reading.value, reading.time] for name, reading in readings.items()}
     return {
-        "verdict": decision.verdict.value,
-        "reasons": [[reason.code, reason.rule, reason.text] for reason in decision.reasons],
+        **outcome_details(decision),
         "configuration": configuration_digest,
         "time": now,
         "state_digest": digest_of(state),
         "state": state,
+        "usage": None if usage is None else dict(usage),
         **caller_details(caller),
-        "decided": None if decision.action is None else _action_details(decision.action),
         "asked": _action_details(asked),
+    }
+
+
+def outcome_details(decision: Decision) -> dict[str, Any]:
+    """What came out."""
+    return {
+        "verdict": decision.verdict.value,
+        "reasons": [[reason.code, reason.rule, reason.text] for reason in decision.reasons],
+        "decided": None if decision.action is None else _action_details(decision.action),
     }
 
 

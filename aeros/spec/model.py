@@ -9,7 +9,7 @@ import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from enum import IntEnum
+from enum import Enum, IntEnum
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -220,6 +220,14 @@ class Limits:
     replans: int
 
 
+class Durability(Enum):
+    """When what is recorded must have reached the medium; the site's choice."""
+
+    EVERY_RECORD = "every-record"  # before anything else happens
+    BEFORE_MOTION = "before-motion"  # before anything moves; what moves nothing may be lost with the power
+    BATCHED = "batched"  # many at a time; with the power, records of what has moved may be lost
+
+
 @dataclass(frozen=True)
 class Site:
     """A site: vocabulary, Φ, Π.  `digest` is the SHA-256 of its file, in hexadecimal.
@@ -248,6 +256,7 @@ class Site:
     grant_spans: Mapping[str, Span] = field(default_factory=dict)
     histories: tuple[History, ...] = ()
     policy_spans: Mapping[str, Span] = field(default_factory=dict)
+    durability: Durability = Durability.EVERY_RECORD
 
     @cached_property
     def observed(self) -> Mapping[str, Declared]:

@@ -174,6 +174,20 @@ class Limits:
 
 
 @dataclass(frozen=True)
+class Audit:
+    """How the audit record is kept."""
+
+    span: Span
+    durability: Choice[Literal["every-record", "before-motion", "batched"]] = field(
+        metadata={
+            "doc": "when records have reached the medium: each before anything else happens, which is what "
+            "holds without this field; each before anything moves; or many at a time, so that with the power "
+            "the record of what has moved may be lost; as in `durability: before-motion`"
+        }
+    )
+
+
+@dataclass(frozen=True)
 class Policy:
     """Π beside Φ: operator overrides, access, risk, quotas."""
 
@@ -184,6 +198,7 @@ class Policy:
     grants: Named[Access] = field(default=Entries(), metadata={"doc": "further access, by module"})
     blocks: tuple[Block, ...] = field(default=(), metadata={"doc": "operator overrides"})
     quotas: tuple[Quota, ...] = field(default=(), metadata={"doc": "rate limits"})
+    audit: Audit | None = field(default=None, metadata={"doc": "how the audit record is kept"})
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ from aeros.spec.model import (
     Block,
     Conjunct,
     Declared,
+    Durability,
     JointRule,
     Limits,
     Quota,
@@ -107,6 +108,7 @@ class _SiteElaborator:
             joint=joint,
             histories=self._histories.kept,
             policy_spans=_policy_spans(site),
+            durability=Durability(policy.audit.durability.value if policy.audit else "every-record"),
         )
 
     def _enum(self, name: Text, members: tuple[Text, ...]) -> None:

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import json
+import os
+import resource
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from math import nan
@@ -331,6 +333,47 @@ def test_without_a_record_nothing_moves(make_bench: MakeBench, monkeypatch: pyte
     assert caught.value.__notes__ == ["the end of the step is not in the record: disk full"]
     assert (bench.plant.executed, ends) == ([], ["closed"])
     bench.assert_cleaned_up(finished=False)
+
+
+def _full_disk(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No file can grow by more than half a record: what is left of a disk that is nearly full."""
+    _, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (log.stat().st_size + 200, hard))
+
+
+def _failing_sync(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(file: int) -> None:
+        raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr(os, "fdatasync", broken)
+
+
+@pytest.mark.parametrize(
+    ("failure", "said"), [(_full_disk, "File too large"), (_failing_sync, "Input/output")]
+)
+def test_on_a_full_disk_or_a_failing_sync_nothing_moves(
+    failure: Callable[[Path, pytest.MonkeyPatch], None],
+    said: str,
+    make_bench: MakeBench,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def body(observed: Observation, inputs: Inputs) -> SkillBody:
+        failure(bench.log_path, monkeypatch)
+        yield act("move", speed=0.1)
+
+    bench = make_bench(body)
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    try:
+        with pytest.raises(AuditError, match=said):
+            bench.submit()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    assert bench.plant.executed == []
+    bench.assert_cleaned_up(finished=False)
+    bench.audit.close()
+    monkeypatch.undo()
+    AuditLog(bench.log_path).close()
+    assert verify_log(bench.log_path).sound
 
 
 def test_a_step_whose_beginning_cannot_be_recorded_does_not_begin(
