@@ -17,15 +17,17 @@ import fnmatch
 import json
 import os
 import random
-import select
+import resource
 import signal
 import sys
 import time
 from collections import defaultdict
+from collections.abc import Callable
 from contextlib import redirect_stdout
+from functools import partial
 from itertools import zip_longest
+from math import ceil
 from pathlib import Path
-from typing import Any
 
 import mutmut.__main__ as tool
 import pytest
@@ -73,7 +75,7 @@ class MutationRun:
             function = mangled_name_from_mutant_name(mutant)
             tests = self._order(function)
             limit = 10 + 5 * sum(self.duration[test] for test in tests)
-            code, killed_by = self._forked(lambda name=mutant, chosen=tests: self._try(name, chosen), limit)
+            code, killed_by = self._forked(partial(self._try, mutant, tests), limit)
             if killed_by:
                 self.killer[function] = killed_by
             status = "no tests" if not tests else "killed" if killed_by else code
@@ -138,38 +140,29 @@ class MutationRun:
         item.config.pluginmanager.unregister(plugin)
         return any(report.failed for report in reports)
 
-    def _forked(self, work: Any, limit: float) -> tuple[str, str]:
-        """How a fork that does `work` ended, and what it said."""
+    def _forked(self, work: Callable[[], str], limit: float) -> tuple[str, str]:
+        """How a fork that does `work` ended, and what it said.
+
+        limit: in seconds of its processor, as the others on a busy machine are no fault of a mutant's.
+        """
         reading, writing = os.pipe()
         child = os.fork()
         if child == 0:
-            os.setpgid(0, 0)
-            quiet = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(quiet, 1)
+            resource.setrlimit(resource.RLIMIT_CPU, (ceil(limit), ceil(limit) + 1))
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
             try:
-                os.write(writing, b"")
-                said = work().encode()
-                while said:
-                    said = said[os.write(writing, said) :]
+                with os.fdopen(writing, "w") as pipe:
+                    pipe.write(work())
             except BaseException as error:  # a fork never returns into the loop of its parent
                 os.write(2, f"{error!r}\n".encode())
                 os._exit(1)
             os._exit(0)
         os.close(writing)
-        said, deadline = b"", time.monotonic() + limit
-        while True:
-            ready, _, _ = select.select([reading], [], [], max(deadline - time.monotonic(), 0))
-            part = os.read(reading, 1 << 16) if ready else b""
-            said += part
-            if not part:
-                break
-        late = not ready
-        if late:
-            os.killpg(child, signal.SIGKILL)
-        os.close(reading)
-        _, status = os.waitpid(child, 0)
-        code = os.waitstatus_to_exitcode(status)
-        return "timed out" if late else "survived" if code == 0 else f"crashed ({code})", said.decode()
+        with os.fdopen(reading) as pipe:
+            said = pipe.read()
+        code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        late = code in (-signal.SIGXCPU, -signal.SIGKILL)
+        return "timed out" if late else "survived" if code == 0 else f"crashed ({code})", said
 
 
 def generated(patterns: list[str], sample: int) -> list[str]:
