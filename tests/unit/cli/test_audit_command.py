@@ -343,6 +343,24 @@ def test_replay_names_what_does_not_come_out_the_same(
     assert json.loads(capsys.readouterr().out)["disagreements"][0]["sequence"] == 0
 
 
+def test_replay_takes_what_is_in_force_on_this_robot(
+    decided: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    state = ("--state", str(tmp_path / "state"))
+    changes = [
+        ("policy", str(bench.SITE)),
+        ("install", str(bench.MODULE)),
+        ("configure", "handling"),
+        ("activate", "handling"),
+    ]
+    for change in changes:
+        assert main([*change, *state]) == Exit.PROVED, capsys.readouterr().err
+    assert audit("replay", decided, *state) == Exit.PROVED
+    assert "6 decisions come out the same" in capsys.readouterr().out
+    assert main(["deactivate", "handling", *state]) == Exit.PROVED
+    assert audit("replay", decided, *state) == Exit.REJECTED
+
+
 def test_replay_requires_the_same_configuration(decided: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert audit("replay", decided, "--ecms", str(REPOSITORY / "ecms" / "clean_table")) == Exit.REJECTED
     said = capsys.readouterr().out
