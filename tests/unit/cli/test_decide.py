@@ -182,3 +182,20 @@ def test_it_is_a_filter_that_answers_each_line_before_the_next_comes() -> None:
         process.stdin.close()
         assert process.stdout.read() == b""
         assert process.wait(30) == Exit.PROVED
+
+
+def test_explanations_are_text_or_json_and_decisions_are_json_or_text(
+    fed: Fed, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    good = fed.examples("quickly")[0]
+    (found,) = fed.run(good, "--skill", "quickly", "--explain", "--format", "json")
+    (plain,) = fed.run(good, "--skill", "quickly")
+    assert {name: found[name] for name in plain} == plain
+    assert all(found["layers"].values())
+    for arguments, expected in (
+        (["--explain"], "  proved at install, not evaluated\n    permission "),
+        (["--format", "text"], "ALLOW move(target="),
+    ):
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(good)))
+        assert main([*BENCH, "--skill", "quickly", *arguments]) == Exit.PROVED
+        assert expected in capsys.readouterr().out
