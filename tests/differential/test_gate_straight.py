@@ -13,7 +13,7 @@ from aeros.runtime import straight
 from aeros.runtime.decision import Decision, Verdict
 from aeros.runtime.gate import Gate
 from tests.differential.test_gate_modes import fast_requests, requests
-from tests.property.test_gate_corruption import corruptions
+from tests.property.test_gate_corruption import COUNT, corruptions
 from tests.unit.runtime.bench import ALLOWED, Request, configuration, request
 
 
@@ -61,10 +61,10 @@ def test_what_is_usual_is_allowed_the_short_way(skill: str, kind: str) -> None:
 
 def test_the_short_way_takes_no_corrupted_request_that_the_full_way_refuses() -> None:
     answered = 0
-    for asked in corruptions(seed=3, count=20_000):
+    for asked in corruptions(seed=3, count=COUNT):
         assert not differs(GATE, asked)
         answered += shortly(GATE, asked) is not None
-    assert answered > 200  # zeros, whole numbers, lists, state that no rule reads
+    assert answered > COUNT / 100  # zeros, whole numbers, lists, state that no rule reads
 
 
 Mistake = Callable[[pytest.MonkeyPatch], None]

@@ -199,3 +199,24 @@ def test_explanations_are_text_or_json_and_decisions_are_json_or_text(
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(good)))
         assert main([*BENCH, "--skill", "quickly", *arguments]) == Exit.PROVED
         assert expected in capsys.readouterr().out
+
+
+def test_examples_hold_whole_numbers_and_histories(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data = SITE.parent
+    counting = [
+        "decide",
+        "--site",
+        str(data / "counts.yaml"),
+        "--ecm",
+        str(data / "counting"),
+        "--skill",
+        "feed",
+    ]
+    assert main([*counting, "--example"]) == Exit.PROVED
+    (line,) = capsys.readouterr().out.splitlines()
+    assert "count within 60 s (pressed and (not (previously pressed)))" in json.loads(line)["state"]
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(line.encode())))
+    assert main(counting) == Exit.PROVED
+    assert json.loads(capsys.readouterr().out)["verdict"] == "ALLOW"
