@@ -60,7 +60,7 @@ def test_each_subject_is_announced_before_it_is_proved() -> None:
     told: list[str] = []
     path = CORPUS / "accepted" / "always_slow"
     verify([path], TABLE, progress=told.append)
-    assert told == [f"site {TABLE}", str(path)]
+    assert told == [f"site {TABLE}", f"1 of 1: {path}"]
 
 
 def test_the_verdict_does_not_depend_on_what_stands_beside_a_module(tmp_path: Path) -> None:
