@@ -168,8 +168,8 @@ class IsolatedRun:
 
 
 def _spell_exit(code: int | None) -> str:
-    if code is None:
-        return "ended"
+    if code is None or code == -signal.SIGKILL:
+        return "hung up or was killed"
     if code >= 0:
         return f"ended with exit status {code}"
     try:

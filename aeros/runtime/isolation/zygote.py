@@ -65,7 +65,7 @@ def _spawn(control: socket.socket, channel: int) -> None:
     os.close(channel)
     ended = os.pidfd_open(worker)
     try:
-        select.select([control, ended], [], [])
+        select.select([control.fileno(), ended], [], [])
     finally:
         os.close(ended)
     # Either it ended by itself, or there is a message, and the only one there can be is to kill it.
