@@ -11,7 +11,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-SECRET = "the canary is well"
+CONTENT = "the canary is well"
 _MEMORY = b"mine alone"
 
 
@@ -21,7 +21,7 @@ class Surroundings:
     def __init__(self, folder: Path, leaving: ExitStack) -> None:
         self.folder = folder
         self.canary = folder / "canary"
-        self.canary.write_text(SECRET)
+        self.canary.write_text(CONTENT)
         self.canary.chmod(0o600)
         (folder / "neighbour.py").write_text("VALUE = 'imported'\n")
         self.memory = ctypes.create_string_buffer(_MEMORY, 16)
@@ -60,15 +60,14 @@ class Surroundings:
     def harm(self) -> list[str]:
         """Everything that is not as it was."""
         found = []
-        if not self.canary.exists() or self.canary.read_text() != SECRET:
+        if not self.canary.exists() or self.canary.read_text() != CONTENT:
             found.append("the canary was changed")
         elif self.canary.stat().st_mode & 0o777 != 0o600:
             found.append("the canary's mode was changed")
         if self._listing() != self._files:
             found.append(f"files changed: {self._listing() ^ self._files}")
-        for name in ("tcp", "unix", "abstract"):
-            if _happens(lambda listening=getattr(self, name): listening.accept()[0].close()):
-                found.append(f"{name} was connected to")
+        listening = {"tcp": self.tcp, "unix": self.unix, "abstract": self.abstract}
+        found += [f"{name} was connected to" for name, one in listening.items() if _is_connected_to(one)]
         if _happens(lambda: self.udp.recv(100)):
             found.append("a datagram arrived")
         if self.bystander.poll() is not None:
@@ -108,6 +107,10 @@ def below(pid: int) -> set[int]:
     while more := {child for child, parent in parents.items() if parent in found} - found:
         found |= more
     return found - {pid}
+
+
+def _is_connected_to(listening: socket.socket) -> bool:
+    return _happens(lambda: listening.accept()[0].close())
 
 
 def _happens(attempt: Any) -> bool:

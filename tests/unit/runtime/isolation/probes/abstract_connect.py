@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import socket
 
-from aeros.skill import Inputs, act
+from aeros.skill import Inputs
 
 
 def attack(inputs: Inputs) -> object:

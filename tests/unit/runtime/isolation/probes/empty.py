@@ -5,9 +5,8 @@ from __future__ import annotations
 import os
 import time
 
-from tests.unit.runtime.isolation.hostile import channel
-
 from aeros.skill import Inputs, Observation, SkillBody, act
+from tests.unit.runtime.isolation.hostile import channel
 
 
 def probe(observed: Observation, inputs: Inputs) -> SkillBody:

@@ -6,6 +6,5 @@ import os
 
 from aeros.skill import act
 
-
 os._exit(0)
 act("never")

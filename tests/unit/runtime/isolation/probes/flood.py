@@ -5,9 +5,8 @@ from __future__ import annotations
 import os
 
 from aeros.runtime.isolation.frames import Asked, encode
-from tests.unit.runtime.isolation.hostile import channel, question
-
 from aeros.skill import Inputs, Observation, SkillBody, act
+from tests.unit.runtime.isolation.hostile import channel, question
 
 
 def probe(observed: Observation, inputs: Inputs) -> SkillBody:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import time
 
-from tests.unit.runtime.isolation.hostile import question, send
-
 from aeros.skill import Inputs, Observation, SkillBody, act
+from tests.unit.runtime.isolation.hostile import question, send
 
 
 def probe(observed: Observation, inputs: Inputs) -> SkillBody:

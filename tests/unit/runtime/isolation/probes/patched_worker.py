@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import aeros.runtime.isolation.worker as worker
-
 from aeros.skill import Inputs, Observation, SkillBody, act
 
 

@@ -8,4 +8,4 @@ from aeros.skill import Inputs
 
 
 def attack(inputs: Inputs) -> object:
-    return socket.gethostbyname("localhost")
+    return socket.gethostbyname(b"localhost")

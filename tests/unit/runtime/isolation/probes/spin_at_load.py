@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-
 from aeros.skill import act
-
 
 while True:
     act("never")

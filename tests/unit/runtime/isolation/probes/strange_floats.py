@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-
 from aeros.skill import Inputs, Observation, SkillBody, act
 
 

@@ -8,5 +8,6 @@ from aeros.skill import Inputs
 
 
 def attack(inputs: Inputs) -> object:
-    with socket.create_connection(("127.0.0.1", inputs["tcp"]), 2) as found:
+    with socket.socket() as found:
+        found.connect(("127.0.0.1", inputs["tcp"]))
         return found.send(b"secret")
