@@ -62,12 +62,12 @@ class IsolatedRun:
         self._answer_within = answer_within
         self._is_open = False
         try:
-            self._zygote = nursery.borrow()
-            self._conversation = Conversation(self._zygote.spawn())
+            self._zygote, channel = nursery.spawn()
         except ZygoteError as failure:
             raise SkillRefusedError(
                 f"no worker can be had for module `{code.module}`: {failure}"
             ) from failure
+        self._conversation = Conversation(channel)
         self._is_alive = True
         try:
             self._load(layers, code, inputs)

@@ -116,9 +116,10 @@ class Zygote:
     # Inside.
 
     def _start(self, control: int, preload: Sequence[str], program: str | None, said: IO[bytes]) -> None:
-        packages = [_folder_of(name) for name in (*_PACKAGES, *(n for n in preload if n == "numpy"))]
+        roots = {name.partition(".")[0] for name in preload} - sys.stdlib_module_names
+        packages = [_folder_of(name) for name in sorted(roots.union(_PACKAGES))]
         places = sorted({str(folder.parent) for folder in packages})
-        # -S: no site-packages as a whole, so nothing of them is executed at start or can be imported.
+        # -S: nothing that is installed beside Python (`.pth` files, `sitecustomize`) runs at start.
         code = (
             f"import sys; sys.path += {places!r}; import {_ZYGOTE} as z; z.main({control}, {list(preload)!r})"
         )
@@ -194,17 +195,24 @@ class Nursery:
         if self._program is None:
             self.missing[Layer.BUBBLEWRAP] = why
 
-    def borrow(self) -> Zygote:
-        """A zygote without a worker; raises `ZygoteError`."""
-        with self._lock:
-            if self._idle:
-                return self._idle.pop()
-        return Zygote(self._preload, self._program)
+    def spawn(self) -> tuple[Zygote, socket.socket]:
+        """A new worker: the zygote that is lent for it, and its channel.  Raises `ZygoteError`."""
+        while (zygote := self._pop()) is not None:
+            try:
+                return zygote, zygote.spawn()
+            except ZygoteError:
+                zygote.kill()  # something else ended it
+        zygote = Zygote(self._preload, self._program)
+        return zygote, zygote.spawn()
 
     def give_back(self, zygote: Zygote) -> None:
         """Take back a zygote whose worker is gone."""
         with self._lock:
             self._idle.append(zygote)
+
+    def _pop(self) -> Zygote | None:
+        with self._lock:
+            return self._idle.pop() if self._idle else None
 
     def close(self) -> None:
         """End every zygote that is not lent; safe to call twice."""

@@ -17,7 +17,8 @@ from aeros.runtime.skills import certified_code, certified_files
 from aeros.spec.model import Ecm, Isolation, Site, Skill
 from aeros.spec.obligations.skill_reach import HARMLESS
 
-_NUMPY: Final = "numpy"
+_NUMPY: Final = ("numpy", "numpy.fft", "numpy.linalg", "numpy.polynomial", "numpy.random")
+"""NumPy imports these when they are first used, which is too late in a worker."""
 
 
 class SkillRuns:
@@ -101,8 +102,8 @@ class SkillRuns:
 
 def _preloaded(modules: Iterable[Ecm]) -> list[str]:
     """What the code of `modules` may import: a worker can open no file, so it is all there before."""
-    wants_numpy = find_spec(_NUMPY) is not None and any(_imports_numpy(ecm) for ecm in modules)
-    return [*sorted(HARMLESS), *([_NUMPY] if wants_numpy else [])]
+    wants_numpy = find_spec("numpy") is not None and any(_imports_numpy(ecm) for ecm in modules)
+    return [*sorted(HARMLESS), *(_NUMPY if wants_numpy else ())]
 
 
 def _imports_numpy(ecm: Ecm) -> bool:
@@ -111,8 +112,12 @@ def _imports_numpy(ecm: Ecm) -> bool:
     except (SkillRefusedError, SyntaxError, ValueError):
         return False  # it will be refused when it is to run
     return any(
-        (isinstance(node, ast.Import) and any(one.name.split(".")[0] == _NUMPY for one in node.names))
-        or (isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == _NUMPY)
+        (isinstance(node, ast.Import) and any(_is_numpy(one.name) for one in node.names))
+        or (isinstance(node, ast.ImportFrom) and _is_numpy(node.module or ""))
         for tree in trees
         for node in ast.walk(tree)
     )
+
+
+def _is_numpy(module: str) -> bool:
+    return module.partition(".")[0] == "numpy"

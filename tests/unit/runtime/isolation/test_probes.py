@@ -243,12 +243,10 @@ def test_whatever_a_worker_started_dies_when_the_zygote_is_killed(
     kind: str, request: pytest.FixtureRequest, start: Start, around: Surroundings
 ) -> None:
     nursery: Nursery = request.getfixturevalue(kind)
-    zygote = nursery.borrow()
-    nursery.give_back(zygote)
     run = start(nursery, "fork_bomb", around.inputs, layers=())
     run.resume({}, 60.0)
     before = below(os.getpid())
-    zygote.kill()
+    run._zygote.kill()
     assert len(below(os.getpid())) < len(before) - 100
     run.close()
 
