@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.util import find_spec
 from types import TracebackType
 from typing import Any, Final, Self
 
 from aeros.runtime.isolation.isolated_run import IsolatedRun
-from aeros.runtime.isolation.lockdown import PUT_ON
-from aeros.runtime.isolation.nursery import Nursery
+from aeros.runtime.isolation.lockdown import PUT_ON, Layer
+from aeros.runtime.isolation.nursery import Nursery, ZygoteError
 from aeros.runtime.skill_code import SkillRefusedError
 from aeros.runtime.skill_run import Run, run_in_process
 from aeros.runtime.skills import certified_code, certified_files
@@ -22,61 +22,59 @@ _NUMPY: Final = ("numpy", "numpy.fft", "numpy.linalg", "numpy.polynomial", "nump
 
 
 class SkillRuns:
-    """Opens runs of skills (`skill_run.OpenRun`), each where the site wants it.
+    """Opens runs of skills (`skill_run.OpenRun`), each where the site that governs then wants it.
 
-    Probes this host when made, if any of `modules` is to be isolated.  Close it to end its processes.
+    Probes this host when made, if any of `modules` is to be isolated under `site`.  Close it to end its
+    processes.  nursery: makes zygotes that have these modules imported.
     """
 
-    def __init__(self, site: Site, modules: Iterable[Ecm], nursery: Nursery | None = None) -> None:
-        self._policy: Isolation = site.isolation
+    def __init__(
+        self, site: Site, modules: Iterable[Ecm], nursery: Callable[[Sequence[str]], Nursery] = Nursery
+    ) -> None:
+        self._policy = site.isolation
+        self._make = nursery
+        self._nurseries: dict[tuple[str, ...], Nursery] = {}
         self._isolated = [ecm for ecm in modules if ecm.id not in self._policy.trusted]
-        self._nursery = nursery
-        if self._nursery is None and self._isolated:
-            self._nursery = Nursery(_preloaded(self._isolated))
-        self._missing = {} if self._nursery is None else self._nursery.missing
+        # What a host lacks is the same in each of them.
+        self._missing: Mapping[Layer, str | None] = {}
+        try:
+            for ecm in self._isolated:
+                self._nursery_for(ecm)
+        except BaseException:
+            self.close()
+            raise
 
-    def __call__(self, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> Run:
+    def __call__(self, site: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> Run:
         """A run of `skill`; raises `SkillRefusedError`."""
-        if ecm.id in self._policy.trusted:
-            return run_in_process(ecm, skill, inputs)
-        refusal = self.refusal
-        if refusal is not None or self._nursery is None:
-            raise SkillRefusedError(refusal or "no module was to be isolated when this was opened")
-        layers = [layer for layer in PUT_ON if self._missing[layer] is None]
+        policy = site.isolation
+        if ecm.id in policy.trusted:
+            return run_in_process(site, ecm, skill, inputs)
         code = certified_code(ecm, skill)
-        return IsolatedRun(self._nursery, layers, code, inputs, float(self._policy.answer_within))
-
-    @property
-    def lacking(self) -> Mapping[str, str]:
-        """The layers that the site requires and this host lacks, each with the reason."""
-        why = {layer.value: missing for layer, missing in self._missing.items() if missing is not None}
-        return {name: why[name] for name in sorted(self._policy.require) if name in why}
+        nursery = self._nursery_for(ecm)
+        lacking = self._lacking(policy)
+        if lacking and policy.refuses:
+            raise SkillRefusedError(_spell_refusal([ecm.id], lacking))
+        layers = [layer for layer in PUT_ON if nursery.missing[layer] is None]
+        return IsolatedRun(nursery, layers, code, inputs, float(policy.answer_within))
 
     @property
     def refusal(self) -> str | None:
-        """Why no isolated module may run here; None if they may."""
-        if not self.lacking or not self._policy.refuses:
-            return None
-        names = ", ".join(f"`{ecm.id}`" for ecm in self._isolated)
-        why = "; ".join(f"{name}: {reason}" for name, reason in self.lacking.items())
-        return (
-            f"{names} may not run here: the site requires isolation that this host lacks ({why}); run it "
-            "where there is more, or let the site trust it (`policy.isolation.trusted`) or only warn "
-            "(`policy.isolation.missing: warn`)"
-        )
+        """Why no isolated module may run here under the site that was given; None if they may."""
+        lacking = self._lacking(self._policy)
+        return _spell_refusal(self._names, lacking) if lacking and self._policy.refuses else None
 
     @property
     def warning(self) -> str | None:
-        """What is weaker here than the site requires, where it lets modules run all the same."""
-        if not self.lacking or self._policy.refuses:
+        """What is weaker here than that site requires, where it lets modules run all the same."""
+        lacking = self._lacking(self._policy)
+        if not lacking or self._policy.refuses:
             return None
-        why = "; ".join(f"{name}: {reason}" for name, reason in self.lacking.items())
-        return f"skill code is isolated less than the site requires ({why})"
+        return f"skill code is isolated less than the site requires ({_spell(lacking)})"
 
     def details(self) -> dict[str, Any]:
         """What the record says: where each module runs, and behind what."""
         return {
-            "isolated": sorted(ecm.id for ecm in self._isolated),
+            "isolated": self._names,
             "trusted": sorted(self._policy.trusted),
             "layers": {
                 layer.value: "in place" if missing is None else f"missing: {missing}"
@@ -88,8 +86,8 @@ class SkillRuns:
 
     def close(self) -> None:
         """End every process that was started; safe to call twice."""
-        if self._nursery is not None:
-            self._nursery.close()
+        for nursery in self._nurseries.values():
+            nursery.close()
 
     def __enter__(self) -> Self:
         return self
@@ -99,11 +97,45 @@ class SkillRuns:
     ) -> None:
         self.close()
 
+    # Inside.
 
-def _preloaded(modules: Iterable[Ecm]) -> list[str]:
-    """What the code of `modules` may import: a worker can open no file, so it is all there before."""
-    wants_numpy = find_spec("numpy") is not None and any(_imports_numpy(ecm) for ecm in modules)
-    return [*sorted(HARMLESS), *(_NUMPY if wants_numpy else ())]
+    @property
+    def _names(self) -> list[str]:
+        return sorted(ecm.id for ecm in self._isolated)
+
+    def _nursery_for(self, ecm: Ecm) -> Nursery:
+        preload = _preloaded(ecm)
+        if preload not in self._nurseries:
+            try:
+                self._nurseries[preload] = self._make(preload)
+            except (ZygoteError, OSError) as failure:
+                raise SkillRefusedError(f"module `{ecm.id}` cannot be isolated here: {failure}") from failure
+        self._missing = self._nurseries[preload].missing
+        return self._nurseries[preload]
+
+    def _lacking(self, policy: Isolation) -> dict[str, str]:
+        """The layers that `policy` requires and this host lacks, each with the reason."""
+        why = {layer.value: missing for layer, missing in self._missing.items() if missing is not None}
+        return {name: why[name] for name in sorted(policy.require) if name in why}
+
+
+def _spell(lacking: Mapping[str, str]) -> str:
+    return "; ".join(f"{name}: {reason}" for name, reason in lacking.items())
+
+
+def _spell_refusal(modules: Iterable[str], lacking: Mapping[str, str]) -> str:
+    names = ", ".join(f"`{name}`" for name in modules)
+    return (
+        f"{names} may not run here: the site requires isolation that this host lacks ({_spell(lacking)}); "
+        "run it where there is more, or let the site trust it (`policy.isolation.trusted`) or only warn "
+        "(`policy.isolation.missing: warn`)"
+    )
+
+
+def _preloaded(ecm: Ecm) -> tuple[str, ...]:
+    """What the code of `ecm` may import: a worker can open no file, so it is all there before."""
+    wants_numpy = find_spec("numpy") is not None and _imports_numpy(ecm)
+    return (*sorted(HARMLESS), *(_NUMPY if wants_numpy else ()))
 
 
 def _imports_numpy(ecm: Ecm) -> bool:

@@ -351,10 +351,10 @@ class _SiteElaborator:
         usual = Isolation()
         if isolation is None:
             return usual
-        within = usual.answer_within
+        within: Fraction | None = usual.answer_within
         if isolation.answer_within is not None:
-            within = elaborate_quantity(isolation.answer_within, TIME, self._sink) or within
-            if not 0 < within <= _LONGEST_TIMEOUT:
+            within = elaborate_quantity(isolation.answer_within, TIME, self._sink)
+            if within is not None and not 0 < within <= _LONGEST_TIMEOUT:
                 self._sink.error(
                     "AE129", "a time-out is longer than 0 s and at most 1 h", isolation.answer_within.span
                 )
@@ -363,7 +363,7 @@ class _SiteElaborator:
             usual.require if require is None else frozenset(layer.value for layer in require),
             isolation.missing is None or isolation.missing.value == "refuse",
             frozenset(name.value for name in isolation.trusted),
-            within,
+            within or usual.answer_within,
         )
 
     def _block(self, block: declared.Block) -> Block:
