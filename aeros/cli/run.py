@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,10 +25,11 @@ from aeros.runtime.configuration import Configuration
 from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate, GateMode
 from aeros.runtime.governor import Governor
+from aeros.runtime.isolation.opening import SkillRuns
 from aeros.runtime.proving import prove
 from aeros.runtime.registry.governing import Governing, Steered
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.skills import load_skill
+from aeros.runtime.skill_code import SkillRefusedError
 from aeros.spec.loading import reference_site
 from aeros.spec.verify import Report
 
@@ -116,7 +119,14 @@ def _command(arguments: argparse.Namespace) -> Exit:
         out = _output_folder(arguments.out, routed.task.id)
         with Governing(registry) if installed else Steered(configuration, registry) as governor:
             return _run(arguments, configuration, governor, report, routed, out, signing)
-    except (RefusedError, PlantRefusedError, AuditError, AnchorError, KeyRefusedError) as refusal:
+    except (
+        RefusedError,
+        PlantRefusedError,
+        SkillRefusedError,
+        AuditError,
+        AnchorError,
+        KeyRefusedError,
+    ) as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
 
@@ -139,12 +149,14 @@ def _run(
     audit_path = out / "audit.jsonl"
     began = time.perf_counter()
     with (
+        _isolation(configuration) as skills,
         AuditLog(audit_path, durability=configuration.site.durability, signing=signing) as audit,
         TraceWriter(out / "trace.jsonl") as trace,
         open_plant(arguments.plant, configuration, routed.task, arguments.seed, film) as plant,
     ):
         gate = Gate(configuration, GateMode(arguments.gate))
-        executor = Executor(configuration, gate, plant, audit, load_skill, governor)
+        executor = Executor(configuration, gate, plant, audit, skills, governor)
+        audit.append("isolation", skills.details())
         with awake(arguments.state, configuration.site.id, executor, on_event=trace.tell) as agent:
             report = agent.run(arguments.instruction)
         simulated = plant.now()
@@ -163,6 +175,17 @@ def _audited(log: Path, signing: Signing | None) -> tuple[AuditReport, str]:
         chain = verify_signed(log, signing.key.public, signing.anchor).chain
         sound = "chain sound, signed" if signing.anchor is None else "chain sound, signed and anchored"
     return chain, sound if chain.sound else f"record {chain.bad_record}: {chain.why}"
+
+
+@contextmanager
+def _isolation(configuration: Configuration) -> Iterator[SkillRuns]:
+    """Where skill code runs; refuses before anything starts where this host isolates too little."""
+    with SkillRuns(configuration.site, configuration.modules.values()) as skills:
+        if skills.refusal is not None:
+            raise SkillRefusedError(skills.refusal)
+        if skills.warning is not None:
+            print(f"aeros: warning: {skills.warning}", file=sys.stderr)
+        yield skills
 
 
 def _output_folder(wanted: Path | None, task: str) -> Path:

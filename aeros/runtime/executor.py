@@ -9,14 +9,14 @@
   (`InternalError` from the gate, a plant that raises) or with the record (`AuditError`) is raised,
   after the clean-up.
 
-A skill is interrupted between actions and during them, not while its own code runs (`skill_run`).
+An isolated skill is interrupted at any time; one that runs in this process, not while its own code runs.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -31,8 +31,8 @@ from aeros.runtime.monitor import MonitorFactory
 from aeros.runtime.observation import observation_for
 from aeros.runtime.ports import Monitor, Plant, Readings, StepRequest, StepResult, StepStatus
 from aeros.runtime.records import caller_details, decision_details, session_details, spell_reasons
-from aeros.runtime.skill_run import Ending, SkillRun
-from aeros.runtime.skills import Loader, SkillRefusedError, told
+from aeros.runtime.skill_code import SkillRefusedError, told
+from aeros.runtime.skill_run import Ending, OpenRun, Run
 from aeros.runtime.usage import ClockError, Usage, denied_by_clock
 from aeros.skill import Action
 from aeros.spec.errors import InternalError
@@ -53,7 +53,7 @@ class _Step:
 
     ecm: Ecm
     caller: Caller
-    run: SkillRun
+    run: Run
     deadline: float
     ending: Ending | None = None
     counts: DecisionCounts = field(default_factory=DecisionCounts)
@@ -80,7 +80,7 @@ class Executor:
         gate: Gate,
         plant: Plant,
         audit: AuditLog,
-        loader: Loader,
+        open_run: OpenRun,
         governor: Governor | None = None,
     ) -> None:
         self._governor = Fixed(configuration) if governor is None else governor
@@ -89,7 +89,7 @@ class Executor:
         self._gate = gate
         self._plant = plant
         self._audit = audit
-        self._load = loader
+        self._open_run = open_run
         self._histories = Histories(configuration.site)
         self._monitors = MonitorFactory(configuration.site, self._histories)
         self._usage = Usage(configuration.site.quotas)
@@ -126,13 +126,15 @@ class Executor:
         except _RefusedError as refusal:
             self._audit.append("step-refused", {"reason": str(refusal), **asked})
             return StepResult(StepStatus.REFUSED, str(refusal))
-        began = {"time": self.now(), "deadline": step.deadline}
-        self._audit.append("step-began", {**began, **caller_details(step.caller)})
-        try:
-            ending = self._carry_out(step)
-        except BaseException as failure:
-            self._record_broken(step, failure)
-            raise
+        # However little of the step comes about, what its skill runs in is ended.
+        with closing(step.run):
+            began = {"time": self.now(), "deadline": step.deadline}
+            self._audit.append("step-began", {**began, **caller_details(step.caller)})
+            try:
+                ending = self._carry_out(step)
+            except BaseException as failure:
+                self._record_broken(step, failure)
+                raise
         counts = step.counts
         # A skill's own words may hold what no file, database or terminal takes.
         reason = ending.reason.encode("utf-8", "backslashreplace").decode()
@@ -147,11 +149,11 @@ class Executor:
         ecm, skill = self._find(request)
         try:
             inputs = settle_inputs(skill.inputs, request.inputs)
-            function = self._load(ecm, skill)
+            run = self._open_run(self.site, ecm, skill, inputs)
         except (InputError, SkillRefusedError) as refusal:
             raise _RefusedError(str(refusal)) from refusal
         deadline = self.now() + float(skill.timeout)
-        return _Step(ecm, Caller(ecm.id, skill.id, inputs), SkillRun(function, inputs), deadline)
+        return _Step(ecm, Caller(ecm.id, skill.id, inputs), run, deadline)
 
     def _find(self, request: StepRequest) -> tuple[Ecm, Skill]:
         """The module and the skill that are asked for, among the active ones."""
@@ -187,7 +189,7 @@ class Executor:
     def _drive(self, step: _Step) -> Ending:
         """Action after action until the skill or somebody else ends it."""
         for _ in range(MOST_ACTIONS):
-            asked = step.run.resume(self._observation(step.ecm))
+            asked = step.run.resume(self._observation(step.ecm), step.deadline - self.now())
             if isinstance(asked, Ending) and asked.status is StepStatus.RAISED:
                 return asked
             if self.now() > step.deadline:

@@ -229,6 +229,21 @@ class Durability(Enum):
 
 
 @dataclass(frozen=True)
+class Isolation:
+    """Where the code of modules runs: isolated, unless the module is trusted.
+
+    require: layers without which isolation is too weak.
+    refuses: whether a host that lacks one runs no isolated module; else it only warns.
+    answer_within: seconds that skill code may compute before each action.
+    """
+
+    require: frozenset[str] = frozenset(("landlock", "seccomp", "rlimits"))
+    refuses: bool = True
+    trusted: frozenset[str] = frozenset()
+    answer_within: Fraction = Fraction(5)
+
+
+@dataclass(frozen=True)
 class Site:
     """A site: vocabulary, Φ, Π.  `digest` is the SHA-256 of its file, in hexadecimal.
 
@@ -257,6 +272,7 @@ class Site:
     histories: tuple[History, ...] = ()
     policy_spans: Mapping[str, Span] = field(default_factory=dict)
     durability: Durability = Durability.EVERY_RECORD
+    isolation: Isolation = Isolation()
 
     @cached_property
     def observed(self) -> Mapping[str, Declared]:

@@ -188,6 +188,28 @@ class Audit:
 
 
 @dataclass(frozen=True)
+class Isolation:
+    """Where the code of modules runs, and behind what."""
+
+    span: Span
+    require: tuple[Choice[Literal["bubblewrap", "landlock", "rlimits", "seccomp"]], ...] | None = field(
+        default=None,
+        metadata={"doc": "layers without which isolation is too weak; all but bubblewrap if absent"},
+    )
+    missing: Choice[Literal["refuse", "warn"]] | None = field(
+        default=None,
+        metadata={"doc": "on a host that lacks a required layer: `refuse` modules (if absent), or `warn`"},
+    )
+    trusted: tuple[Identifier, ...] = field(
+        default=(), metadata={"doc": "modules whose code runs in the runtime's own process, unconfined"}
+    )
+    answer_within: Text | None = field(
+        default=None,
+        metadata={"doc": "how long skill code may compute before each action, as in `answer_within: 5 s`"},
+    )
+
+
+@dataclass(frozen=True)
 class Policy:
     """Π beside Φ: operator overrides, access, risk, quotas."""
 
@@ -199,6 +221,9 @@ class Policy:
     blocks: tuple[Block, ...] = field(default=(), metadata={"doc": "operator overrides"})
     quotas: tuple[Quota, ...] = field(default=(), metadata={"doc": "rate limits"})
     audit: Audit | None = field(default=None, metadata={"doc": "how the audit record is kept"})
+    isolation: Isolation | None = field(
+        default=None, metadata={"doc": "where the code of modules runs: isolated, if absent"}
+    )
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from aeros.runtime.decision import Caller, Decision, Reason, Verdict
 from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate
 from aeros.runtime.ports import Completion, Readings, Runtime, StepRequest, StepResult, StepStatus
-from aeros.runtime.skills import load_skill
+from aeros.runtime.skill_run import Run, SkillRun, run_in_process
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 from aeros.spec.errors import InternalError
@@ -56,10 +56,10 @@ class Bench:
         self.audit = AuditLog(log_path)
         configuration = Configuration(site=site, modules={"handling": ecm}, certificates={}, digest="c" * 64)
 
-        def load(ecm: Ecm, skill: Skill) -> Callable[..., Any]:
-            return load_skill(ecm, skill) if body is None else body
+        def open_run(site: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> Run:
+            return run_in_process(site, ecm, skill, inputs) if body is None else SkillRun(body, inputs)
 
-        self.executor = Executor(configuration, cast("Gate", self.gate), self.plant, self.audit, load)
+        self.executor = Executor(configuration, cast("Gate", self.gate), self.plant, self.audit, open_run)
 
     def submit(self, request: StepRequest = STEP) -> StepResult:
         return self.executor.submit(request)
