@@ -27,6 +27,7 @@ OBSERVED = {"tool_position": (0.3, 0.0, 0.5), "human_distance": 20.0, "holding":
 
 
 def main() -> None:
+    """Measure and print."""
     print(f"{platform.platform()}, Python {platform.python_version()}, load {os.getloadavg()[0]:.1f}")
     code = CertifiedCode("bench", "skills.py", "/skills.py", CODE.encode(), "lift")
     began = time.perf_counter()
