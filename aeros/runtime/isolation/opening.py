@@ -29,10 +29,10 @@ class SkillRuns:
     """
 
     def __init__(
-        self, site: Site, modules: Iterable[Ecm], nursery: Callable[[Sequence[str]], Nursery] = Nursery
+        self, site: Site, modules: Iterable[Ecm], nursery: Callable[[Sequence[str]], Nursery] | None = None
     ) -> None:
         self._policy = site.isolation
-        self._make = nursery
+        self._make = nursery or Nursery
         self._nurseries: dict[tuple[str, ...], Nursery] = {}
         self._isolated = [ecm for ecm in modules if ecm.id not in self._policy.trusted]
         # What a host lacks is the same in each of them.

@@ -127,6 +127,31 @@ def test_the_record_says_where_skill_code_ran_and_behind_what(tmp_path: Path) ->
     assert set(record["details"]["layers"]) == {"bubblewrap", "landlock", "rlimits", "seccomp"}
 
 
+def test_isolated_or_trusted_the_same_seed_makes_the_same_decisions(tmp_path: Path) -> None:
+    trusting = tmp_path / "trusting.yaml"
+    text = Path(reference_site()).read_text()
+    warns = next(line for line in text.splitlines() if "missing: warn" in line)
+    trusting.write_text(text.replace(warns, "    trusted: [clean_table, fetch_object, make_dumplings]"))
+    shutil.copytree(REPOSITORY / "ecms", tmp_path / "ecms")
+    assert main(["verify", str(tmp_path / "ecms"), "--site", str(trusting)]) == Exit.PROVED
+    ways = {
+        "isolated": [],
+        "trusted": ["--site", str(trusting), "--ecms", str(tmp_path / "ecms")],
+    }
+    for way, arguments in ways.items():
+        assert _run(tmp_path / way, "--plant", "symbolic", "--seed", "7", *arguments) == Exit.PROVED
+    isolated, trusted = (_decided(tmp_path / way / "out" / "audit.jsonl") for way in ways)
+    assert isolated == trusted
+    assert len(isolated) > 50
+
+
+def _decided(log: Path) -> list[dict[str, object]]:
+    """What was decided, on which readings; the configuration's digest aside."""
+    records = [json.loads(line) for line in log.read_text().splitlines()]
+    details = [record["details"] for record in records if record["event"] == "decision"]
+    return [{name: value for name, value in one.items() if name != "configuration"} for one in details]
+
+
 def test_less_isolation_than_the_site_requires_is_said_loudly(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -40,6 +41,10 @@ class FakeNursery:
 
     def close(self) -> None:
         pass
+
+
+def _given(nursery: Nursery, preload: Sequence[str]) -> Nursery:
+    return nursery
 
 
 def _runs(site: Site, ecm: Ecm, isolation: Isolation, **missing: str) -> SkillRuns:
@@ -130,11 +135,7 @@ def test_a_worker_puts_on_what_the_host_has(site: Site, make_ecm: Any, bare: Nur
         weaker = Nursery.__new__(Nursery)
         weaker.__dict__.update(bare.__dict__)
         weaker.missing = {**bare.missing, **({} if lacking is None else {lacking: "left out"})}
-
-        def found(preload: object, nursery: Nursery = weaker) -> Nursery:
-            return nursery
-
-        run = SkillRuns(warning, [ecm], found)(warning, ecm, ecm.skills["lift"], INPUTS)
+        run = SkillRuns(warning, [ecm], partial(_given, weaker))(warning, ecm, ecm.skills["lift"], INPUTS)
         seen[lacking] = run.resume({}, 1.0)
         run.close()
     assert seen == dict.fromkeys((None, Layer.LANDLOCK, Layer.SECCOMP), act("blocked"))
@@ -147,9 +148,9 @@ def test_a_worker_puts_on_what_the_host_has(site: Site, make_ecm: Any, bare: Nur
 def test_numpy_is_preloaded_for_code_that_imports_it(
     text: str, numpy: bool, site: Site, make_ecm: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked: list[list[str]] = []
+    asked: list[Sequence[str]] = []
 
-    def remember(preload: list[str]) -> FakeNursery:
+    def remember(preload: Sequence[str]) -> FakeNursery:
         asked.append(preload)
         return FakeNursery()
 
