@@ -213,7 +213,9 @@ def _generated(
     site, module = _site(rules, reduced), _module(envelope, permission, ["r0", "r1"], t.TRUE, t.TRUE)
     claims = iter([*permission_obligations(module, site), *safety_obligations(module, site)])
     verdicts = {name: one.verdict.name for name, one in _findings(claims).items()}
-    certificate = Certificate("", module.id, "", module.manifest_digest, "", {}, site.digest, "", "", verdicts)
+    certificate = Certificate(
+        "", module.id, "", module.manifest_digest, "", {}, site.digest, "", "", verdicts
+    )
     configuration = Configuration(site, {module.id: module}, {module.id: certificate}, "")
     wanted = {f"safety/skill/move/r{number}" for number in range(len(rules))} | {"permission/skill/move"}
     return configuration, {name: verdicts[name] == "PROVED" for name in wanted}

@@ -19,7 +19,7 @@ from dataclasses import replace
 
 from aeros.spec.diagnostics import Diagnostic, Label
 from aeros.spec.expr import terms as t
-from aeros.spec.model import Clause, Ecm, Rule, Site, Skill, Task
+from aeros.spec.model import Clause, Ecm, Rule, Site, Skill, Task, about
 from aeros.spec.obligations.obligation import (
     Claim,
     Obligation,
@@ -170,15 +170,18 @@ _IDLE_GATE_HELP = "remove it from `gated` and tighten the envelope"
 def _state_matters(site: Site, skill: Skill, rule: Rule, kind: str) -> Obligation:
     """The rule allows an action in one state and denies it in another, where `then.x` is what `x` is here."""
     term = rule.terms[kind]
-    read = [one for name, one in site.observed.items() if name in t.variables_of(term)]
-    others = [replace(one, variable=replace(one.variable, name=f"then.{one.name}")) for one in read]
-    names: dict[str, t.Term] = {one.name: other.variable for one, other in zip(read, others, strict=True)}
+    read, _ = about((term,), site.observed.values())
+    then = {one.name: replace(one.variable, name=f"then.{one.name}") for one in read}
+    others = [
+        replace(one, variable=then[one.name], facts=tuple(t.substitute(fact, then) for fact in one.facts))
+        for one in read
+    ]
     return Obligation(
         id=f"safety/{skill.id}/gated-{rule.id}/{kind}",
         code="AE506",
         claim=Claim.SOMETIMES,
         space=Space((*read, *others, *site.kinds[kind].parameters.values()), ()),
-        conclusion=t.conjunction(term, t.Not(t.substitute(term, names))),
+        conclusion=t.conjunction(term, t.Not(t.substitute(term, then))),
         headline=_IDLE_GATE.format(rule.id),
         primary=Label(skill.gated[rule.id]),
         secondary=(Label(rule.require_span, f"allows a `{kind}` in every state or in none"),),
