@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -38,7 +38,7 @@ _DECIDING: Final = (
 """Distributions whose code has a part in verdicts, with the package of each."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Kept:
     """A module that is proved by itself.
 
@@ -51,7 +51,7 @@ class Kept:
 
 
 class Keeper:
-    """Proofs in a store, under one site and one budget."""
+    """Proofs in a store, of one site and of modules under it, under one budget."""
 
     def __init__(self, store: Store, site: Site, rlimit: int) -> None:
         self._store = store
@@ -74,6 +74,18 @@ class Keeper:
         same = (presence.manifest_digest, presence.code_digest) == digests
         return found if same and _models_are(folder, presence.model_digests) else None
 
+    def claims_of_site(self) -> tuple[Told, ...] | None:
+        """What was proved of the site, if all of it was and there is nothing to say."""
+        text = self._store.report(self._digest("site"))
+        try:
+            return None if text is None else _claims(json.loads(text)) or None
+        except (ValueError, KeyError, TypeError):
+            return None
+
+    def keep_site(self, claims: Sequence[Told]) -> None:
+        """As `keep`, of the site."""
+        self._new[self._digest("site")] = json.dumps([_row(one) for one in claims], separators=(",", ":"))
+
     def keep(self, folder: Path, proved: Kept) -> None:
         """Put `proved` into the store when `close` is called."""
         presence = proved.presence
@@ -91,7 +103,10 @@ class Keeper:
         self._new = {}
 
     def _key(self, folder: Path, manifest: str, code: str) -> str:
-        question = [*self._about, str(folder), str(folder.resolve()), manifest, code]
+        return self._digest("module", str(folder), str(folder.resolve()), manifest, code)
+
+    def _digest(self, *of: str) -> str:
+        question = [*self._about, *of]
         return hashlib.sha256(json.dumps(question).encode()).hexdigest()
 
 
@@ -118,6 +133,8 @@ _VERDICTS: Final = {one.value: one for one in Verdict}
 
 
 def _claims(rows: Any) -> tuple[Told, ...]:
+    if not isinstance(rows, list):
+        raise TypeError("claims are kept as a list")
     return tuple(
         Told(id_, _VERDICTS[verdict], guard, boundary, None if witness is None else tuple(witness))
         for id_, verdict, guard, boundary, witness in rows

@@ -12,7 +12,7 @@ from aeros.spec.model import Ecm
 from aeros.spec.source import Source, Span
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Way:
     """A word that routes to a task, casefolded, and where it is written."""
 
@@ -21,7 +21,7 @@ class Way:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Presence:
     """A module as others see it.
 

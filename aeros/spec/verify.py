@@ -142,7 +142,12 @@ def verify(
     """
     oracle = Oracle(rlimit, store, recording=second is not None)
     progress(f"site {site_path}")
-    site, site_report = _verify_site(site_path, oracle, blocks)
+    in_full = in_full or bool(blocks) or second is not None
+    keeper: Keeper | None = None
+    if in_full or store is None:
+        site, site_report = _verify_site(site_path, oracle, blocks)
+    else:
+        site, site_report, keeper = _site_in_brief(site_path, oracle, store)
     reports: list[SubjectReport] = []
     sink = Diagnostics()
     folders = list(dict.fromkeys(folder for path in paths for folder in module_folders(path, sink)))
@@ -150,8 +155,6 @@ def verify(
         reports.append(SubjectReport("", Path(), Conclusion.REJECTED, tuple(sink)))
     if site is None:
         return Report(site_report, tuple(reports), None)
-    in_full = in_full or bool(blocks) or second is not None
-    keeper = None if in_full or store is None else Keeper(store, site, rlimit)
     kept = {} if keeper is None else _kept(folders, keeper)
     missing = [folder for folder in folders if folder not in kept]
     if in_full or jobs < 2 or len(missing) < MANY:
@@ -278,6 +281,22 @@ def _verify_site(path: Path, oracle: Oracle, blocks: Sequence[Block]) -> tuple[S
     problems = (*sink, *_diagnostics(settled, findings))
     claims = (*map(_told_settled, settled), *map(_told, findings))
     return site, SubjectReport(site.id, path, _conclude(problems), problems, claims, settled, findings)
+
+
+def _site_in_brief(
+    path: Path, oracle: Oracle, store: Store
+) -> tuple[Site | None, SubjectReport, Keeper | None]:
+    """As `_verify_site`, without the claims in full where they are kept; and what keeps under this site."""
+    sink = Diagnostics()
+    site = load_site(path, sink)
+    keeper = None if site is None else Keeper(store, site, oracle.rlimit)
+    claims = None if keeper is None or len(sink) else keeper.claims_of_site()
+    if site is None or keeper is None or claims is None:
+        site, report = _verify_site(path, oracle, ())
+        if keeper is not None and report.conclusion is Conclusion.PROVED and not report.diagnostics:
+            keeper.keep_site(report.claims)
+        return site, report, keeper
+    return site, SubjectReport(site.id, path, Conclusion.PROVED, (), claims), keeper
 
 
 def _examine(folder: Path, site: Site, oracle: Oracle) -> _Examined:

@@ -182,3 +182,18 @@ def test_several_processes_say_the_same_in_the_same_order(
     assert alone.conclusion is Conclusion.REJECTED
     assert _told(_brief(tmp_path / "modules", None, jobs=2)) == _told(alone)
     assert _told(verify([tmp_path / "modules"], reference_site())) == _told(alone)
+
+
+def test_what_is_kept_of_a_site_says_the_same_and_is_not_asked_again(
+    modules: Path, store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cold = _told(_brief(modules, store))
+
+    def asked(*_: object) -> object:
+        raise AssertionError("the site was examined")
+
+    monkeypatch.setattr(verify_module, "_verify_site", asked)
+    assert _told(_brief(modules, store)) == cold
+    store._connection.execute("UPDATE reports SET report = '[[1]]'")
+    with pytest.raises(AssertionError, match="was examined"):
+        _brief(modules, store)
