@@ -29,6 +29,30 @@ def test_the_benchmark_of_the_closed_loop_runs() -> None:
     assert [row["steps"] for row in _run("closed_loop")] == [5]
 
 
-@pytest.mark.parametrize("name", ["verify", "closed_loop"])
-def test_each_benchmark_is_published_with_how_to_rerun_it(name: str) -> None:
-    assert f"python -m benchmarks.{name}" in (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
+def test_the_benchmark_of_the_gate_runs_and_aeros_allows_nothing_corrupted() -> None:
+    found = _run("gate")
+    rows = {row["engine"]: row for row in found["engines"]}
+    assert 0 < found["allowed"] < found["requests"]
+    assert {"by hand, naive", "by hand, checked", "AEROS compiled", "AEROS z3"} <= rows.keys()
+    for name in ("by hand, checked", "AEROS compiled", "AEROS z3"):
+        assert rows[name]["fail_opens"] == []
+    assert rows["by hand, naive"]["fail_opens"]
+
+
+def test_the_benchmark_of_the_monitors_runs_and_aeros_knows_nothing_of_what_is_missing() -> None:
+    found = _run("monitors")
+    assert {row["window"] for row in found["windows"]} == {10}
+    assert found["after_corruption"]["AEROS"] == {"nan": "unknown", "missing": "unknown"}
+
+
+@pytest.mark.parametrize(
+    ("name", "page"),
+    [
+        ("verify", "benchmarks.md"),
+        ("closed_loop", "benchmarks.md"),
+        ("gate", "benchmarks-gate.md"),
+        ("monitors", "benchmarks-gate.md"),
+    ],
+)
+def test_each_benchmark_is_published_with_how_to_rerun_it(name: str, page: str) -> None:
+    assert f"python -m benchmarks.{name}" in (ROOT / "docs" / page).read_text(encoding="utf-8")

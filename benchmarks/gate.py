@@ -1,0 +1,209 @@
+"""How long one decision takes, in AEROS and in other engines on the same policy: `python -m benchmarks.gate`.
+
+All engines decide the same requests in one process, in turns, and must agree on every one of them.
+Then an allowed request is corrupted in twelve ways, and what each engine still allows is counted.
+Engines that are not installed are left out: `pip install 'aeros[benchmark]'`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import platform
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from aeros.runtime.decision import Caller, Verdict
+from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.ports import Reading
+from aeros.skill import Action
+from benchmarks.gate_peers import PEERS
+from benchmarks.gate_policy import NOW, Asked, careful, configuration, naive, requests
+
+Call = Callable[[], bool]
+HAND_WRITTEN = "by hand, checked"
+
+CORRUPTED: tuple[tuple[str, Any], ...] = (
+    ("speed", float("nan")),
+    ("speed", None),
+    ("speed", "0.1"),
+    ("force", float("nan")),
+    ("force", float("-inf")),
+    ("force", True),
+    ("x", float("nan")),
+    ("human", 0),
+    ("human", None),
+    ("risk", "MEDIUM"),
+    ("skill", "wipe "),
+    ("actuators", None),
+)
+"""Fields of an allowed request beside a person, and what stands in them instead."""
+
+
+def _aeros(gate: Gate) -> Callable[[Asked], Call]:
+    """What a runtime does for each action, with the request as a runtime has it: made before it is timed."""
+
+    def prepared(asked: Asked) -> Call:
+        values = dict(asked.attributes)
+        caller = Caller("surfaces", values["skill"], {})
+        readings = {"human": Reading(values["human"], NOW)}
+        action = Action(asked.kind, {name: values[name] for name in ("x", "y", "z", "speed", "force")})
+        decide, usage = gate.decide, dict[str, int]()
+        return lambda: decide(caller, readings, action, NOW, usage).verdict is Verdict.ALLOW
+
+    return prepared
+
+
+def _by_attributes(decide: Callable[[Mapping[str, Any]], bool]) -> Callable[[Asked], Call]:
+    def prepared(asked: Asked) -> Call:
+        values = dict(asked.attributes)
+        return lambda: decide(values)
+
+    return prepared
+
+
+def engines(folder: Path) -> tuple[dict[str, Callable[[Asked], Call]], list[str]]:
+    """Every engine that is installed, by name, and the names of those that are not."""
+    proved = configuration(folder)
+    found = {
+        "by hand, naive": _by_attributes(naive),
+        HAND_WRITTEN: _by_attributes(careful),
+        "AEROS compiled": _aeros(Gate(proved)),
+        "AEROS z3": _aeros(Gate(proved, GateMode.Z3)),
+    }
+    absent = []
+    for name, (module, make) in PEERS.items():
+        if find_spec(module) is None:
+            absent.append(name)
+        else:
+            found[name] = _by_attributes(make())
+    return found, absent
+
+
+def measure(calls: Mapping[str, Sequence[Call]], rounds: int) -> dict[str, list[float]]:
+    """For each engine, the best time of each call in µs, over rounds that the engines take in turns."""
+    clock = time.perf_counter
+    empty = min(_timed(clock, lambda: True) for _ in range(1000))
+    best = {name: [float("inf")] * len(made) for name, made in calls.items()}
+    for _ in range(rounds):
+        for name, made in calls.items():
+            times = best[name]
+            for number, call in enumerate(made):
+                times[number] = min(times[number], _timed(clock, call))
+    # What reading the clock and calling a function that does nothing take is no part of a decision.
+    return {name: [max(one - empty, 0.0) * 1e6 for one in times] for name, times in best.items()}
+
+
+def _timed(clock: Callable[[], float], call: Call) -> float:
+    started = clock()
+    call()
+    return clock() - started
+
+
+def fail_opens(prepare: Callable[[Asked], Call], allowed: Asked) -> list[str]:
+    """The corrupted fields with which the request is still allowed."""
+    assert prepare(allowed)(), "the request is to be allowed before it is corrupted"
+    found = []
+    for field, value in CORRUPTED:
+        corrupted = replace(allowed, attributes={**allowed.attributes, field: value})
+        if field == "risk":  # of AEROS's requests the kind says the risk
+            corrupted = replace(corrupted, kind=allowed.kind.upper())
+        if field == "actuators":
+            corrupted = replace(corrupted, kind=f"{allowed.kind}_with_nothing")
+        try:
+            if prepare(corrupted)():
+                found.append(f"{field} = {value!r}")
+        except Exception:  # an engine that raises does not allow
+            continue
+    return found
+
+
+def run(count: int, rounds: int) -> dict[str, Any]:
+    """The whole measurement."""
+    with tempfile.TemporaryDirectory() as folder:
+        found, absent = engines(Path(folder))
+    asked = requests(count)
+    calls = {name: [prepare(one) for one in asked] for name, prepare in found.items()}
+    answers = {name: [call() for call in made] for name, made in calls.items()}
+    expected = answers["by hand, naive"]
+    disagreeing = {
+        name: sum(one is not other for one, other in zip(given, expected, strict=True))
+        for name, given in answers.items()
+    }
+    assert not any(disagreeing.values()), f"engines disagree: {disagreeing}"
+    near = next(
+        one for one, is_allowed in zip(asked, expected, strict=True) if is_allowed and one.attributes["human"]
+    )
+    times = measure(calls, rounds)
+    hand = statistics.median(times[HAND_WRITTEN])
+    rows = [
+        {
+            "engine": name,
+            "version": _version(name),
+            "p50_us": statistics.median(each),
+            "p99_us": sorted(each)[int(0.99 * (len(each) - 1))],
+            "to_hand_written": statistics.median(each) / hand,
+            "p50_us_allowed": statistics.median(
+                one for one, is_allowed in zip(each, expected, strict=True) if is_allowed
+            ),
+            "fail_opens": fail_opens(found[name], near),
+        }
+        for name, each in times.items()
+    ]
+    return {
+        "requests": count,
+        "allowed": sum(expected),
+        "rounds": rounds,
+        "python": platform.python_version(),
+        "absent": absent,
+        "engines": rows,
+    }
+
+
+def _version(engine: str) -> str:
+    try:
+        return version(engine.split()[0].lower())
+    except PackageNotFoundError:
+        return ""
+
+
+def main() -> None:
+    """Measure, and print a table or JSON."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--requests", type=int, default=1000)
+    parser.add_argument("--rounds", type=int, default=7, help="of each call the best of so many is taken")
+    parser.add_argument("--format", choices=("text", "json"), default="text")
+    parser.add_argument("--quick", action="store_true", help="few requests once, to see that it works")
+    arguments = parser.parse_args()
+    count, rounds = (50, 1) if arguments.quick else (arguments.requests, arguments.rounds)
+    found = run(count, rounds)
+    if arguments.format == "json":
+        json.dump(found, sys.stdout, indent=1)
+        print()
+        return
+    print(f"{found['requests']} requests, {found['allowed']} allowed, all engines agree; µs per decision\n")
+    print("| engine | p50 | p99 | p50 where allowed | to by hand, checked | allowed though corrupted, of 12 |")
+    print("|---|--:|--:|--:|--:|---|")
+    for row in sorted(found["engines"], key=lambda row: row["p50_us"]):
+        opens = row["fail_opens"]
+        print(
+            f"| {row['engine']} {row['version']} | {row['p50_us']:.2f} | {row['p99_us']:.2f}"
+            f" | {row['p50_us_allowed']:.2f} | {row['to_hand_written']:.1f}"
+            f" | {len(opens)}{': ' if opens else ''}{'; '.join(opens)} |"
+        )
+    for name in found["absent"]:
+        print(f"\nskipped: {name} is not installed")
+
+
+if __name__ == "__main__":
+    main()

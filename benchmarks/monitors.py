@@ -1,0 +1,200 @@
+"""How long a past-time condition takes at each sample, beside reelay and rtamt: `python -m benchmarks.monitors`.
+
+One stream of a real x, a sample each second; `historically` and `once` over windows of 10 to 5,000 s of
+`x < 1`.  AEROS takes what its executor takes, readings with times, and checks their form and age.
+Monitors agree on every sample.  Then NaN, or nothing, comes in place of a sample, and what each says
+is shown.  Monitors that are not installed are left out: `pip install 'aeros[benchmark]'`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import random
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from aeros.runtime.history import Histories
+from aeros.runtime.ports import Reading
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.loading import load_site
+
+_OPERATORS = ("historically", "once")
+_SITE = """schema: aeros/site/1
+id: monitors
+description: One real that is watched.
+state:
+  x: {{type: real, unit: m, range: [0, 2], sensor: eye, max_age: 1500 ms}}
+actions:
+  stop: {{description: protective stop, risk: low, protective: true}}
+  move: {{description: move, risk: low, actuators: [arm]}}
+invariants:
+  - {{id: past, on: [move], require: {operator} within {window} s x < 1 m, rationale: measured, source: measured}}
+policy:
+  risk_ceiling: low
+  access: {{actuators: [arm], sensors: [eye]}}
+  limits: {{skill_timeout: 60 s, retries: 2, replans: 5}}
+resources: {{arm: 1}}
+"""
+
+Sample = float | None
+"""What is measured; None where nothing is."""
+
+Update = Callable[[Sample], str]
+"""Takes the next sample, says `true`, `false` or `unknown`, or how it failed."""
+
+
+def aeros(operator: str, window: int) -> Update:
+    """The histories of a site with this rule."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "site.yaml"
+        path.write_text(_SITE.format(operator=operator, window=window), encoding="utf-8")
+        site = load_site(path, Diagnostics())
+    assert site is not None
+    histories = Histories(site)
+    (name,) = histories.names
+    now = 0.0
+    # Every rule is kept as what happened once: `historically c` is `not once not c`.
+    is_negated = operator == "historically"
+
+    def update(sample: Sample) -> str:
+        nonlocal now
+        now += 1.0
+        readings = {} if sample is None else {"x": Reading(sample, now)}
+        known = histories.advance(readings, now)
+        if name not in known:
+            return "unknown"
+        return "true" if known[name].value is not is_negated else "false"
+
+    return update
+
+
+def reelay(operator: str, window: int) -> Update:
+    """Its monitor in discrete time, without leaving out repeated results."""
+    monitor = import_module("reelay").discrete_timed_monitor(
+        pattern=f"{operator}[0:{window}]{{x < 1.0}}", condense=False
+    )
+
+    def update(sample: Sample) -> str:
+        result = monitor.update({} if sample is None else {"x": sample})
+        return "true" if result["value"] else "false"
+
+    return update
+
+
+def rtamt(operator: str, window: int) -> Update:
+    """Its online monitor in discrete time; robustness above zero is true."""
+    monitor = import_module("rtamt").StlDiscreteTimeSpecification()
+    monitor.declare_var("x", "float")
+    monitor.spec = f"{operator}[0,{window}](x < 1.0)"
+    monitor.parse()
+    count = 0
+
+    def update(sample: Sample) -> str:
+        nonlocal count
+        count += 1
+        value = monitor.update(count - 1, [] if sample is None else [("x", sample)])
+        return "true" if value > 0 else "false"
+
+    return update
+
+
+MONITORS: Mapping[str, Callable[[str, int], Update]] = {"AEROS": aeros, "reelay": reelay, "rtamt": rtamt}
+
+
+def stream(count: int, window: int, seed: int = 1) -> list[float]:
+    """Alternately a stretch without and one with what changes the result, each about a window long."""
+    chance = random.Random(seed)  # noqa: S311 - repeats, and guards nothing
+    found: list[float] = []
+    while len(found) < count:
+        usual = chance.choice([0.5, 1.5])
+        found += [usual] * chance.randint(1, 2 * window)
+        found += [2.0 - usual] * chance.randint(1, 3)
+    return found[:count]
+
+
+def measure(update: Update, samples: Sequence[float]) -> tuple[list[str], float]:
+    """What it says at each sample, and the mean time of one in µs."""
+    started = time.perf_counter()
+    said = [update(sample) for sample in samples]
+    return said, (time.perf_counter() - started) / len(samples) * 1e6
+
+
+def windows(sizes: Sequence[int], count: int, rounds: int, absent: Sequence[str]) -> list[dict[str, Any]]:
+    """For each operator and window the median over rounds; all monitors agree on every sample."""
+    rows: list[dict[str, Any]] = []
+    for operator in _OPERATORS:
+        for window in sizes:
+            samples = stream(count, window)
+            row: dict[str, Any] = {"operator": operator, "window": window}
+            times: dict[str, list[float]] = {name: [] for name in MONITORS if name not in absent}
+            for _ in range(rounds):
+                said = {}
+                for name, each in times.items():
+                    few = samples[: max(20, count // 50)] if name == "rtamt" and window > 100 else samples
+                    said[name], took = measure(MONITORS[name](operator, window), few)
+                    each.append(took)
+                for name, given in said.items():
+                    assert given == said["AEROS"][: len(given)], f"{name} differs: {operator}[0:{window}]"
+            rows.append({**row, "us": {name: statistics.median(each) for name, each in times.items()}})
+    return rows
+
+
+def after_corruption(absent: Sequence[str]) -> dict[str, dict[str, str]]:
+    """What `historically` says of a good sample, then of NaN, or of nothing, in place of the next."""
+    found: dict[str, dict[str, str]] = {}
+    for name, make in MONITORS.items():
+        if name in absent:
+            continue
+        found[name] = {}
+        for label, sample in (("nan", float("nan")), ("missing", None)):
+            update = make("historically", 10)
+            update(0.5)
+            try:
+                found[name][label] = update(sample)
+            except Exception as error:
+                found[name][label] = f"raises {type(error).__name__}"
+    return found
+
+
+def main() -> None:
+    """Measure, and print a table or JSON."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--windows", type=int, nargs="+", default=[10, 100, 1000, 5000])
+    parser.add_argument("--samples", type=int, default=20_000)
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--format", choices=("text", "json"), default="text")
+    parser.add_argument("--quick", action="store_true", help="one small window, to see that it works")
+    arguments = parser.parse_args()
+    sizes, count, rounds = arguments.windows, arguments.samples, arguments.rounds
+    if arguments.quick:
+        sizes, count, rounds = [10], 100, 1
+    absent = [name for name in MONITORS if name != "AEROS" and find_spec(name) is None]
+    rows, corrupted = windows(sizes, count, rounds, absent), after_corruption(absent)
+    if arguments.format == "json":
+        json.dump({"windows": rows, "after_corruption": corrupted, "absent": absent}, sys.stdout, indent=1)
+        print()
+        return
+    names = list(rows[0]["us"])
+    print(f"µs per sample\n\n| condition | {' | '.join(names)} |\n|---|{'--:|' * len(names)}")
+    for row in rows:
+        cells = " | ".join(f"{row['us'][name]:.2f}" for name in names)
+        print(f"| `{row['operator']}[0:{row['window']}]` | {cells} |")
+    print("\n`historically` after a true sample:")
+    for name, said in corrupted.items():
+        print(f"- {name}: NaN: {said['nan']}; nothing: {said['missing']}")
+    for name in absent:
+        print(f"\nskipped: {name} is not installed")
+
+
+if __name__ == "__main__":
+    main()
