@@ -41,14 +41,19 @@ def decision_details(
     readings: Readings,
     caller: Caller,
     asked: Action,
+    motion: str | None,
 ) -> dict[str, Any]:
-    """Everything the gate decided on, and what it decided: enough to decide it again."""
+    """Everything the gate decided on, and what it decided: enough to decide it again.
+
+    motion: the digest of the motion that the action becomes, which is decided after the action.
+    """
     state = {name: [reading.value, reading.time] for name, reading in readings.items()}
     return {
         "verdict": decision.verdict.value,
         "reasons": [[reason.code, reason.rule, reason.text] for reason in decision.reasons],
         "configuration": configuration_digest,
         "time": now,
+        "motion": motion,
         "state_digest": digest_of(state),
         "state": state,
         **caller_details(caller),
