@@ -148,12 +148,15 @@ def solve_one(p_BT: Vector, yaw: float, start: Vector) -> Vector | None:
     return None
 
 
-def track(p_BT: Vector, yaw: float, q: Vector) -> Vector:
-    """Joint positions (7,) one Newton step from `q` towards a pose nearby, for servoing every tick."""
+def track(p_BT: Vector, yaw: float, q: Vector, posture: Vector) -> Vector:
+    """Joint positions (7,) one Newton step from `q` towards a pose nearby, for servoing every tick.
+
+    The spare degree of freedom goes half of its way to `posture` (7,).
+    """
     p, R, J = forward(q[None, :])
     error = pose_error(p, R, p_BT[None, :], down(np.array([yaw])))[0]
     jacobian = J[0]
-    lean = 0.02 * _LEAN * (READY - q)
+    lean = 0.5 * (posture - q)
     inner = np.linalg.solve(jacobian @ jacobian.T + 1e-6 * np.eye(6), error - jacobian @ lean)
     step: Vector = np.clip(q + lean + jacobian.T @ inner, Q_MIN + _LIMIT_MARGIN, Q_MAX - _LIMIT_MARGIN)
     return step

@@ -10,7 +10,7 @@ down.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from math import ceil, pi
+from math import ceil, hypot, pi, sqrt
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -79,7 +79,7 @@ _SEARCH: Final = 0.02
 _LANE_SPACING: Final = 0.005
 """Distance in height of the paths that a slide is planned as, m."""
 
-_SLACK: Final = 0.02
+_SLACK: Final = 0.01
 """Distance from the nearest of them that a slide may servo a joint to, rad."""
 
 
@@ -187,7 +187,9 @@ def plan_slide(robot: Panda, parameters: Parameters) -> Planned:
     lowest = float(target[2]) - _SEARCH
     q = robot.q_command
     try:
-        ticks = straight_profile(q, (start, yaw), (_at(target, start[2]), yaw), speed).ticks
+        # Along and down together are no faster than asked; slower than twice the descent is not worth it.
+        along = sqrt(max(speed * speed - _DESCENT * _DESCENT, speed * speed / 4.0))
+        ticks = straight_profile(q, (start, yaw), (_at(target, start[2]), yaw), along).ticks
         # Wherever the surface is: down over the start, then along at that height.
         paths = [straight_path(q, (start, yaw), (_at(start, lowest), yaw))]
         heights = np.arange(lowest, max(start[2], lowest) + _LANE_SPACING, _LANE_SPACING)
@@ -212,9 +214,9 @@ def _servo(distance: float, duration: float) -> Servo:
         speed=tuple((QD_MAX / 2.0).tolist()),
         acceleration=tuple((QDD_MAX / 2.0).tolist()),
         jerk=tuple((QDD_MAX / TICK).tolist()),
-        tool_speed=PEAK_TO_MEAN * distance / duration + _DESCENT,
-        tool_acceleration=ACCELERATION_TO_MEAN * distance / duration**2 + rise,
-        tool_jerk=JERK_TO_MEAN * distance / duration**3 + 2.0 * rise / TICK,
+        tool_speed=hypot(PEAK_TO_MEAN * distance / duration, _DESCENT),
+        tool_acceleration=hypot(ACCELERATION_TO_MEAN * distance / duration**2, rise),
+        tool_jerk=hypot(JERK_TO_MEAN * distance / duration**3, 2.0 * rise / TICK),
     )
 
 
@@ -228,11 +230,14 @@ class _Lanes:
         a, b, c, d = (corners[:, corner, None, :] for corner in range(4))
         self._q = (v**3 * a + 3.0 * v * u * (v * b + u * c) + u**3 * d).reshape(-1, 7)
 
-    def check(self, q: Vector) -> None:
-        """Raises BlockedError where `q` is farther than the slack from all of them."""
-        off = float(np.abs(self._q - q).max(axis=1).min())
-        if off > _SLACK:
-            raise BlockedError(f"blocked: the slide leaves its planned paths by {off:.3f} rad")
+    def nearest(self, q: Vector) -> Vector:
+        """The nearest point of them, by its farthest joint; BlockedError where it is beyond the slack."""
+        away = np.abs(self._q - q).max(axis=1)
+        index = int(away.argmin())
+        if away[index] > _SLACK:
+            raise BlockedError(f"blocked: the slide leaves its planned paths by {away[index]:.3f} rad")
+        nearest: Vector = self._q[index]
+        return nearest
 
 
 def _slide(robot: Panda, target: Vector, force: float, ticks: int, lowest: float, lanes: _Lanes) -> Motion:
@@ -267,12 +272,13 @@ def _slide(robot: Panda, target: Vector, force: float, ticks: int, lowest: float
 
 def _follow(robot: Panda, p_BT: Vector, yaw: float, lanes: _Lanes) -> None:
     """One tick of servoing, at most half of any joint's speed and acceleration limit."""
-    rate = _SERVO_GAIN * (track(p_BT, yaw, robot.q_command) - robot.q_command) / TICK
+    here = robot.q_command
+    rate = _SERVO_GAIN * (track(p_BT, yaw, here, lanes.nearest(here)) - here) / TICK
     rate = np.clip(rate, -QD_MAX / 2.0, QD_MAX / 2.0)
     change = QDD_MAX * TICK / 2.0
     rate = np.clip(rate, robot.qd_command - change, robot.qd_command + change)
-    q = robot.q_command + rate * TICK
-    lanes.check(q)
+    q = here + rate * TICK
+    lanes.nearest(q)
     robot.command(q, rate)
 
 
