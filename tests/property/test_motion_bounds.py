@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from itertools import pairwise
 from math import dist
-from random import Random
 
 import pytest
 
 from aeros.runtime import peaks, sweep
 from aeros.runtime.ports import Trajectory
-from tests.unit.runtime.motions import at, body, differences, path, places, share, tool
+from tests.unit.runtime.motions import at, body, chance_of, differences, path, places, share, tool
 
 SEEDS = range(25)
 SAMPLES = 1500
@@ -18,7 +17,7 @@ NOWHERE = (0.0, 0.0, 0.0)
 
 
 def _motion(seed: int, way: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Trajectory:
-    chance = Random(seed)
+    chance = chance_of(seed)
     pieces = chance.choice([1, 3, 8])
     return Trajectory(body(chance), (path(chance, pieces),), (0.1, 0.2, 0.3), way, chance.uniform(0.3, 4.0))
 
@@ -80,7 +79,7 @@ def test_the_tool_turns_no_faster_than_its_bound(seed: int) -> None:
 
 def test_the_bound_of_the_tools_speed_is_hardly_above_it() -> None:
     for seed in SEEDS:
-        chance = Random(seed)
+        chance = chance_of(seed)
         # One joint alone: its path's slope is greatest somewhere, and timing in the middle.
         still = body(chance)
         quarter = ((0.0,) * 4, (0.1, 0.0, 0.0, 0.0), (0.2, 0.0, 0.0, 0.0), (0.3, 0.0, 0.0, 0.0))
@@ -98,7 +97,7 @@ def test_a_peak_factor_that_is_too_small_is_noticed(number: int, monkeypatch: py
     factors[number] *= 0.99
     monkeypatch.setattr(peaks, "TIMING", tuple(factors))
     line = tuple((x,) * 4 for x in (0.0, 1 / 3, 2 / 3, 1.0))
-    chance = Random(0)
+    chance = chance_of(0)
     motion = Trajectory(body(chance), (((line[0], line[1], line[2], line[3]),),), NOWHERE, NOWHERE, 2.0)
     assert ("speed", "acceleration", "jerk")[number] in _joints_exceeded(motion)
 
@@ -106,7 +105,7 @@ def test_a_peak_factor_that_is_too_small_is_noticed(number: int, monkeypatch: py
 @pytest.mark.parametrize("seed", SEEDS)
 def test_enclosures_hold_every_place_the_balls_take(seed: int) -> None:
     motion = _motion(seed)
-    chance = Random(seed)
+    chance = chance_of(seed)
     slack = tuple(chance.choice([0.0, 0.05]) for _ in range(4))
     balls = list(motion.body.balls)
     pieces = list(motion.paths[0])
@@ -135,7 +134,7 @@ def test_no_motion_that_meets_a_barrier_is_clear_and_few_others_are_not(
 ) -> None:
     seen = {"met": 0, "clear": 0}
     for seed in range(150):
-        chance = Random(seed)
+        chance = chance_of(seed)
         motion = _motion(seed, way)
         half = chance.uniform(0.6, 2.0) if inside else chance.uniform(0.02, 0.3)
         middle = [chance.uniform(-0.6, 0.6) for _ in range(3)]
