@@ -15,6 +15,7 @@ class FakePlant:
     values: what is measured, by vocabulary name, SI; change it at will.
     time: the plant's clock, s; change it at will.
     planned: what it says of the motion of every action.
+    decided: the motions that its actions were executed with, in order.
     completions: how the actions end, in order; after the last, every action completes.
     during: what the monitor sees under way, over `values`, at each tick of every action.
     duration: plant seconds an action takes; one that would pass its deadline stops at it.
@@ -27,6 +28,7 @@ class FakePlant:
         self.values: dict[str, Any] = dict(values or {})
         self.time = 0.0
         self.planned: Plan = Motionless("this plant has no body")
+        self.decided: list[Plan | None] = []
         self.completions: list[Completion] = []
         self.during: list[Mapping[str, Any]] = []
         self.duration = 0.1
@@ -67,6 +69,7 @@ class FakePlant:
     ) -> Completion:
         """Show the monitor what is scripted, then end as is scripted."""
         self._call("execute", action, deadline)
+        self.decided.append(decided)
         for tick in self.during or [{}]:
             rule = monitor(self.now(), {**self.values, **tick})
             if rule is not None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from math import dist
+from math import dist, hypot
 
 import pytest
 
 from aeros.runtime import peaks, sweep
+from aeros.runtime.kinematics import Posture
 from aeros.runtime.ports import Trajectory
 from tests.unit.runtime.motions import at, body, chance_of, differences, path, places, share, tool
 
@@ -67,7 +68,7 @@ def test_the_tool_turns_no_faster_than_its_bound(seed: int) -> None:
     steps = [share(i / SAMPLES) for i in range(SAMPLES + 1)]
     axes = []
     for s in steps:
-        frame = peaks.Posture(motion.body, at(motion.paths[0], s)).frames[-1]
+        frame = Posture(motion.body, at(motion.paths[0], s)).frames[-1]
         axes.append((frame.x, frame.y, frame.z))
     # |ω|² is half the sum of the squared rates of the three axes.
     rates = [
@@ -112,7 +113,7 @@ def test_enclosures_hold_every_place_the_balls_take(seed: int) -> None:
     found = sweep.enclosures(motion.body, pieces, slack, balls)
     for i in range(400):
         q = [x + chance.uniform(-w, w) for x, w in zip(at(motion.paths[0], i / 399), slack, strict=True)]
-        posture = peaks.Posture(motion.body, q)
+        posture = Posture(motion.body, q)
         for ball, (centre, radius) in zip(balls, found, strict=True):
             place = posture.frames[ball.joint].place(ball.centre)
             assert dist(place, centre) + ball.radius <= radius + 1e-12
@@ -124,7 +125,7 @@ def _depth(box: sweep.Box, centre: tuple[float, float, float], radius: float) ->
         pairs = zip(centre, box.lower, box.upper, strict=True)
         return radius - min(min(x - low, high - x) for x, low, high in pairs)
     pairs = zip(centre, box.lower, box.upper, strict=True)
-    return radius - sum(max(low - x, x - high, 0.0) ** 2 for x, low, high in pairs) ** 0.5
+    return radius - hypot(*(max(low - x, x - high, 0.0) for x, low, high in pairs))
 
 
 @pytest.mark.parametrize("inside", [False, True])
@@ -159,6 +160,6 @@ def test_no_motion_that_meets_a_barrier_is_clear_and_few_others_are_not(
 
 
 def test_an_enclosure_without_the_joints_spread_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sweep.Posture, "spread", lambda self, joint, p, width: (0.0, [0.0] * joint))
+    monkeypatch.setattr(Posture, "spread", lambda self, joint, p, width: (0.0, [0.0] * joint))
     with pytest.raises(AssertionError):
         test_enclosures_hold_every_place_the_balls_take(1)

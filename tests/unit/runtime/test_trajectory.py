@@ -6,12 +6,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from math import inf, nan
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
 from aeros.runtime.decision import Decision, Verdict
-from aeros.runtime.ports import Ball, Body, Completion, Motionless, Reading, Servo, Trajectory
+from aeros.runtime.ports import Ball, Body, Completion, Motionless, Reading, Servo, Trajectory, Triple
 from aeros.runtime.trajectory import MotionDecider, motion_digest
 from aeros.skill import act
 from aeros.spec.expr.scope import Box
@@ -105,7 +105,7 @@ def test_a_plant_that_moves_nothing_or_cannot_do_it_is_believed() -> None:
         motion(paths=((((0.0,),) * 4, ((0.0,), (0.1,), (0.2,), (0.3,))),)),
         motion(paths=((((0.0,),) * 4, ((0.0,), (0.0,), (0.1,), (0.3,))),)),
         motion(body=replace(BODY, rows=BODY.rows * 2)),
-        motion(body=replace(BODY, tool=(0.0, 0.0))),
+        motion(body=replace(BODY, tool=cast("Triple", (0.0, 0.0)))),
         motion(body=replace(BODY, balls=())),
         motion(body=replace(BODY, balls=(Ball("leg", 1, NOWHERE, 0.1),))),
         motion(body=replace(BODY, balls=(Ball("arm", 2, NOWHERE, 0.1),))),
