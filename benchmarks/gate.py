@@ -192,7 +192,9 @@ def main() -> None:
         print()
         return
     print(f"{found['requests']} requests, {found['allowed']} allowed, all engines agree; µs per decision\n")
-    print("| engine | p50 | p99 | p50 where allowed | to by hand, checked | allowed though corrupted, of 12 |")
+    print(
+        "| engine | p50 | p99 | p50 where allowed | to by hand, checked | allowed though corrupted, of 12 |"
+    )
     print("|---|--:|--:|--:|--:|---|")
     for row in sorted(found["engines"], key=lambda row: row["p50_us"]):
         opens = row["fail_opens"]

@@ -22,7 +22,8 @@ def cel() -> Decide:
     kinds["actuators"] = engine.Type.List(engine.Type.STRING)
     kinds |= dict.fromkeys(("x", "y", "z", "speed", "force"), engine.Type.DOUBLE)
     box = " && ".join(
-        f"{low!r} <= {name} && {name} <= {high!r}" for name, low, high in zip("xyz", LOWER, UPPER, strict=True)
+        f"{low!r} <= {name} && {name} <= {high!r}"
+        for name, low, high in zip("xyz", LOWER, UPPER, strict=True)
     )
     compiled = engine.NewEnv(variables=kinds).compile(
         f"!(skill in {_listed(BLOCKED_SKILLS)}) && skill in {_listed(ALLOWED_SKILLS)}"

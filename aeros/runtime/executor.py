@@ -1,4 +1,4 @@
-"""Carries out steps: skill → gate → record → plant → observation, in this order and no other.
+"""Carries out steps: skill → gate → motion → record → plant → observation, in this order and no other.
 
 - No motion without a decision on readings taken just before, and no decision acted on before its
   record is durable.
@@ -29,10 +29,20 @@ from aeros.runtime.history import Histories
 from aeros.runtime.inputs import InputError, settle_inputs
 from aeros.runtime.monitor import MonitorFactory
 from aeros.runtime.observation import observation_for
-from aeros.runtime.ports import Monitor, Plant, Readings, StepRequest, StepResult, StepStatus
+from aeros.runtime.ports import (
+    Completion,
+    Monitor,
+    Plan,
+    Plant,
+    Readings,
+    StepRequest,
+    StepResult,
+    StepStatus,
+)
 from aeros.runtime.records import caller_details, decision_details, session_details, spell_reasons
 from aeros.runtime.skill_code import SkillRefusedError, told
 from aeros.runtime.skill_run import Ending, OpenRun, Run
+from aeros.runtime.trajectory import MotionDecider, motion_digest
 from aeros.runtime.usage import ClockError, Usage, denied_by_clock
 from aeros.skill import Action
 from aeros.spec.errors import InternalError
@@ -92,6 +102,7 @@ class Executor:
         self._open_run = open_run
         self._histories = Histories(configuration.site)
         self._monitors = MonitorFactory(configuration.site, self._histories)
+        self._motions = MotionDecider(configuration.site.motion)
         self._usage = Usage(configuration.site.quotas)
         audit.append("session-opened", session_details(configuration))
 
@@ -225,10 +236,12 @@ class Executor:
         names = self._histories.names
         readings = {name: one for name, one in measured.items() if name not in names}
         readings |= self._histories.advance(readings, now)
-        decision, usage = self._decide(step.caller, readings, asked, now)
+        gated, usage = self._decide(step.caller, readings, asked, now)
+        decision, plan = self._decide_motion(gated, readings)
         step.counts = step.counts.plus(decision.verdict)
         digest = self._configuration.digest
-        details = decision_details(decision, digest, now, readings, step.caller, asked, usage)
+        motion = motion_digest(plan)
+        details = decision_details(decision, digest, now, readings, step.caller, asked, usage, motion)
         self._audit.append("decision", details)
         if decision.verdict is Verdict.DENY:
             return Ending(StepStatus.DENIED, spell_reasons(decision.reasons))
@@ -237,12 +250,23 @@ class Executor:
         monitor = self._watched(step, decision.action, self._monitors.watch(decision.action, readings))
         # Counted before it moves: an action that fails half-way was executed too.
         self._usage.executed(decision.action.kind, now)
-        completion = self._plant.execute(decision.action, monitor, step.deadline)
+        if isinstance(plan, Completion):
+            completion = plan  # the plant cannot do it, and nothing moves
+        else:
+            completion = self._plant.execute(decision.action, monitor, step.deadline, plan)
         if completion.completed:
             return None
         if completion.reason == "deadline":
             return Ending(StepStatus.TIMED_OUT, "the skill's time-out passed during a motion")
         return Ending(StepStatus.STOPPED, completion.reason or "the plant gave no reason")
+
+    def _decide_motion(self, decision: Decision, readings: Readings) -> tuple[Decision, Plan | None]:
+        """What the whole motion makes of the decision, and that motion, where there is one to decide."""
+        action = decision.action
+        if action is None or not self._motions.governs(action.kind):
+            return decision, None
+        plan = self._plant.plan(action)
+        return self._motions.decide(decision, plan, readings), plan
 
     # Whoever governs.
 
@@ -257,6 +281,7 @@ class Executor:
             self._histories = Histories(configuration.site)
             self._usage = self._usage.under(configuration.site.quotas)
             self._monitors = MonitorFactory(configuration.site, self._histories)
+            self._motions = MotionDecider(configuration.site.motion)
         self._configuration = configuration
         self._gate = self._gate.under(configuration)
         self._audit.append("configuration-changed", session_details(configuration))

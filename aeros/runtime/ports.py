@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from aeros.skill import Action
 from aeros.spec.model import Ecm, Site
@@ -50,6 +50,89 @@ class Completion:
     reason: str | None = None
 
 
+Triple = tuple[float, float, float]
+
+
+class Ball(NamedTuple):
+    """A ball that moves with a robot's link; all balls of a link together enclose it.
+
+    joint: how many joints move it: 0 for the base, k for what is carried by the first k joints.
+    centre: in the frame of that joint, m; of the base where it is 0.
+    radius: m.
+    """
+
+    link: str
+    joint: int
+    centre: Triple
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """A robot's chain of revolute joints and the balls that enclose its links.
+
+    rows: a, alpha and d of each joint, m and rad: modified (Craig) Denavit–Hartenberg parameters.
+    tool: the tool point in the frame of the last joint, m.
+    """
+
+    rows: tuple[tuple[float, float, float], ...]
+    tool: Triple
+    balls: tuple[Ball, ...]
+
+
+Joints = tuple[float, ...]
+"""A value for each joint, rad for positions."""
+
+Path = tuple[tuple[Joints, Joints, Joints, Joints], ...]
+"""Pieces of equal length in s from 0 to 1, each a cubic by its four Bézier control points."""
+
+
+@dataclass(frozen=True, slots=True)
+class Servo:
+    """How far and how fast a motion under feedback may leave its paths; the plant holds itself to it.
+
+    slack: distance of each joint from the nearest path, rad.
+    speed, acceleration, jerk: of each joint, SI.
+    tool_speed, tool_acceleration, tool_jerk: of the set point that is followed, SI.
+    """
+
+    slack: Joints
+    speed: Joints
+    acceleration: Joints
+    jerk: Joints
+    tool_speed: float
+    tool_acceleration: float
+    tool_jerk: float
+
+
+@dataclass(frozen=True, slots=True)
+class Trajectory:
+    """A whole motion, before it starts: q(s(t/duration)), with s(u) = 10u³ − 15u⁴ + 6u⁵.
+
+    paths: one; under feedback (`servo`) several, near which the motion stays, in an order it chooses.
+    base, way: where the body's base frame is at the start, in W, and how far it travels, m.
+    duration: s; under feedback an estimate.
+    """
+
+    body: Body
+    paths: tuple[Path, ...]
+    base: Triple
+    way: Triple
+    duration: float
+    servo: Servo | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Motionless:
+    """The plant's statement that an action moves no joint and no base, and why."""
+
+    why: str
+
+
+Plan = Trajectory | Motionless | Completion
+"""What the plant would do for an action; a `Completion` says why it cannot do it."""
+
+
 class Plant(Protocol):
     """What executes allowed actions: a simulator, an in-memory fake, a robot.
 
@@ -63,8 +146,16 @@ class Plant(Protocol):
     def observe(self) -> Readings:
         """Everything that is measured now, each value with its own time."""
 
-    def execute(self, action: Action, monitor: Monitor, deadline: float) -> Completion:
-        """Do `action`, calling `monitor` every control tick; stop at `deadline` (plant seconds)."""
+    def plan(self, action: Action) -> Plan:
+        """The motion that `action` is, from where the robot is now; moves nothing."""
+
+    def execute(
+        self, action: Action, monitor: Monitor, deadline: float, decided: Plan | None = None
+    ) -> Completion:
+        """Do `action`, calling `monitor` every control tick; stop at `deadline` (plant seconds).
+
+        decided: what `plan` said of this action, decided since: that motion and no other is made.
+        """
 
     def stop(self) -> None:
         """Protective stop: bring every actuator to rest within its limits and hold."""

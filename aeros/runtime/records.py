@@ -43,16 +43,19 @@ def decision_details(
     caller: Caller,
     asked: Action,
     usage: Mapping[str, int] | None,
+    motion: str | None,
 ) -> dict[str, Any]:
-    """Everything the gate decided on, and what it decided: enough to decide it again.
+    """Everything that was decided on, and what was decided: enough to decide it again.
 
     usage: by quota, what was used up; None where the clock was wrong and the gate was not asked.
+    motion: the digest of the motion that the action becomes, which is decided after the action.
     """
     state = {name: [reading.value, reading.time] for name, reading in readings.items()}
     return {
         **outcome_details(decision),
         "configuration": configuration_digest,
         "time": now,
+        "motion": motion,
         "state_digest": digest_of(state),
         "state": state,
         "usage": None if usage is None else dict(usage),

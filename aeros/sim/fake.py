@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from aeros.runtime.ports import Completion, Monitor, Reading, Readings
+from aeros.runtime.ports import Completion, Monitor, Motionless, Plan, Reading, Readings
 from aeros.skill import Action
 
 
@@ -14,6 +14,8 @@ class FakePlant:
 
     values: what is measured, by vocabulary name, SI; change it at will.
     time: the plant's clock, s; change it at will.
+    planned: what it says of the motion of every action.
+    decided: the motions that its actions were executed with, in order.
     completions: how the actions end, in order; after the last, every action completes.
     during: what the monitor sees under way, over `values`, at each tick of every action.
     duration: plant seconds an action takes; one that would pass its deadline stops at it.
@@ -25,6 +27,8 @@ class FakePlant:
     def __init__(self, values: Mapping[str, Any] | None = None) -> None:
         self.values: dict[str, Any] = dict(values or {})
         self.time = 0.0
+        self.planned: Plan = Motionless("this plant has no body")
+        self.decided: list[Plan | None] = []
         self.completions: list[Completion] = []
         self.during: list[Mapping[str, Any]] = []
         self.duration = 0.1
@@ -55,9 +59,17 @@ class FakePlant:
         self._fail("observe")
         return {name: Reading(value, self.time - self.stale) for name, value in self.values.items()}
 
-    def execute(self, action: Action, monitor: Monitor, deadline: float) -> Completion:
+    def plan(self, action: Action) -> Plan:
+        """`planned`."""
+        self._call("plan", action)
+        return self.planned
+
+    def execute(
+        self, action: Action, monitor: Monitor, deadline: float, decided: Plan | None = None
+    ) -> Completion:
         """Show the monitor what is scripted, then end as is scripted."""
         self._call("execute", action, deadline)
+        self.decided.append(decided)
         for tick in self.during or [{}]:
             rule = monitor(self.now(), {**self.values, **tick})
             if rule is not None:

@@ -23,10 +23,10 @@ FLANGE_TO_TOOL: Final = 0.1034
 READY: Final = np.array([0.0, -pi / 4, 0.0, -3 * pi / 4, 0.0, pi / 2, pi / 4])
 """Franka's ready posture, rad: where arms start, and what the spare degree of freedom leans to."""
 
-_A: Final = (0.0, 0.0, 0.0, 0.0825, -0.0825, 0.0, 0.088)
-_D: Final = (0.333, 0.0, 0.316, 0.0, 0.384, 0.0, 0.0)
-_ALPHA: Final = (0.0, -pi / 2, pi / 2, pi / 2, -pi / 2, pi / 2, pi / 2)
-_TOOL: Final = 0.107 + FLANGE_TO_TOOL
+LENGTHS: Final = (0.0, 0.0, 0.0, 0.0825, -0.0825, 0.0, 0.088)
+OFFSETS: Final = (0.333, 0.0, 0.316, 0.0, 0.384, 0.0, 0.0)
+TWISTS: Final = (0.0, -pi / 2, pi / 2, pi / 2, -pi / 2, pi / 2, pi / 2)
+TOOL_OFFSET: Final = 0.107 + FLANGE_TO_TOOL
 
 _LEAN: Final = np.array([0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0])
 """Joints that lean to `READY`; 1 and 7 follow the target's bearing and yaw instead."""
@@ -50,8 +50,8 @@ def forward(q: Vector) -> tuple[Vector, Vector, Vector]:
     origins = np.empty((n, 3, 7))
     cosines, sines = np.cos(q), np.sin(q)
     for i in range(7):
-        ca, sa = np.cos(_ALPHA[i]), np.sin(_ALPHA[i])
-        origin = origin + rotation @ np.array([_A[i], -sa * _D[i], ca * _D[i]])
+        ca, sa = np.cos(TWISTS[i]), np.sin(TWISTS[i])
+        origin = origin + rotation @ np.array([LENGTHS[i], -sa * OFFSETS[i], ca * OFFSETS[i]])
         step = np.zeros((n, 3, 3))
         c, s = cosines[:, i], sines[:, i]
         step[:, 0, 0], step[:, 0, 1] = c, -s
@@ -60,7 +60,7 @@ def forward(q: Vector) -> tuple[Vector, Vector, Vector]:
         rotation = rotation @ step
         axes[:, :, i] = rotation[:, :, 2]
         origins[:, :, i] = origin
-    p_BT = origin + _TOOL * rotation[:, :, 2]
+    p_BT = origin + TOOL_OFFSET * rotation[:, :, 2]
     # The hand is mounted turned by -45° about the flange's axis.
     c, s = np.cos(-pi / 4), np.sin(-pi / 4)
     R_BT = rotation @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
@@ -148,12 +148,15 @@ def solve_one(p_BT: Vector, yaw: float, start: Vector) -> Vector | None:
     return None
 
 
-def track(p_BT: Vector, yaw: float, q: Vector) -> Vector:
-    """Joint positions (7,) one Newton step from `q` towards a pose nearby, for servoing every tick."""
+def track(p_BT: Vector, yaw: float, q: Vector, posture: Vector) -> Vector:
+    """Joint positions (7,) one Newton step from `q` towards a pose nearby, for servoing every tick.
+
+    The spare degree of freedom goes half of its way to `posture` (7,).
+    """
     p, R, J = forward(q[None, :])
     error = pose_error(p, R, p_BT[None, :], down(np.array([yaw])))[0]
     jacobian = J[0]
-    lean = 0.02 * _LEAN * (READY - q)
+    lean = 0.5 * (posture - q)
     inner = np.linalg.solve(jacobian @ jacobian.T + 1e-6 * np.eye(6), error - jacobian @ lean)
     step: Vector = np.clip(q + lean + jacobian.T @ inner, Q_MIN + _LIMIT_MARGIN, Q_MAX - _LIMIT_MARGIN)
     return step

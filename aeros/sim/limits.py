@@ -32,6 +32,9 @@ QD_MAX: Final = _per_joint(2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61)
 QDD_MAX: Final = _per_joint(15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0)
 """Greatest joint accelerations, rad/s²."""
 
+QDDD_MAX: Final = _per_joint(7500.0, 3750.0, 5000.0, 6250.0, 7500.0, 10000.0, 10000.0)
+"""Greatest joint jerks, rad/s³."""
+
 TAU_MAX: Final = _per_joint(87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0)
 """Greatest joint torques, N·m."""
 

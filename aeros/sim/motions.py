@@ -1,7 +1,8 @@
 """What each action kind does, tick by tick.
 
-Planning a motion refuses what cannot be done and moves nothing; the iterator it returns sets the
-motors and yields once per tick.  Targets are in W; the tool points down.
+Planning a motion refuses what cannot be done and moves nothing.  What it returns says what will be done
+and does that: the iterator sets the motors and yields once per tick.  Targets are in W; the tool points
+down.
 """
 
 # Frames live in names (p_WT, R_BT, J): house style (b).
@@ -9,19 +10,40 @@ motors and yields once per tick.  Targets are in W; the tool points down.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from math import ceil, pi
-from typing import Final
+from math import ceil, hypot, pi, sqrt
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from aeros.sim.kinematics import solve_one, track
+from aeros.runtime.ports import Motionless, Path, Plan, Servo, Trajectory
+from aeros.sim.body import PANDA
+from aeros.sim.kinematics import track
 from aeros.sim.limits import FINGER_GAP_MAX, GRIP_FORCE_MAX, QD_MAX, QDD_MAX, TOOL_SPEED_MAX, Vector
 from aeros.sim.panda import BASE_ACCELERATION_MAX, Panda
 from aeros.sim.parameters import Parameters, RefusedError
-from aeros.sim.profile import TICK, UnreachableError, minimum_jerk, minimum_jerk_ticks, straight_profile
+from aeros.sim.profile import (
+    ACCELERATION_TO_MEAN,
+    JERK_TO_MEAN,
+    PEAK_TO_MEAN,
+    TICK,
+    JointProfile,
+    UnreachableError,
+    minimum_jerk,
+    minimum_jerk_ticks,
+    straight_path,
+    straight_profile,
+)
 from aeros.sim.world import Triple
 
 Motion = Iterator[None]
+
+
+class Planned(NamedTuple):
+    """What will be done, and the motion that does just that."""
+
+    plan: Plan
+    motion: Motion
+
 
 SETTLE_TICKS: Final = 60
 """Longest wait for the arm to come to rest after a profile, ticks (0.25 s)."""
@@ -47,25 +69,35 @@ _FORCE_GAIN: Final = 0.0005
 _FORCE_FILTER: Final = 0.3
 """Weight of a new reading of the wrist's force sensor per tick (14 Hz): it also feels the hand accelerate."""
 
+_BASE_SHARE: Final = 0.999
+"""Share of the asked speed that the base peaks at: rounding must not put it above."""
+
 _SEARCH: Final = 0.02
 """How far below its target a slide looks for the surface, m."""
+
+
+_LANE_SPACING: Final = 0.005
+"""Distance in height of the paths that a slide is planned as, m."""
+
+_SLACK: Final = 0.01
+"""Distance from the nearest of them that a slide may servo a joint to, rad."""
 
 
 class BlockedError(Exception):
     """The motion was under way and something holds the robot back; the message says where."""
 
 
-def plan_stop(robot: Panda, parameters: Parameters) -> Motion:
+def plan_stop(robot: Panda, parameters: Parameters) -> Planned:
     """`stop {}`: come to rest and hold."""
     parameters.done()
-    return robot.stopping()
+    return Planned(Motionless("it brings to rest what moves"), robot.stopping())
 
 
-def plan_wait(robot: Panda, parameters: Parameters) -> Motion:
+def plan_wait(robot: Panda, parameters: Parameters) -> Planned:
     """`wait {duration: s}`: hold for a while."""
     duration = parameters.number("duration", 0.0, 600.0)
     parameters.done()
-    return _wait(robot, ceil(duration / TICK))
+    return Planned(Motionless("it waits"), _wait(robot, ceil(duration / TICK)))
 
 
 def _wait(robot: Panda, ticks: int) -> Motion:
@@ -74,7 +106,7 @@ def _wait(robot: Panda, ticks: int) -> Motion:
         yield
 
 
-def plan_move_tool(robot: Panda, parameters: Parameters) -> Motion:
+def plan_move_tool(robot: Panda, parameters: Parameters) -> Planned:
     """`move_tool {target: m, yaw: rad, speed: m/s}`: along a straight line, peaking at `speed`."""
     p_WT = parameters.triple("target")
     yaw = parameters.number("yaw", -pi, pi)
@@ -82,16 +114,21 @@ def plan_move_tool(robot: Panda, parameters: Parameters) -> Motion:
     parameters.done()
     p_BT, yaw_now = robot.tool_command()
     yaw_now += 2.0 * pi * round((yaw - yaw_now) / (2.0 * pi))
-    target = np.array(p_WT) - np.array(robot.sense().base_position)
+    base = robot.sense().base_position
+    target = np.array(p_WT) - np.array(base)
     try:
         profile = straight_profile(robot.q_command, (p_BT, yaw_now), (target, yaw), speed)
     except UnreachableError as reason:
         raise RefusedError(f"unreachable: {reason}") from reason
-    return _move_tool(robot, profile.q, profile.qd, p_WT)
+    trajectory = Trajectory(PANDA, (profile.path,), base, _NOWHERE, profile.ticks * TICK)
+    return Planned(trajectory, _move_tool(robot, profile, p_WT))
 
 
-def _move_tool(robot: Panda, q: Vector, qd: Vector, p_WT: Triple) -> Motion:
-    for position, speed in zip(q, qd, strict=True):
+_NOWHERE: Final = (0.0, 0.0, 0.0)
+
+
+def _move_tool(robot: Panda, profile: JointProfile, p_WT: Triple) -> Motion:
+    for position, speed in zip(*profile.sample(), strict=True):
         robot.command(position, speed)
         yield
     robot.hold()
@@ -113,12 +150,12 @@ def _arrived(robot: Panda, p_WT: Triple) -> None:
         raise BlockedError(f"blocked: the tool rests {1000 * miss:.0f} mm from its target")
 
 
-def plan_grip(robot: Panda, parameters: Parameters) -> Motion:
+def plan_grip(robot: Panda, parameters: Parameters) -> Planned:
     """`grip {width: m, force: N}`: move the fingers to `width`; ends when they rest."""
     width = parameters.number("width", 0.0, FINGER_GAP_MAX)
     force = parameters.number("force", 0.1, GRIP_FORCE_MAX)
     parameters.done()
-    return _grip(robot, width, force)
+    return Planned(Motionless("it moves the fingers alone"), _grip(robot, width, force))
 
 
 def _grip(robot: Panda, width: float, force: float) -> Motion:
@@ -133,7 +170,7 @@ def _grip(robot: Panda, width: float, force: float) -> Motion:
     raise BlockedError("blocked: the fingers do not come to rest")
 
 
-def plan_slide(robot: Panda, parameters: Parameters) -> Motion:
+def plan_slide(robot: Panda, parameters: Parameters) -> Planned:
     """`slide {target: m, force: N, speed: m/s}`: along x and y, pressing down with `force`.
 
     First descends until the wrist feels half the force, at most 20 mm below the target's z, then
@@ -144,21 +181,66 @@ def plan_slide(robot: Panda, parameters: Parameters) -> Motion:
     force = parameters.number("force", 0.5, 60.0)
     speed = parameters.number("speed", 1e-3, 0.5)
     parameters.done()
-    p_BT, yaw = robot.tool_command()
-    base = np.array(robot.sense().base_position)
-    target = np.array(p_WT) - base
-    lowest = target - np.array([0.0, 0.0, _SEARCH])
-    if solve_one(lowest, yaw, robot.q_command) is None:
-        raise RefusedError("unreachable: the surface is outside the arm's reach")
-    above = np.array([target[0], target[1], p_BT[2]])
+    start, yaw = robot.tool_command()
+    base = robot.sense().base_position
+    target = np.array(p_WT) - np.array(base)
+    lowest = float(target[2]) - _SEARCH
+    q = robot.q_command
     try:
-        ticks = len(straight_profile(robot.q_command, (p_BT, yaw), (above, yaw), speed).q)
+        # Along and down together are no faster than asked; slower than twice the descent is not worth it.
+        along = sqrt(max(speed * speed - _DESCENT * _DESCENT, speed * speed / 4.0))
+        ticks = straight_profile(q, (start, yaw), (_at(target, start[2]), yaw), along).ticks
+        # Wherever the surface is: down over the start, then along at that height.
+        paths = [straight_path(q, (start, yaw), (_at(start, lowest), yaw))]
+        heights = np.arange(lowest, max(start[2], lowest) + _LANE_SPACING, _LANE_SPACING)
+        paths += [straight_path(q, (_at(start, h), yaw), (_at(target, h), yaw)) for h in heights]
     except UnreachableError as reason:
         raise RefusedError(f"unreachable: {reason}") from reason
-    return _slide(robot, target, force, max(ticks, 120), float(lowest[2]))
+    ticks = max(ticks, 120)
+    servo = _servo(float(np.linalg.norm((target - start)[:2])), ticks * TICK)
+    trajectory = Trajectory(PANDA, tuple(paths), base, _NOWHERE, ticks * TICK, servo)
+    return Planned(trajectory, _slide(robot, target, force, ticks, lowest, _Lanes(paths)))
 
 
-def _slide(robot: Panda, target: Vector, force: float, ticks: int, lowest: float) -> Motion:
+def _at(p: Vector, height: float) -> Vector:
+    return np.array([p[0], p[1], height])
+
+
+def _servo(distance: float, duration: float) -> Servo:
+    """What `_follow` holds the joints to, and the set point's own rates: along, and in height."""
+    rise = _DESCENT_CHANGE / TICK
+    return Servo(
+        slack=(_SLACK,) * 7,
+        speed=tuple((QD_MAX / 2.0).tolist()),
+        acceleration=tuple((QDD_MAX / 2.0).tolist()),
+        jerk=tuple((QDD_MAX / TICK).tolist()),
+        tool_speed=hypot(PEAK_TO_MEAN * distance / duration, _DESCENT),
+        tool_acceleration=hypot(ACCELERATION_TO_MEAN * distance / duration**2, rise),
+        tool_jerk=hypot(JERK_TO_MEAN * distance / duration**3, 2.0 * rise / TICK),
+    )
+
+
+class _Lanes:
+    """The paths of a slide, sampled, so that leaving them is noticed."""
+
+    def __init__(self, paths: list[Path]) -> None:
+        corners = np.concatenate([np.array(path) for path in paths])
+        u = np.linspace(0.0, 1.0, 4)[None, :, None]
+        v = 1.0 - u
+        a, b, c, d = (corners[:, corner, None, :] for corner in range(4))
+        self._q = (v**3 * a + 3.0 * v * u * (v * b + u * c) + u**3 * d).reshape(-1, 7)
+
+    def nearest(self, q: Vector) -> Vector:
+        """The nearest point of them, by its farthest joint; BlockedError where it is beyond the slack."""
+        away = np.abs(self._q - q).max(axis=1)
+        index = int(away.argmin())
+        if away[index] > _SLACK:
+            raise BlockedError(f"blocked: the slide leaves its planned paths by {away[index]:.3f} rad")
+        nearest: Vector = self._q[index]
+        return nearest
+
+
+def _slide(robot: Panda, target: Vector, force: float, ticks: int, lowest: float, lanes: _Lanes) -> Motion:
     robot.hold()
     yield from settle(robot)
     tare = robot.wrist_load()
@@ -170,7 +252,7 @@ def _slide(robot: Panda, target: Vector, force: float, ticks: int, lowest: float
         p_BT[2] -= pace * TICK
         if p_BT[2] < lowest:
             raise BlockedError("no contact: the surface is not where the target says")
-        _follow(robot, p_BT, yaw)
+        _follow(robot, p_BT, yaw, lanes)
         yield
         pressed += _FORCE_FILTER * (robot.wrist_load() - tare - pressed)
     share, _, _ = minimum_jerk(np.arange(1, ticks + 1) / ticks)
@@ -182,22 +264,25 @@ def _slide(robot: Panda, target: Vector, force: float, ticks: int, lowest: float
         if p_BT[2] < lowest:
             raise BlockedError("no contact: the surface fell away")
         p_BT[:2] = start[:2] + part * (target[:2] - start[:2])
-        _follow(robot, p_BT, yaw)
+        _follow(robot, p_BT, yaw, lanes)
         yield
     robot.hold()
     yield from settle(robot)
 
 
-def _follow(robot: Panda, p_BT: Vector, yaw: float) -> None:
+def _follow(robot: Panda, p_BT: Vector, yaw: float, lanes: _Lanes) -> None:
     """One tick of servoing, at most half of any joint's speed and acceleration limit."""
-    rate = _SERVO_GAIN * (track(p_BT, yaw, robot.q_command) - robot.q_command) / TICK
+    here = robot.q_command
+    rate = _SERVO_GAIN * (track(p_BT, yaw, here, lanes.nearest(here)) - here) / TICK
     rate = np.clip(rate, -QD_MAX / 2.0, QD_MAX / 2.0)
     change = QDD_MAX * TICK / 2.0
     rate = np.clip(rate, robot.qd_command - change, robot.qd_command + change)
-    robot.command(robot.q_command + rate * TICK, rate)
+    q = here + rate * TICK
+    lanes.nearest(q)
+    robot.command(q, rate)
 
 
-def plan_move_base(robot: Panda, parameters: Parameters) -> Motion:
+def plan_move_base(robot: Panda, parameters: Parameters) -> Planned:
     """`move_base {x: m, y: m, speed: m/s}`: drive the carriage along a straight line, arm at rest."""
     x = parameters.number("x", -10.0, 10.0)
     y = parameters.number("y", -10.0, 10.0)
@@ -205,16 +290,22 @@ def plan_move_base(robot: Panda, parameters: Parameters) -> Motion:
     parameters.done()
     if not robot.has_carriage:
         raise RefusedError("unknown kind: `move_base` on a robot without a carriage")
-    return _move_base(robot, np.array([x, y]), speed)
-
-
-def _move_base(robot: Panda, target: Vector, speed: float) -> Motion:
-    start = robot.base_command
-    way = target - robot.base_origin - start
+    target = np.array([x, y])
+    way = target - robot.base_origin - robot.base_command
     distance = float(np.linalg.norm(way))
-    # The profile's peak acceleration is 5.774 · distance / T² (at u = 0.211).
-    slowest = ceil((5.774 * distance / BASE_ACCELERATION_MAX) ** 0.5 / TICK)
-    ticks = max(minimum_jerk_ticks(distance, speed), slowest, 1)
+    slowest = ceil((ACCELERATION_TO_MEAN * distance / BASE_ACCELERATION_MAX) ** 0.5 / TICK)
+    ticks = max(minimum_jerk_ticks(distance, speed * _BASE_SHARE), slowest, 1)
+    rest = robot.q_command.tolist()
+    at_rest = (tuple(rest),) * 4
+    px, py = (robot.base_origin + robot.base_command).tolist()
+    base = (px, py, robot.sense().base_position[2])
+    travel = (float(way[0]), float(way[1]), 0.0)
+    trajectory = Trajectory(PANDA, ((at_rest,),), base, travel, ticks * TICK)
+    return Planned(trajectory, _move_base(robot, target, way, ticks))
+
+
+def _move_base(robot: Panda, target: Vector, way: Vector, ticks: int) -> Motion:
+    start = robot.base_command
     share, rate, _ = minimum_jerk(np.arange(1, ticks + 1) / ticks)
     robot.hold()
     for part, pace in zip(share, rate / (ticks * TICK), strict=True):
@@ -228,7 +319,7 @@ def _move_base(robot: Panda, target: Vector, speed: float) -> Motion:
         raise BlockedError(f"blocked: the base rests {1000 * miss:.0f} mm from its target")
 
 
-PLANNERS: Final[dict[str, Callable[[Panda, Parameters], Motion]]] = {
+PLANNERS: Final[dict[str, Callable[[Panda, Parameters], Planned]]] = {
     "stop": plan_stop,
     "wait": plan_wait,
     "move_tool": plan_move_tool,

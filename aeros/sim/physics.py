@@ -10,8 +10,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.runtime.ports import Completion, Monitor, Reading, Readings
-from aeros.sim.motions import PLANNERS, BlockedError, Motion, settle
+from aeros.runtime.ports import Completion, Monitor, Motionless, Plan, Reading, Readings
+from aeros.sim.motions import PLANNERS, BlockedError, Motion, Planned, settle
 from aeros.sim.panda import Panda, RobotState
 from aeros.sim.parameters import Parameters, RefusedError
 from aeros.sim.profile import TICK
@@ -52,6 +52,7 @@ class PhysicsPlant:
         self._world.ticks = 0
         self._seen: dict[str, Reading] = {}
         self._state = self._robot.sense()
+        self._planned: tuple[int, Planned] | None = None
 
     def now(self) -> float:
         """Simulated seconds since the scene came to rest."""
@@ -63,12 +64,22 @@ class PhysicsPlant:
         values = {**self._fast_values(), "holding": self._holding(), **self._scene.measure()}
         return {**self._seen, **{name: Reading(value, time) for name, value in values.items()}}
 
-    def execute(self, action: Action, monitor: Monitor, deadline: float) -> Completion:
-        """Do `action`; `monitor` sees the fast values before the first tick and after every one."""
+    def plan(self, action: Action) -> Plan:
+        """The motion that `action` is, from here and now."""
         try:
-            motion = self._plan(action)
+            planned = self._plan(action)
         except RefusedError as refusal:
             return Completion(False, str(refusal))
+        self._planned = (self._world.ticks, planned)
+        return planned.plan
+
+    def execute(
+        self, action: Action, monitor: Monitor, deadline: float, decided: Plan | None = None
+    ) -> Completion:
+        """Do `action`; `monitor` sees the fast values before the first tick and after every one."""
+        motion = self._motion(action, decided)
+        if isinstance(motion, Completion):
+            return motion
         ended = self._check(monitor)
         if ended is not None:
             return ended
@@ -108,19 +119,29 @@ class PhysicsPlant:
 
     # Inside.
 
-    def _plan(self, action: Action) -> Motion:
+    def _motion(self, action: Action, decided: Plan | None) -> Motion | Completion:
+        """The motion of what was decided, if that is what was planned last, and just now."""
+        plan = self.plan(action) if decided is None else decided
+        if isinstance(plan, Completion):
+            return plan
+        planned, self._planned = self._planned, None
+        if planned is None or planned[0] != self._world.ticks or planned[1].plan is not plan:
+            return Completion(False, "stale: what was decided is not what was planned from here and now")
+        return planned[1].motion
+
+    def _plan(self, action: Action) -> Planned:
         parameters = Parameters(action.parameters)
         if action.kind == "look":
             camera = parameters.word("camera")
             parameters.done()
-            return self._look(camera)
+            return Planned(Motionless("it takes a picture"), self._look(camera))
         planner = PLANNERS.get(action.kind)
         if planner is None:
             raise RefusedError(f"unknown kind: `{action.kind}`")
         return planner(self._robot, parameters)
 
     def _look(self, camera: str) -> Motion:
-        """Take a picture now, hand over what it shows once it is read out."""
+        """Take a picture, hand over what it shows once it is read out."""
         try:
             found = self._scene.look(camera)
         except KeyError:

@@ -1,8 +1,8 @@
 """Minimum-jerk joint profiles along straight tool paths, slowed until every limit holds.
 
 s(t) = 10u³ − 15u⁴ + 6u⁵ with u = t/T: rests at both ends, peak speed 1.875 × mean.  The path is
-solved at waypoints and joined by cubic Hermite pieces; the profile that is checked is the one that
-is streamed, tick by tick.
+solved at waypoints and joined by a cubic spline, whose second derivative has no jumps, so jerk is bounded;
+the profile that is decided is the one that is streamed, tick by tick.
 Units: SI.  Frames: as in `kinematics` (B, the arm's base).
 """
 
@@ -14,6 +14,7 @@ from typing import Final
 
 import numpy as np
 
+from aeros.runtime.ports import Path
 from aeros.sim.kinematics import solve, solve_one
 from aeros.sim.limits import QD_MAX, QDD_MAX, TOOL_SPEED_MAX, YAW_SPEED_MAX, Vector
 
@@ -22,6 +23,12 @@ TICK: Final = 1.0 / 240.0
 
 PEAK_TO_MEAN: Final = 1.875
 """Peak over mean speed of the minimum-jerk profile."""
+
+ACCELERATION_TO_MEAN: Final = 5.7736
+"""Peak acceleration of the minimum-jerk profile over distance per squared duration: 10/√3, at u = 0.211."""
+
+JERK_TO_MEAN: Final = 60.0
+"""Peak jerk of it over distance per cubed duration, at both ends."""
 
 _SHARE: Final = 0.5
 """Share of the joint speed and acceleration limits a profile may use: tracking and stopping need the rest."""
@@ -37,15 +44,22 @@ class UnreachableError(Exception):
     """No motion inside the limits does what was asked; the message says why."""
 
 
+_UNDER: Final = 0.99
+"""Share of the asked speed that a profile peaks at: the spline is as fast as the line to 0.1 %, and the
+decision's own bound takes as much."""
+
+
 @dataclass(frozen=True, slots=True)
 class JointProfile:
-    """Set points per tick, the first one tick after the start.
+    """A path and the ticks it takes."""
 
-    q, qd: (n, 7), rad and rad/s.
-    """
+    path: Path
+    ticks: int
 
-    q: Vector
-    qd: Vector
+    def sample(self) -> tuple[Vector, Vector]:
+        """Set points per tick, the first one tick after the start: (ticks, 7), rad and rad/s."""
+        q, qd, _ = _sample(np.array(self.path), self.ticks)
+        return q, qd
 
 
 def minimum_jerk(u: Vector) -> tuple[Vector, Vector, Vector]:
@@ -69,27 +83,39 @@ def straight_profile(
     Poses are (p_BT in m, yaw in rad), the tool pointing down.  `peak_speed` bounds the tool's speed,
     m/s; joint limits may make it slower.  Raises `UnreachableError`.
     """
-    (p_start, yaw_start), (p_end, yaw_end) = start, end
-    distance = float(np.linalg.norm(p_end - p_start))
-    turn = abs(yaw_end - yaw_start)
-    pieces = max(2, ceil(max(distance / _SPACING, turn / 0.05)))
-    path = _joint_path(q_start, start, end, pieces)
-    tangent = _tangents(path)
+    distance, turn, pieces = _measure(start, end)
+    path = _spline(_joint_path(q_start, start, end, pieces))
     ticks = max(
-        minimum_jerk_ticks(distance, min(peak_speed, TOOL_SPEED_MAX)),
+        minimum_jerk_ticks(distance, min(peak_speed, TOOL_SPEED_MAX) * _UNDER),
         minimum_jerk_ticks(turn, YAW_SPEED_MAX * _SHARE),
         24,
     )
     for _ in range(12):
-        q, qd, qdd = _sample(path, tangent, ticks)
+        _, qd, qdd = _sample(path, ticks)
         excess = max(
             float((np.abs(qd) / (QD_MAX * _SHARE)).max()),
             float(np.sqrt((np.abs(qdd) / (QDD_MAX * _SHARE)).max())),
         )
         if excess <= 1.0:
-            return JointProfile(q, qd)
+            return JointProfile(as_path(path), ticks)
         ticks = ceil(ticks * excess * 1.01)
     raise UnreachableError("no duration brings the joint speeds inside the limits")
+
+
+def straight_path(q_guess: Vector, start: tuple[Vector, float], end: tuple[Vector, float]) -> Path:
+    """The path of a straight line whose solutions are sought from `q_guess`.  Raises `UnreachableError`."""
+    q_start = solve_one(*start, q_guess)
+    if q_start is None:
+        raise UnreachableError(f"no joint position puts the tool at {_spell(start[0])}")
+    _, _, pieces = _measure(start, end)
+    return as_path(_spline(_joint_path(q_start, start, end, pieces)))
+
+
+def _measure(start: tuple[Vector, float], end: tuple[Vector, float]) -> tuple[float, float, int]:
+    """Distance, turn and the number of pieces between two poses."""
+    distance = float(np.linalg.norm(end[0] - start[0]))
+    turn = abs(end[1] - start[1])
+    return distance, turn, max(2, ceil(max(distance / _SPACING, turn / 0.05)))
 
 
 def _joint_path(
@@ -116,26 +142,39 @@ def _joint_path(
     return joined
 
 
-def _tangents(path: Vector) -> Vector:
-    """dq/ds at the waypoints, s in [0, 1]: central differences, second order at the ends."""
-    tangent: Vector = np.gradient(path, 1.0 / (len(path) - 1), axis=0, edge_order=2)
-    return tangent
+def _spline(points: Vector) -> Vector:
+    """Bézier control points (pieces, 4, 7) of the cubic spline through `points` (pieces + 1, 7).
+
+    Its end slopes are second-order differences; inside, slopes m solve m₋ + 4m + m₊ = 3(q₊ − q₋).
+    """
+    n = len(points) - 1
+    slopes: Vector = np.gradient(points, axis=0, edge_order=2)
+    if n > 1:
+        matrix = 4.0 * np.eye(n - 1) + np.eye(n - 1, k=1) + np.eye(n - 1, k=-1)
+        right = 3.0 * (points[2:] - points[:-2])
+        right[0] -= slopes[0]
+        right[-1] -= slopes[-1]
+        slopes[1:-1] = np.linalg.solve(matrix, right)
+    a, b = points[:-1], points[1:]
+    return np.stack((a, a + slopes[:-1] / 3.0, b - slopes[1:] / 3.0, b), axis=1)
 
 
-def _sample(path: Vector, tangent: Vector, ticks: int) -> tuple[Vector, Vector, Vector]:
-    """Positions, speeds and accelerations (ticks, 7) of the Hermite path under minimum-jerk timing."""
-    duration = ticks * TICK
+def as_path(pieces: Vector) -> Path:
+    """Control points (pieces, 4, 7) as the plant's port has them."""
+    return tuple((tuple(a), tuple(b), tuple(c), tuple(d)) for a, b, c, d in pieces.tolist())
+
+
+def _sample(pieces: Vector, ticks: int) -> tuple[Vector, Vector, Vector]:
+    """Positions, speeds and accelerations (ticks, 7) of the spline under minimum-jerk timing."""
+    duration, n = ticks * TICK, len(pieces)
     s, ds, dds = minimum_jerk(np.arange(1, ticks + 1) / ticks)
-    pieces = len(path) - 1
-    index = np.minimum((s * pieces).astype(int), pieces - 1)
-    u = (s * pieces - index)[:, None]
-    a, b = path[index], path[index + 1]
-    ta, tb = tangent[index] / pieces, tangent[index + 1] / pieces
-    q = (2 * u**3 - 3 * u**2 + 1) * a + (u**3 - 2 * u**2 + u) * ta
-    q += (3 * u**2 - 2 * u**3) * b + (u**3 - u**2) * tb
-    dq = ((6 * u**2 - 6 * u) * (a - b) + (3 * u**2 - 4 * u + 1) * ta + (3 * u**2 - 2 * u) * tb) * pieces
-    ddq = (12 * u - 6) * (a - b) + (6 * u - 4) * ta + (6 * u - 2) * tb
-    ddq *= pieces * pieces
+    index = np.minimum((s * n).astype(int), n - 1)
+    u = (s * n - index)[:, None]
+    v = 1.0 - u
+    a, b, c, d = (pieces[index, corner] for corner in range(4))
+    q = v**3 * a + 3.0 * v * u * (v * b + u * c) + u**3 * d
+    dq = 3.0 * n * (v * v * (b - a) + 2.0 * v * u * (c - b) + u * u * (d - c))
+    ddq = 6.0 * n * n * (v * (c - 2.0 * b + a) + u * (d - 2.0 * c + b))
     rate, bend = (ds / duration)[:, None], (dds / duration**2)[:, None]
     return q, dq * rate, ddq * rate**2 + dq * bend
 

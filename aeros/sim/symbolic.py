@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
-from aeros.runtime.ports import Completion, Monitor, Reading, Readings
+from aeros.runtime.ports import Completion, Monitor, Motionless, Plan, Reading, Readings
 from aeros.sim.outcomes import draw_outcome
 from aeros.sim.symbolic_motions import Motion, UnableError, motion_of
 from aeros.sim.symbolic_state import initial_values, measured
@@ -58,7 +58,13 @@ class SymbolicPlant:
         """Every state variable of the vocabulary, measured now."""
         return {name: Reading(value, self._time) for name, value in self._values.items()}
 
-    def execute(self, action: Action, monitor: Monitor, deadline: float) -> Completion:
+    def plan(self, action: Action) -> Plan:
+        """Nothing: there is no body that could move through anything."""
+        return Motionless("this plant has no body")
+
+    def execute(
+        self, action: Action, monitor: Monitor, deadline: float, decided: Plan | None = None
+    ) -> Completion:
         """Do `action` at once; `monitor` sees it under way and at its end, before time passes."""
         if action.kind not in self._site.kinds:
             return Completion(False, f"unknown kind: `{action.kind}`")

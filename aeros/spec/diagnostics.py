@@ -151,6 +151,22 @@ _TABLE: Final = (
     Code("AE741", "risk-above-ceiling", "decision", "the action carries more risk than is allowed"),
     Code("AE742", "quota-exhausted", "decision", "a quota has run out"),
     Code("AE750", "invariant", "decision", "the action breaks an invariant"),
+    Code(
+        "AE760", "malformed-motion", "decision", "nothing can be said of the motion that the plant would make"
+    ),
+    Code(
+        "AE761",
+        "misplaced-motion",
+        "decision",
+        "a motion does not start where the robot is or end where asked",
+    ),
+    Code("AE762", "motion-beyond-limits", "decision", "a motion may exceed a limit of joints or tool"),
+    Code(
+        "AE763",
+        "motion-meets-barrier",
+        "decision",
+        "a link may enter a volume it keeps out of, or leave its own",
+    ),
     Code("AE790", "undecided", "decision", "the solver could not decide"),
     # AE8xx: the closed loop
     Code("AE801", "precondition-not-met", "closed-loop", "a planning rule calls a skill that may not start"),

@@ -244,6 +244,60 @@ class Isolation:
 
 
 @dataclass(frozen=True)
+class MotionKind:
+    """Which parameters say where tool (W) and base (W, x and y) end, and how fast the tool may be."""
+
+    tool_ends_at: str | None
+    base_ends_at: tuple[str, str] | None
+    peak_speed: str | None
+
+
+@dataclass(frozen=True)
+class Barrier:
+    """A volume that `links` (None: all) keep out of or, if `inside`, inside of, in every motion.
+
+    in_base: its corners are measured from the robot's base, not in W.
+    """
+
+    id: str
+    volume: str
+    box: Box
+    inside: bool
+    in_base: bool
+    links: frozenset[str] | None
+    rationale: str
+
+
+@dataclass(frozen=True)
+class ToolLimits:
+    """Of the tool point: speed, acceleration and jerk, in each of translation and rotation, SI."""
+
+    moving: tuple[Fraction, Fraction, Fraction]
+    turning: tuple[Fraction, Fraction, Fraction]
+
+
+@dataclass(frozen=True)
+class MotionPolicy:
+    """What the whole trajectory of an action is decided by.  SI.
+
+    starts_at: the state variable, a family, that measures the joints.
+    lowest, highest, rates: of each joint; the rates are speed, acceleration and jerk.
+    clearance: what links keep from barriers: room for what the paths do not say, as tracking error.
+    """
+
+    kinds: Mapping[str, MotionKind]
+    starts_at: str
+    starts_within: Fraction
+    ends_within: Fraction
+    lowest: tuple[Fraction, ...]
+    highest: tuple[Fraction, ...]
+    rates: tuple[tuple[Fraction, ...], tuple[Fraction, ...], tuple[Fraction, ...]]
+    tool: ToolLimits
+    clearance: Fraction
+    barriers: tuple[Barrier, ...]
+
+
+@dataclass(frozen=True)
 class Site:
     """A site: vocabulary, Φ, Π.  `digest` is the SHA-256 of its file, in hexadecimal.
 
@@ -273,6 +327,7 @@ class Site:
     policy_spans: Mapping[str, Span] = field(default_factory=dict)
     durability: Durability = Durability.EVERY_RECORD
     isolation: Isolation = Isolation()
+    motion: MotionPolicy | None = None
 
     @cached_property
     def observed(self) -> Mapping[str, Declared]:

@@ -60,7 +60,7 @@ NUMBER = Dimension()
 LENGTH = Dimension((1, 0, 0, 0))
 TIME = Dimension((0, 0, 1, 0))
 _MASS = Dimension((0, 1, 0, 0))
-_ANGLE = Dimension((0, 0, 0, 1))
+ANGLE = Dimension((0, 0, 0, 1))
 _FORCE = _MASS * LENGTH * TIME**-2
 _NAMES = {
     NUMBER: "1",
@@ -93,8 +93,8 @@ _ATOMS: dict[str, tuple[Fraction, Dimension]] = {
     "kPa": (Fraction(1000), _FORCE * LENGTH**-2),
     "J": (Fraction(1), _FORCE * LENGTH),
     "W": (Fraction(1), _FORCE * LENGTH * TIME**-1),
-    "rad": (Fraction(1), _ANGLE),
-    "deg": (_PI / 180, _ANGLE),
+    "rad": (Fraction(1), ANGLE),
+    "deg": (_PI / 180, ANGLE),
 }
 
 _FACTOR = re.compile(r"([*/]?)(1|%|[A-Za-z]+)(?:\^(-?[1-9]))?(?![A-Za-z0-9_])")

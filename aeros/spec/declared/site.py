@@ -122,6 +122,81 @@ class JointInvariant:
 
 
 @dataclass(frozen=True)
+class MotionKind:
+    """How the motion of an action kind answers to the action's parameters."""
+
+    span: Span
+    tool_ends_at: Identifier | None = field(
+        default=None, metadata={"doc": "the parameter that says where in W the tool ends"}
+    )
+    base_ends_at: tuple[Identifier, ...] | None = field(
+        default=None, metadata={"doc": "the parameters that say where in W the base ends, as in `[x, y]`"}
+    )
+    peak_speed: Identifier | None = field(
+        default=None, metadata={"doc": "the parameter that the tool's speed never exceeds"}
+    )
+
+
+@dataclass(frozen=True)
+class JointLimits:
+    """Names of constants with one value for each joint."""
+
+    span: Span
+    lowest: Identifier = field(metadata={"doc": "lowest positions"})
+    highest: Identifier = field(metadata={"doc": "highest positions"})
+    speed: Identifier = field(metadata={"doc": "greatest speeds"})
+    acceleration: Identifier = field(metadata={"doc": "greatest accelerations"})
+    jerk: Identifier = field(metadata={"doc": "greatest jerks"})
+
+
+@dataclass(frozen=True)
+class ToolLimits:
+    """Names of constants: what the tool point may do."""
+
+    span: Span
+    speed: Identifier = field(metadata={"doc": "greatest speed"})
+    acceleration: Identifier = field(metadata={"doc": "greatest acceleration"})
+    jerk: Identifier = field(metadata={"doc": "greatest jerk"})
+    turning_speed: Identifier = field(metadata={"doc": "greatest rotational speed"})
+    turning_acceleration: Identifier = field(metadata={"doc": "greatest rotational acceleration"})
+    turning_jerk: Identifier = field(metadata={"doc": "greatest rotational jerk"})
+
+
+@dataclass(frozen=True)
+class Barrier:
+    """A volume that links keep out of, or inside of, during the whole of every motion."""
+
+    span: Span
+    id: Slug = field(metadata={"doc": "a short name, as in `id: into-the-bench`"})
+    volume: Identifier = field(metadata={"doc": "a volume of the site"})
+    keep: Choice[Literal["out", "in"]] = field(metadata={"doc": "out of it, or inside it"})
+    rationale: Text = field(metadata={"doc": "why the barrier is there"})
+    frame: Choice[Literal["world", "base"]] | None = field(
+        default=None, metadata={"doc": "what the volume's corners are measured from; `world` if absent"}
+    )
+    links: tuple[Identifier, ...] | None = field(
+        default=None, metadata={"doc": "the links that heed it; all if absent"}
+    )
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What the whole trajectory of an action is decided by, before anything moves."""
+
+    span: Span
+    on: Named[MotionKind] = field(metadata={"doc": "the action kinds that move the robot"})
+    starts_at: Identifier = field(metadata={"doc": "the state variable that measures the joints"})
+    starts_within: Text = field(
+        metadata={"doc": "a motion starts this near to what is measured, as in `50 mrad`"}
+    )
+    ends_within: Text = field(metadata={"doc": "and ends this near to what is asked for, as in `1 mm`"})
+    joints: JointLimits = field(metadata={"doc": "limits of the joints"})
+    tool: ToolLimits = field(metadata={"doc": "limits of the tool point"})
+    clearance: Text = field(metadata={"doc": "what links keep from every barrier, as in `20 mm`"})
+    barriers: tuple[Barrier, ...] = field(default=(), metadata={"doc": "keep-out and keep-in volumes"})
+
+
+@dataclass(frozen=True)
 class Access:
     """What a module may be permitted to touch."""
 
@@ -246,4 +321,7 @@ class Site:
     )
     resources: Named[Annotated[Integer, Bounds(1, 1_000_000)]] = field(
         default=Entries(), metadata={"doc": "what skills hold while they run, and how many there are"}
+    )
+    motion: Motion | None = field(
+        default=None, metadata={"doc": "what whole motions are decided by; without it none is"}
     )

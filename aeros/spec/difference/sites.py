@@ -48,6 +48,15 @@ def site_changes(old: Site, new: Site, rlimit: int) -> Iterator[Change]:
     yield from _block_changes(old.blocks, new.blocks)
     yield from _quota_changes(old.quotas, new.quotas)
     yield from _isolation_changes(old, new)
+    yield _motion_change(old, new)
+
+
+def _motion_change(old: Site, new: Site) -> Change:
+    """Whatever changed of what motions are decided by may allow some and deny others; nothing is compared."""
+    changed = old.motion != new.motion
+    relation = bounds_relation(changed and old.motion is not None, changed and new.motion is not None)
+    headline = "what whole motions are decided by, the section `motion` and what it names, changed"
+    return finite("motion", relation, headline, old.span, new.span)
 
 
 def _allowed(site: Site, name: str) -> Side:

@@ -16,6 +16,7 @@ from aeros.spec.elaborate.expressions import (
     elaborate_quantity,
     elaborate_unit,
 )
+from aeros.spec.elaborate.motion import elaborate_motion
 from aeros.spec.elaborate.past import Histories
 from aeros.spec.elaborate.scopes import constant_scope, joint_scope, kind_scope
 from aeros.spec.elaborate.vocabulary import check_name, elaborate_state, elaborate_variable
@@ -111,6 +112,7 @@ class _SiteElaborator:
             policy_spans=_policy_spans(site),
             durability=Durability(policy.audit.durability.value if policy.audit else "every-record"),
             isolation=self._isolation(policy.isolation),
+            motion=elaborate_motion(site.motion, self, self._sink) if whole and site.motion else None,
         )
 
     def _enum(self, name: Text, members: tuple[Text, ...]) -> None:

@@ -216,7 +216,9 @@ def decided(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             usage = {"carry-rate": 3 if place == 4 else 0}
             decision = bench.gate().decide(one.caller, one.readings, one.action, one.now, usage)
             digest = bench.configuration().digest
-            details = decision_details(decision, digest, one.now, one.readings, one.caller, one.action, usage)
+            details = decision_details(
+                decision, digest, one.now, one.readings, one.caller, one.action, usage, None
+            )
             log.append("decision", details)
         log.append("step-ended", {"module": "handling", "skill": "slowly", "status": "denied", "reason": "r"})
         log.append("note", {"event": "plan\x1b[2J"})

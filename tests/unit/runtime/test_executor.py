@@ -4,6 +4,7 @@ import json
 import os
 import resource
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from math import nan
 from pathlib import Path
@@ -17,12 +18,27 @@ from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Decision, Reason, Verdict
 from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate
-from aeros.runtime.ports import Completion, Readings, Runtime, StepRequest, StepResult, StepStatus
+from aeros.runtime.ports import (
+    Ball,
+    Body,
+    Completion,
+    Readings,
+    Runtime,
+    StepRequest,
+    StepResult,
+    StepStatus,
+    Trajectory,
+)
 from aeros.runtime.skill_run import Run, SkillRun, run_in_process
+from aeros.runtime.trajectory import motion_digest
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 from aeros.spec.errors import InternalError
-from aeros.spec.model import Ecm, Site, Skill
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import EnumType, FamilyType, RealType
+from aeros.spec.model import Ecm, MotionKind, MotionPolicy, Site, Skill, ToolLimits
+from aeros.spec.units import ANGLE
+from tests.unit.runtime.conftest import declare
 
 STEP = StepRequest("handling", "lift", {})
 VALUES = {"tool_position": (0.3, 0.0, 0.5), "human_distance": 20.0, "holding": False}
@@ -559,3 +575,78 @@ def test_it_is_the_runtime_that_the_agent_sees(make_bench: MakeBench, site: Site
     note = bench.records("note")[0]["details"]
     assert note == {"event": "decision", "details": {"verdict": "ALLOW"}}
     assert verify_log(bench.log_path).decisions.allowed == 0
+
+
+# The whole motion is decided after the action, before the record.
+
+_PLAN = Trajectory(
+    Body(((0.0, 0.0, 0.0),), (0.5, 0.0, 0.5), (Ball("arm", 1, (0.0, 0.0, 0.0), 0.1),)),
+    ((((0.0,),) * 4,),),
+    (0.0, 0.0, 0.0),
+    (0.0, 0.0, 0.0),
+    1.0,
+)
+
+
+def _governed(site: Site) -> Site:
+    """The site, with moves of one joint decided as whole motions, between -2 and 2 rad."""
+    one, rates = (Fraction(1),), (Fraction(1), Fraction(1), Fraction(1))
+    policy = MotionPolicy(
+        kinds={"move": MotionKind(None, None, None)},
+        starts_at="joint_angle",
+        starts_within=Fraction(1, 100),
+        ends_within=Fraction(1, 100),
+        lowest=(Fraction(-2),),
+        highest=(Fraction(2),),
+        rates=(one, one, one),
+        tool=ToolLimits(rates, rates),
+        clearance=Fraction(0),
+        barriers=(),
+    )
+    joints = EnumType("joints", ("shoulder",))
+    angle = declare("joint_angle", FamilyType(joints, RealType(ANGLE)), t.Role.STATE, max_age=Fraction(1))
+    return replace(site, motion=policy, state={**site.state, "joint_angle": angle})
+
+
+def _moving_bench(site: Site, make_ecm: Any, path: Path, angle: float) -> Bench:
+    bench = Bench(_governed(site), make_ecm(""), path, twice)
+    bench.plant.values["joint_angle"] = (angle,)
+    bench.plant.planned = _PLAN
+    return bench
+
+
+def test_what_is_executed_is_what_was_decided_and_its_record_names_it(
+    site: Site, make_ecm: Any, tmp_path: Path
+) -> None:
+    bench = _moving_bench(site, make_ecm, tmp_path / "audit.jsonl", 0.0)
+    assert bench.submit().status is StepStatus.FINISHED
+    methods = [call[0] for call in bench.plant.calls]
+    assert methods == ["skill_began", "plan", "execute", "plan", "execute", "skill_ended"]
+    assert bench.plant.decided == [_PLAN, _PLAN]
+    assert {record["details"]["motion"] for record in bench.records("decision")} == {motion_digest(_PLAN)}
+    bench.audit.close()
+
+
+def test_a_motion_that_is_not_in_order_is_denied_recorded_and_not_made(
+    site: Site, make_ecm: Any, tmp_path: Path
+) -> None:
+    bench = _moving_bench(site, make_ecm, tmp_path / "audit.jsonl", 0.5)
+    result = bench.submit()
+    assert result.status is StepStatus.DENIED
+    assert result.reason.startswith("AE761 joint_angle:")
+    assert bench.plant.executed == []
+    (record,) = bench.records("decision")
+    assert record["details"]["verdict"] == "DENY"
+    assert record["details"]["motion"] == motion_digest(_PLAN)
+    bench.assert_cleaned_up(finished=False)
+    bench.audit.close()
+
+
+def test_what_the_plant_cannot_do_is_not_begun_and_says_why(
+    site: Site, make_ecm: Any, tmp_path: Path
+) -> None:
+    bench = _moving_bench(site, make_ecm, tmp_path / "audit.jsonl", 0.0)
+    bench.plant.planned = Completion(False, "unreachable: too far")
+    assert bench.submit() == StepResult(StepStatus.STOPPED, "unreachable: too far", allowed=1)
+    assert bench.plant.executed == []
+    bench.audit.close()

@@ -299,3 +299,11 @@ def _has(side: Side, values: Mapping[str, Value]) -> bool:
     x = values["x"]
     assert isinstance(x, Fraction)
     return low <= x <= high and all(holds(one.term, values) for one in side.conditions)
+
+
+def test_a_change_of_what_motions_are_decided_by_is_told_as_allowing_more_and_less(
+    old: Path, new: Path
+) -> None:
+    change(new / "site.yaml", "clearance: 10 mm", "clearance: 9 mm")
+    assert changed(sites(old, new)) == {"motion": "incomparable"}
+    assert [one.subject for one in sites(old, new).changes if one.relation.allows_more] == ["motion"]

@@ -16,7 +16,7 @@ from aeros.runtime.audit import AuditLog
 from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate
 from aeros.runtime.governor import Command
-from aeros.runtime.ports import Completion, Monitor, StepRequest, StepResult, StepStatus
+from aeros.runtime.ports import Completion, Monitor, Plan, StepRequest, StepResult, StepStatus
 from aeros.runtime.registry.governing import Governing
 from aeros.runtime.registry.live import Live
 from aeros.runtime.registry.registry import Registry
@@ -36,7 +36,9 @@ class SlowPlant(FakePlant):
     ticked = 0.0
     moving = threading.Event()
 
-    def execute(self, action: Action, monitor: Monitor, deadline: float) -> Completion:
+    def execute(
+        self, action: Action, monitor: Monitor, deadline: float, decided: Plan | None = None
+    ) -> Completion:
         self._call("execute", action, deadline)
         until = time.monotonic() + _LONG
         self.moving.set()

@@ -1,0 +1,69 @@
+"""Cubic pieces of a joint path by their Bézier control points: they lie in the hull of those, halves too."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from aeros.runtime.ports import Joints
+
+Piece = tuple[Joints, Joints, Joints, Joints]
+
+
+class Span(NamedTuple):
+    """For each joint the middle of the values it takes, and how far from there it gets."""
+
+    middle: Joints
+    width: Joints
+
+
+def span_of(pieces: list[Piece]) -> Span:
+    """A box of joint positions that the pieces stay in: that of their control points."""
+    columns = [column for piece in pieces for column in piece]
+    low = [min(values) for values in zip(*columns, strict=True)]
+    high = [max(values) for values in zip(*columns, strict=True)]
+    return Span(
+        tuple([(a + b) / 2.0 for a, b in zip(low, high, strict=True)]),
+        tuple([(b - a) / 2.0 for a, b in zip(low, high, strict=True)]),
+    )
+
+
+def halves(piece: Piece) -> tuple[Piece, Piece]:
+    """The piece in two, by de Casteljau's construction."""
+    a, b, c, d = piece
+    ab, bc, cd = _middle(a, b), _middle(b, c), _middle(c, d)
+    abc, bcd = _middle(ab, bc), _middle(bc, cd)
+    whole = _middle(abc, bcd)
+    return (a, ab, abc, whole), (whole, bcd, cd, d)
+
+
+def _middle(a: Joints, b: Joints) -> Joints:
+    return tuple([(x + y) / 2.0 for x, y in zip(a, b, strict=True)])
+
+
+class Derivatives(NamedTuple):
+    """Of a piece by its own parameter, from 0 to 1: in the middle, and what their magnitudes never exceed."""
+
+    first: Joints
+    second: Joints
+    most_first: Joints
+    most_second: Joints
+    third: Joints
+
+
+def derivatives(piece: Piece) -> Derivatives:
+    """dq/dx = 3·(differences of control points) is quadratic, d²q/dx² linear, d³q/dx³ constant."""
+    rows = []
+    for a, b, c, d in zip(*piece, strict=True):
+        u, v, w = b - a, c - b, d - c
+        second, last = 6.0 * (v - u), 6.0 * (w - v)
+        rows.append(
+            (
+                0.75 * (u + 2.0 * v + w),
+                (second + last) / 2.0,
+                3.0 * max(abs(u), abs(v), abs(w)),
+                max(abs(second), abs(last)),
+                abs(last - second),
+            )
+        )
+    first, second_, most_first, most_second, third = zip(*rows, strict=True)
+    return Derivatives(first, second_, most_first, most_second, third)

@@ -1,0 +1,82 @@
+"""What a robot's chain does to points: axes, places, and how far a box of joint positions moves them.
+
+Frames: B, the robot's base.  The bound of `Posture.spread`: let joint i be anywhere within w_i of the
+posture.  Changing one joint after the other moves a point p by at most w_i·ρ_i each, where ρ_i bounds
+p's distance from axis i: rotation by φ at distance ρ moves by 2ρ·sin(φ/2) ≤ ρφ.  That distance depends on
+the joints beyond i alone, so ρ_i = (distance in the posture) + Σ_{j>i} w_j·ρ_j, from the tip inwards.
+Every partial derivative of p by joints, of any order, is at most ρ_k long, k the outermost of them:
+the innermost derivative is a vector of the length of p's distance from axis k, or less, and each further
+one turns it, which lengthens nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import cos, hypot, sin, sqrt
+from typing import NamedTuple
+
+from aeros.runtime.ports import Body, Triple
+
+
+class Frame(NamedTuple):
+    """Where a joint's frame is, in B: its origin and its three axes; it turns about `z`."""
+
+    origin: Triple
+    x: Triple
+    y: Triple
+    z: Triple
+
+    def place(self, p: Triple) -> Triple:
+        """Where in B the point is that is at `p` in the frame."""
+        (ox, oy, oz), (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = self
+        a, b, c = p
+        return (ox + a * xx + b * yx + c * zx, oy + a * xy + b * yy + c * zy, oz + a * xz + b * yz + c * zz)
+
+
+_BASE = Frame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+class Posture:
+    """One joint position `q` of a body, m and rad; `frames[k]` is that of joint k, 0 the base's."""
+
+    def __init__(self, body: Body, q: Sequence[float]) -> None:
+        self.frames = [_BASE]
+        for (a, alpha, d), angle in zip(body.rows, q, strict=True):
+            self.frames.append(_next(self.frames[-1], a, alpha, d, angle))
+
+    def spread(self, joint: int, p: Triple, width: Sequence[float]) -> tuple[float, list[float]]:
+        """How far a point at `p` (B), moved by the first `joint` joints, gets within `width`; and each ρ."""
+        total, reaches = 0.0, [0.0] * joint
+        x, y, z = p
+        for k in range(joint - 1, -1, -1):
+            origin, _, _, (ax, ay, az) = self.frames[k + 1]
+            dx, dy, dz = x - origin[0], y - origin[1], z - origin[2]
+            off = hypot(ay * dz - az * dy, az * dx - ax * dz, ax * dy - ay * dx)
+            reaches[k] = off + total
+            total += width[k] * reaches[k]
+        return total, reaches
+
+
+def _next(frame: Frame, a: float, alpha: float, d: float, angle: float) -> Frame:
+    """The next joint's frame: Rx(alpha)·Tx(a)·Rz(angle)·Tz(d), as Craig has it."""
+    (ox, oy, oz), (xx, xy, xz), y, z = frame
+    ca, sa, c, s = cos(alpha), sin(alpha), cos(angle), sin(angle)
+    # The old axes, tilted about x.
+    ux, uy, uz = ca * y[0] + sa * z[0], ca * y[1] + sa * z[1], ca * y[2] + sa * z[2]
+    vx, vy, vz = ca * z[0] - sa * y[0], ca * z[1] - sa * y[1], ca * z[2] - sa * y[2]
+    return Frame(
+        (ox + a * xx + d * vx, oy + a * xy + d * vy, oz + a * xz + d * vz),
+        (c * xx + s * ux, c * xy + s * uy, c * xz + s * uz),
+        (c * ux - s * xx, c * uy - s * xy, c * uz - s * xz),
+        (vx, vy, vz),
+    )
+
+
+def norm(v: Triple) -> float:
+    """Its length."""
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+
+
+def cross(a: Triple, b: Triple) -> Triple:
+    """The vector product."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])

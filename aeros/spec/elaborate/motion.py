@@ -1,0 +1,165 @@
+"""The declared motion section of a site → what trajectories are decided by, with names and units settled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Protocol
+
+from aeros.spec.declared import site as declared
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.elaborate.expressions import elaborate_quantity
+from aeros.spec.elaborate.lookup import known
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.scope import Box
+from aeros.spec.expr.types import FamilyType, RealType, Type, VectorType
+from aeros.spec.located import Text
+from aeros.spec.model import ActionKind, Barrier, Declared, MotionKind, MotionPolicy, ToolLimits
+from aeros.spec.units import ANGLE, LENGTH, TIME, Dimension
+
+
+class _Site(Protocol):
+    """What of a site its motion section refers to."""
+
+    constants: dict[str, t.Term]
+    volumes: dict[str, Box]
+    state: dict[str, Declared]
+    kinds: dict[str, ActionKind]
+
+
+def elaborate_motion(motion: declared.Motion, site: _Site, sink: Diagnostics) -> MotionPolicy | None:
+    """The policy that `motion` declares, or None after reporting everything that stands in its way."""
+    return _MotionElaborator(site, sink).motion(motion)
+
+
+class _MotionElaborator:
+    def __init__(self, site: _Site, sink: Diagnostics) -> None:
+        self._site = site
+        self._sink = sink
+
+    def motion(self, motion: declared.Motion) -> MotionPolicy | None:
+        before = len(self._sink)
+        kinds = {name.value: self._kind(name, kind) for name, kind in motion.on}
+        measured = known(motion.starts_at, self._site.state, "a state variable", self._sink)
+        index = None if measured is None else self._index(motion.starts_at, measured.variable)
+        joints, tool = motion.joints, motion.tool
+        tables = [
+            self._table(name, _rate(ANGLE, order), index)
+            for name, order in (
+                (joints.lowest, 0),
+                (joints.highest, 0),
+                (joints.speed, 1),
+                (joints.acceleration, 2),
+                (joints.jerk, 3),
+            )
+        ]
+        moving = (tool.speed, tool.acceleration, tool.jerk)
+        turning = (tool.turning_speed, tool.turning_acceleration, tool.turning_jerk)
+        singles = [self._single(name, _rate(LENGTH, order)) for order, name in enumerate(moving, 1)]
+        singles += [self._single(name, _rate(ANGLE, order)) for order, name in enumerate(turning, 1)]
+        lengths = [
+            elaborate_quantity(text, dimension, self._sink)
+            for text, dimension in (
+                (motion.starts_within, ANGLE),
+                (motion.ends_within, LENGTH),
+                (motion.clearance, LENGTH),
+            )
+        ]
+        barriers = [self._barrier(barrier) for barrier in motion.barriers]
+        if len(self._sink) > before:
+            return None
+        # Nothing is None here: each None above was reported.
+        lowest, highest, *rates = (table for table in tables if table is not None)
+        numbers = [single for single in singles if single is not None]
+        start, end, clearance = (length for length in lengths if length is not None)
+        return MotionPolicy(
+            kinds=kinds,
+            starts_at=motion.starts_at.value,
+            starts_within=start,
+            ends_within=end,
+            lowest=lowest,
+            highest=highest,
+            rates=(rates[0], rates[1], rates[2]),
+            tool=ToolLimits((numbers[0], numbers[1], numbers[2]), (numbers[3], numbers[4], numbers[5])),
+            clearance=clearance,
+            barriers=tuple(barrier for barrier in barriers if barrier is not None),
+        )
+
+    def _kind(self, name: Text, motion: declared.MotionKind) -> MotionKind:
+        kind = known(name, self._site.kinds, "an action kind", self._sink)
+        parameters = {} if kind is None else kind.parameters
+        base = motion.base_ends_at
+        if base is not None and len(base) != 2:
+            self._sink.error("AE112", "where the base ends takes two parameters, x and y", motion.span)
+        if kind is None:
+            return MotionKind(None, None, None)
+        self._parameter(motion.tool_ends_at, parameters, kind, VectorType(LENGTH))
+        self._parameter(motion.peak_speed, parameters, kind, RealType(_rate(LENGTH, 1)))
+        for coordinate in base or ():
+            self._parameter(coordinate, parameters, kind, RealType(LENGTH))
+        return MotionKind(
+            None if motion.tool_ends_at is None else motion.tool_ends_at.value,
+            None if base is None or len(base) != 2 else (base[0].value, base[1].value),
+            None if motion.peak_speed is None else motion.peak_speed.value,
+        )
+
+    def _parameter(
+        self, name: Text | None, parameters: Mapping[str, Declared], kind: ActionKind, type_: Type
+    ) -> None:
+        if name is None:
+            return
+        found = known(name, parameters, f"a parameter of `{kind.name}`", self._sink)
+        if found is not None and found.variable.type != type_:
+            self._sink.error("AE203", f"`{name.value}` is {found.variable.type}, not {type_}", name.span)
+
+    def _index(self, name: Text, variable: t.Variable) -> str | None:
+        type_ = variable.type
+        if isinstance(type_, FamilyType) and type_.element == RealType(ANGLE):
+            return type_.index.name
+        self._sink.error("AE203", f"`{name.value}` is not one angle for each joint", name.span)
+        return None
+
+    def _table(self, name: Text, dimension: Dimension, index: str | None) -> tuple[Fraction, ...] | None:
+        found = known(name, self._site.constants, "a constant", self._sink)
+        if found is None:
+            return None
+        if not isinstance(found, t.Table) or (index is not None and found.type.index.name != index):
+            self._sink.error("AE203", f"`{name.value}` has not one value for each joint", name.span)
+            return None
+        if found.type.element != RealType(dimension):
+            self._sink.error(
+                "AE204", f"`{name.value}` is in {found.type.element}, not {dimension}", name.span
+            )
+        return found.values
+
+    def _single(self, name: Text, dimension: Dimension) -> Fraction | None:
+        found = known(name, self._site.constants, "a constant", self._sink)
+        if found is None:
+            return None
+        if not isinstance(found, t.Literal) or not isinstance(found.value, Fraction):
+            self._sink.error("AE203", f"`{name.value}` is not a single value", name.span)
+            return None
+        if found.type != RealType(dimension):
+            self._sink.error("AE204", f"`{name.value}` is in {found.type}, not {dimension}", name.span)
+        return found.value
+
+    def _barrier(self, barrier: declared.Barrier) -> Barrier | None:
+        box = known(barrier.volume, self._site.volumes, "a volume", self._sink)
+        if barrier.links == ():
+            self._sink.error("AE112", f"no link heeds the barrier `{barrier.id.value}`", barrier.id.span)
+        if box is None:
+            return None
+        return Barrier(
+            id=barrier.id.value,
+            volume=barrier.volume.value,
+            box=box,
+            inside=barrier.keep.value == "in",
+            in_base=barrier.frame is not None and barrier.frame.value == "base",
+            links=None if barrier.links is None else frozenset(link.value for link in barrier.links),
+            rationale=barrier.rationale.value,
+        )
+
+
+def _rate(dimension: Dimension, order: int) -> Dimension:
+    """The dimension of its derivative of that order with respect to time."""
+    return dimension * TIME**-order

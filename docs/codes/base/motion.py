@@ -1,0 +1,28 @@
+"""An arm with one vertical joint: decides one of its motions, and says the codes of the reasons."""
+
+import sys
+from math import cos, sin
+
+from aeros.runtime.decision import Decision, Verdict
+from aeros.runtime.ports import Ball, Body, Reading, Trajectory
+from aeros.runtime.trajectory import MotionDecider
+from aeros.skill import act
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.loading import load_site
+
+START, END = 0.0, 0.5
+DURATION = 2.0
+MEASURED = 0.0
+ASKED = 0.5
+
+corners = [START + (END - START) * third / 3.0 for third in range(4)]
+path = (tuple((corner,) for corner in corners),)
+balls = tuple(Ball("arm", 1, (0.1 * number, 0.0, 0.5), 0.06) for number in range(6))
+body = Body(rows=((0.0, 0.0, 0.0),), tool=(0.5, 0.0, 0.5), balls=balls)
+motion = Trajectory(body, (path,), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), DURATION)
+
+target = (0.5 * cos(ASKED), 0.5 * sin(ASKED), 0.5)
+allowed = Decision(Verdict.ALLOW, act("move", target=target, speed=0.25), ())
+decider = MotionDecider(load_site("site.yaml", Diagnostics()).motion)
+decided = decider.decide(allowed, motion, {"joint_angle": Reading((MEASURED,), 10.0)})
+sys.stdout.write(" ".join(reason.code for reason in decided.reasons))

@@ -1,0 +1,165 @@
+"""The bounds that motions are decided by hold of every densely sampled motion, and hardly more than hold."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import dist, hypot
+
+import pytest
+
+from aeros.runtime import peaks, sweep
+from aeros.runtime.kinematics import Posture
+from aeros.runtime.ports import Trajectory
+from tests.unit.runtime.motions import at, body, chance_of, differences, path, places, share, tool
+
+SEEDS = range(25)
+SAMPLES = 1500
+NOWHERE = (0.0, 0.0, 0.0)
+
+
+def _motion(seed: int, way: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Trajectory:
+    chance = chance_of(seed)
+    pieces = chance.choice([1, 3, 8])
+    return Trajectory(body(chance), (path(chance, pieces),), (0.1, 0.2, 0.3), way, chance.uniform(0.3, 4.0))
+
+
+def _sampled(motion: Trajectory) -> tuple[list[list[float]], list[list[float]], float]:
+    """Of each joint and of each of the tool's coordinates, its positions in time; and the time step."""
+    steps = [share(i / SAMPLES) for i in range(SAMPLES + 1)]
+    joints = [list(column) for column in zip(*(at(motion.paths[0], s) for s in steps), strict=True)]
+    places = [list(column) for column in zip(*(tool(motion, s) for s in steps), strict=True)]
+    return joints, places, motion.duration / SAMPLES
+
+
+def _exceeded(found: peaks.Rates, rows: list[list[float]], step: float) -> list[str]:
+    """The bounds that the rates of a point with these coordinates exceed, by more than differencing errs."""
+    named = []
+    for name, bound in zip(("speed", "acceleration", "jerk"), found, strict=True):
+        rows = [differences(row, step) for row in rows]
+        most = max(sum(x * x for x in point) ** 0.5 for point in zip(*rows, strict=True))
+        if most > bound * (1.0 + 1e-6):
+            named.append(name)
+    return named
+
+
+def _joints_exceeded(motion: Trajectory) -> list[str]:
+    joints, _, step = _sampled(motion)
+    bounds = peaks.joint_rates(motion.paths[0], motion.duration)
+    return [name for found, row in zip(bounds, joints, strict=True) for name in _exceeded(found, [row], step)]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_no_joint_exceeds_its_bounds(seed: int) -> None:
+    assert _joints_exceeded(_motion(seed)) == []
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_tool_exceeds_none_of_its_bounds(seed: int) -> None:
+    motion = _motion(seed, (0.3, -0.2, 0.0) if seed % 2 else (0.0, 0.0, 0.0))
+    _, places, step = _sampled(motion)
+    moving, _ = peaks.tool_rates(motion.body, motion.paths[0], motion.way, motion.duration, 0.0)
+    assert _exceeded(moving, places, step) == []
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_tool_turns_no_faster_than_its_bound(seed: int) -> None:
+    motion = _motion(seed)
+    _, turning = peaks.tool_rates(motion.body, motion.paths[0], motion.way, motion.duration, 0.0)
+    steps = [share(i / SAMPLES) for i in range(SAMPLES + 1)]
+    axes = []
+    for s in steps:
+        frame = Posture(motion.body, at(motion.paths[0], s)).frames[-1]
+        axes.append((frame.x, frame.y, frame.z))
+    # |ω|² is half the sum of the squared rates of the three axes.
+    rates = [
+        (sum(dist(a, b) ** 2 for a, b in zip(old, new, strict=True)) / 2.0) ** 0.5 * SAMPLES / motion.duration
+        for old, new in pairwise(axes)
+    ]
+    assert max(rates) <= turning.speed
+
+
+def test_the_bound_of_the_tools_speed_is_hardly_above_it() -> None:
+    for seed in SEEDS:
+        chance = chance_of(seed)
+        # One joint alone: its path's slope is greatest somewhere, and timing in the middle.
+        still = body(chance)
+        quarter = ((0.0,) * 4, (0.1, 0.0, 0.0, 0.0), (0.2, 0.0, 0.0, 0.0), (0.3, 0.0, 0.0, 0.0))
+        motion = Trajectory(still, ((quarter,),), NOWHERE, NOWHERE, 1.0)
+        _, places, step = _sampled(motion)
+        rows = [differences(row, step) for row in places]
+        most = max(sum(x * x for x in point) ** 0.5 for point in zip(*rows, strict=True))
+        found, _ = peaks.tool_rates(still, (quarter,), NOWHERE, 1.0, most * 1.001)
+        assert most <= found.speed <= most * 1.002
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_a_peak_factor_that_is_too_small_is_noticed(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    factors = list(peaks.TIMING)
+    factors[number] *= 0.99
+    monkeypatch.setattr(peaks, "TIMING", tuple(factors))
+    line = tuple((x,) * 4 for x in (0.0, 1 / 3, 2 / 3, 1.0))
+    chance = chance_of(0)
+    motion = Trajectory(body(chance), (((line[0], line[1], line[2], line[3]),),), NOWHERE, NOWHERE, 2.0)
+    assert ("speed", "acceleration", "jerk")[number] in _joints_exceeded(motion)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_enclosures_hold_every_place_the_balls_take(seed: int) -> None:
+    motion = _motion(seed)
+    chance = chance_of(seed)
+    slack = tuple(chance.choice([0.0, 0.05]) for _ in range(4))
+    balls = list(motion.body.balls)
+    pieces = list(motion.paths[0])
+    found = sweep.enclosures(motion.body, pieces, slack, balls)
+    for i in range(400):
+        q = [x + chance.uniform(-w, w) for x, w in zip(at(motion.paths[0], i / 399), slack, strict=True)]
+        posture = Posture(motion.body, q)
+        for ball, (centre, radius) in zip(balls, found, strict=True):
+            place = posture.frames[ball.joint].place(ball.centre)
+            assert dist(place, centre) + ball.radius <= radius + 1e-12
+
+
+def _depth(box: sweep.Box, centre: tuple[float, float, float], radius: float) -> float:
+    """By how much the ball is not clear of the barrier; negative where it is."""
+    if box.inside:
+        pairs = zip(centre, box.lower, box.upper, strict=True)
+        return radius - min(min(x - low, high - x) for x, low, high in pairs)
+    pairs = zip(centre, box.lower, box.upper, strict=True)
+    return radius - hypot(*(max(low - x, x - high, 0.0) for x, low, high in pairs))
+
+
+@pytest.mark.parametrize("inside", [False, True])
+@pytest.mark.parametrize("way", [(0.0, 0.0, 0.0), (0.5, -0.3, 0.0)])
+def test_no_motion_that_meets_a_barrier_is_clear_and_few_others_are_not(
+    way: tuple[float, float, float], inside: bool
+) -> None:
+    seen = {"met": 0, "clear": 0}
+    for seed in range(150):
+        chance = chance_of(seed)
+        motion = _motion(seed, way)
+        half = chance.uniform(0.6, 2.0) if inside else chance.uniform(0.02, 0.3)
+        middle = [chance.uniform(-0.6, 0.6) for _ in range(3)]
+        lower, upper = ([x + side * half for x in middle] for side in (-1, 1))
+        box = sweep.Box(
+            "box", (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2]), inside, False, None
+        )
+        found = sweep.breach_of(motion, [box], 0.0)
+        depth = max(
+            _depth(box, centre, ball.radius)
+            for i in range(200)
+            for ball, centre in zip(motion.body.balls, places(motion, i / 199), strict=True)
+        )
+        if depth > 0.0:
+            assert found is not None, seed
+            seen["met"] += 1
+        elif depth < -0.02:
+            # A hold of 20 mm is more than the last enclosures are wide.
+            assert found is None, seed
+            seen["clear"] += 1
+    assert min(seen.values()) >= 15
+
+
+def test_an_enclosure_without_the_joints_spread_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Posture, "spread", lambda self, joint, p, width: (0.0, [0.0] * joint))
+    with pytest.raises(AssertionError):
+        test_enclosures_hold_every_place_the_balls_take(1)

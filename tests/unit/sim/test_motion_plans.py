@@ -1,0 +1,270 @@
+"""What the physics plant says of its motions: it does just that, and the reference site finds it in order."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from aeros.runtime.decision import Decision, Verdict
+from aeros.runtime.history import Histories
+from aeros.runtime.kinematics import Posture
+from aeros.runtime.monitor import MonitorFactory
+from aeros.runtime.ports import Completion, Motionless, Trajectory
+from aeros.runtime.trajectory import MotionDecider
+from aeros.sim.body import CAPSULES, FLANGE, PANDA
+from aeros.sim.bullet import DATA
+from aeros.sim.kinematics import READY, forward
+from aeros.sim.limits import Q_MAX, Q_MIN, QD_MAX
+from aeros.sim.physics import PhysicsPlant, make_plant
+from aeros.sim.profile import TICK, minimum_jerk
+from aeros.skill import Action, act
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.loading import load_site, reference_site
+from aeros.spec.model import Site
+
+pytestmark = pytest.mark.physics
+
+FOREVER = 1e9
+MOVE = act("move_tool", target=(0.5, 0.2, 0.1), yaw=0.5, speed=0.25)
+
+
+@pytest.fixture
+def plant() -> Iterator[PhysicsPlant]:
+    plant = make_plant("bare", 0)
+    yield plant
+    plant.close()
+
+
+@pytest.fixture(scope="module")
+def site() -> Site:
+    found = load_site(reference_site(), Diagnostics())
+    assert found is not None
+    return found
+
+
+def allow(now: float, values: Mapping[str, Any]) -> str | None:
+    return None
+
+
+# The body.
+
+
+def test_both_kinematics_put_the_tool_in_the_same_place() -> None:
+    chance = np.random.default_rng(0)
+    for q in chance.uniform(Q_MIN, Q_MAX, (50, 7)):
+        expected = forward(q[None, :])[0][0]
+        assert math.dist(Posture(PANDA, q.tolist()).frames[-1].place(PANDA.tool), expected) < 1e-12
+
+
+def _vertices(mesh: str) -> np.ndarray[Any, Any]:
+    lines = (Path(DATA) / "franka_panda" / "meshes" / "collision" / f"{mesh}.obj").read_text().splitlines()
+    return np.array([[float(x) for x in line.split()[1:4]] for line in lines if line.startswith("v ")])
+
+
+def _mesh_of(link: str) -> np.ndarray[Any, Any]:
+    """Vertices of the link's collision meshes in the frame of its joint; fingers at every opening."""
+    if link == "foot":
+        return _vertices("link0")
+    if link not in ("hand", "fingers"):
+        return _vertices(link)
+    if link == "hand":
+        points = _vertices("hand")
+    else:
+        one = _vertices("finger") + np.array([0.0, 0.0, 0.0584])
+        openings = [one + np.array([0.0, gap, 0.0]) for gap in (0.0, 0.02, 0.04)]
+        points = np.concatenate([*openings, *(other * np.array([-1.0, -1.0, 1.0]) for other in openings)])
+    c = math.sqrt(0.5)
+    x, y, z = points.T
+    return np.stack((c * (x + y), c * (y - x), FLANGE + z), axis=1)
+
+
+@pytest.mark.parametrize("capsule", CAPSULES, ids=lambda capsule: capsule.link)
+def test_each_capsule_holds_its_links_mesh_and_its_balls_hold_the_capsule(capsule: Any) -> None:
+    a, b = np.array(capsule.a), np.array(capsule.b)
+    points = _mesh_of(capsule.link)
+    along = np.clip((points - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
+    assert np.linalg.norm(points - a - along[:, None] * (b - a), axis=1).max() <= capsule.radius
+    chance = np.random.default_rng(0)
+    way = chance.normal(size=(5000, 3))
+    way *= capsule.radius / np.linalg.norm(way, axis=1)[:, None]
+    skin = a + chance.uniform(0.0, 1.0, (5000, 1)) * (b - a) + way
+    balls = [ball for ball in PANDA.balls if ball.link == capsule.link]
+    away = [np.linalg.norm(skin - np.array(ball.centre), axis=1) - ball.radius for ball in balls]
+    assert np.min(away, axis=0).max() <= 1e-12
+
+
+# What is decided is what is done.
+
+
+def test_the_set_points_of_a_move_are_those_of_the_trajectory_that_was_decided(plant: PhysicsPlant) -> None:
+    plan = plant.plan(MOVE)
+    assert isinstance(plan, Trajectory)
+    sent: list[Any] = []
+    command = plant._robot.command
+
+    def spy(q: Any, qd: Any) -> None:
+        sent.append(q)
+        command(q, qd)
+
+    plant._robot.command = spy  # type: ignore[method-assign]
+    assert plant.execute(MOVE, allow, FOREVER, plan).completed
+    ticks = round(plan.duration / TICK)
+    pieces = np.array(plan.paths[0])
+    s = minimum_jerk(np.arange(1, ticks + 1) / ticks)[0]
+    index = np.minimum((s * len(pieces)).astype(int), len(pieces) - 1)
+    u = (s * len(pieces) - index)[:, None]
+    a, b, c, d = (pieces[index, corner] for corner in range(4))
+    expected = (1 - u) ** 3 * a + 3 * (1 - u) ** 2 * u * b + 3 * (1 - u) * u**2 * c + u**3 * d
+    assert np.abs(np.array(sent[:ticks]) - expected).max() < 1e-12
+
+
+def test_a_motion_that_was_planned_elsewhere_or_earlier_is_refused_before_motion(plant: PhysicsPlant) -> None:
+    plan = plant.plan(MOVE)
+    assert plant.execute(act("wait", duration=0.1), allow, FOREVER).completed
+    before = plant.now()
+    for stale in (plan, Motionless("a guess")):
+        ended = plant.execute(MOVE, allow, FOREVER, stale)
+        assert not ended.completed
+        assert (ended.reason or "").startswith("stale")
+    assert plant.now() == before
+
+
+def test_planning_moves_nothing_and_says_what_cannot_be_done(plant: PhysicsPlant) -> None:
+    assert isinstance(plant.plan(act("grip", width=0.08, force=5.0)), Motionless)
+    far = plant.plan(act("move_tool", target=(0.9, 0.5, 0.3), yaw=0.0, speed=0.25))
+    assert isinstance(far, Completion)
+    assert (far.reason or "").startswith("unreachable")
+    assert plant.now() == 0.0
+
+
+@pytest.mark.parametrize("speed", [0.05, 0.25, 0.5])
+def test_the_reference_site_allows_what_the_plant_plans(
+    plant: PhysicsPlant, site: Site, speed: float
+) -> None:
+    decider = MotionDecider(site.motion)
+    for target, yaw in (((0.5, 0.2, 0.1), 0.0), ((0.4, -0.3, 0.3), 1.0), ((0.55, 0.1, 0.02), -0.5)):
+        action = act("move_tool", target=target, yaw=yaw, speed=speed)
+        plan = plant.plan(action)
+        decision = decider.decide(Decision(Verdict.ALLOW, action, ()), plan, plant.observe())
+        assert decision.reasons == ()
+        assert plant.execute(action, allow, FOREVER, plan).completed
+
+
+def _denied(plant: PhysicsPlant, site: Site, action: Action) -> list[tuple[str, str]]:
+    decision = Decision(Verdict.ALLOW, action, ())
+    found = MotionDecider(site.motion).decide(decision, plant.plan(action), plant.observe())
+    return [(reason.code, reason.rule) for reason in found.reasons]
+
+
+def test_a_target_beside_which_the_hand_would_meet_the_bench_is_denied(
+    plant: PhysicsPlant, site: Site
+) -> None:
+    low = act("move_tool", target=(0.5, 0.1, -0.03), yaw=0.0, speed=0.25)
+    assert ("AE763", "links-off-the-bench") in _denied(plant, site, low)
+
+
+def test_a_way_through_the_arms_own_column_is_denied(plant: PhysicsPlant, site: Site) -> None:
+    around = act("move_tool", target=(0.0, 0.3, 0.3), yaw=0.0, speed=0.25)
+    assert _denied(plant, site, around) == [("AE763", "off-the-column")]
+
+
+# A violation is a protective stop within one tick.
+
+
+def _runaway(rates: list[float]) -> Callable[[PhysicsPlant], None]:
+    """From 0.25 s on, an arm whose drives accelerate to these joint speeds whatever they are told."""
+
+    def fault(plant: PhysicsPlant) -> None:
+        command = plant._robot.command
+        state: dict[str, Any] = {"q": READY.copy(), "qd": np.zeros(7)}
+
+        def run_away(q: Any, qd: Any) -> None:
+            if plant._world.ticks < 60 or state.get("stopped"):
+                command(q, qd)
+                if plant._world.ticks < 60:
+                    state["q"] = q
+                return
+            limit = 8.0 * TICK
+            state["qd"] = state["qd"] + np.clip(np.array(rates) - state["qd"], -limit, limit)
+            state["q"] = state["q"] + state["qd"] * TICK
+            command(state["q"], state["qd"])
+
+        stop = plant.stop
+
+        def stopping() -> None:
+            state["stopped"] = True
+            stop()
+
+        plant._robot.command = run_away  # type: ignore[method-assign]
+        plant.stop = stopping  # type: ignore[method-assign]
+
+    return fault
+
+
+def _approach(plant: PhysicsPlant) -> None:
+    """Somebody walks up to the arm at 1.6 m/s."""
+    measure = plant._fast_values
+
+    def walked() -> dict[str, Any]:
+        return {**measure(), "human_distance": max(0.0, 2.0 - 1.6 * plant.now())}
+
+    plant._fast_values = walked  # type: ignore[method-assign]
+
+
+def _too_near(values: Mapping[str, Any]) -> bool:
+    # S at 0.1 m/s: 1.6·(0.105 + 0.34) + 0.1·0.105 + 0.1·0.34/2 + 0.1 + 0.05 + 0.01 m.
+    return bool(values["human_distance"] < 0.8995)
+
+
+@pytest.mark.parametrize(
+    ("fault", "violated", "rule"),
+    [
+        (
+            _runaway([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 4.0]),
+            lambda values: bool((np.abs(values["joint_velocity"]) > QD_MAX).any()),
+            "joint-speeds",
+        ),
+        (
+            _runaway([2.1, -2.1, 0.0, 2.1, 0.0, 2.5, 0.0]),
+            lambda values: values["tool_speed"] > 1.7,
+            "tool-speed",
+        ),
+        (_approach, _too_near, "arm-separation"),
+    ],
+    ids=["joint speed", "tool speed", "separation"],
+)
+def test_a_violation_is_a_protective_stop_within_one_tick(
+    plant: PhysicsPlant,
+    site: Site,
+    fault: Callable[[PhysicsPlant], None],
+    violated: Callable[[Mapping[str, Any]], bool],
+    rule: str,
+) -> None:
+    action = act("move_tool", target=(0.45, 0.1, 0.35), yaw=0.0, speed=0.1)
+    fault(plant)
+    watch = MonitorFactory(site, Histories(site)).watch(action, plant.observe())
+    violations: list[int] = []
+    stops: list[int] = []
+    halt = plant.stop
+
+    def monitor(now: float, values: Mapping[str, Any]) -> str | None:
+        if violated(values):
+            violations.append(plant._world.ticks)
+        return watch(now, values)
+
+    def stop() -> None:
+        stops.append(plant._world.ticks)
+        halt()
+
+    plant.stop = stop  # type: ignore[method-assign]
+    ended = plant.execute(action, monitor, FOREVER)
+    assert ended.reason == f"monitor:{rule}"
+    assert violations[0] > 0
+    # Seen once, in the tick it was first measured in, and stopped in that same tick.
+    assert stops == violations
+    assert max(map(abs, plant.observe()["joint_velocity"].value)) < 0.02

@@ -1,0 +1,94 @@
+"""The motion section of a site: what it becomes, and every way in which it may be at fault."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.loading import load_site, reference_site
+from aeros.spec.model import MotionKind, Site
+from aeros.spec.render import render_text
+
+
+def _loaded(tmp_path: Path, *edits: tuple[str, str]) -> tuple[Site | None, list[str]]:
+    text = reference_site().read_text()
+    for old, new in edits:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    path = tmp_path / "site.yaml"
+    path.write_text(text)
+    sink = Diagnostics()
+    return load_site(path, sink), [render_text(one).splitlines()[0] for one in sink]
+
+
+def test_names_and_units_are_settled(tmp_path: Path) -> None:
+    site, said = _loaded(tmp_path)
+    assert said == []
+    assert site is not None
+    motion = site.motion
+    assert motion is not None
+    assert motion.kinds["move_tool"] == MotionKind("target", None, "speed")
+    assert motion.kinds["move_base"] == MotionKind(None, ("x", "y"), "speed")
+    assert motion.rates[2][1] == 3750
+    assert motion.tool.moving == (Fraction(17, 10), Fraction(13), Fraction(6500))
+    assert motion.tool.turning == (Fraction(5, 2), Fraction(25), Fraction(12500))
+    assert motion.clearance == Fraction(15, 1000)
+    fence, column = motion.barriers[2:]
+    assert fence.inside
+    assert fence.links is None
+    assert column.in_base
+    assert column.box == site.volumes["column"]
+
+
+@pytest.mark.parametrize(
+    ("edit", "said"),
+    [
+        (("slide: {peak", "glide: {peak"), "error[AE122] unknown-reference: `glide` is not an action kind"),
+        (
+            ("move_tool: {tool_ends_at: target", "move_tool: {tool_ends_at: goal"),
+            "error[AE122] unknown-reference: `goal` is not a parameter of `move_tool`",
+        ),
+        (
+            ("move_tool: {tool_ends_at: target", "move_tool: {tool_ends_at: yaw"),
+            "error[AE203] type-mismatch: `yaw` is real [rad], not vec3 [m]",
+        ),
+        (
+            ("base_ends_at: [x, y]", "base_ends_at: [x]"),
+            "error[AE112]",
+        ),
+        (
+            ("starts_at: joint_position", "starts_at: joint_velocity"),
+            "error[AE203] type-mismatch: `joint_velocity` is not one angle for each joint",
+        ),
+        (
+            ("starts_at: joint_position", "starts_at: encoders"),
+            "error[AE122] unknown-reference: `encoders` is not a state variable",
+        ),
+        (("lowest: q_min", "lowest: q_least"), "error[AE122] unknown-reference: `q_least` is not a constant"),
+        (
+            ("lowest: q_min", "lowest: reduced_speed"),
+            "error[AE203] type-mismatch: `reduced_speed` has not one value for each joint",
+        ),
+        (("jerk: qddd_max}", "jerk: qdd_max}"), "error[AE204] unit-mismatch: `qdd_max`"),
+        (
+            ("turning_jerk: turning_jerk_max", "turning_jerk: qddd_max"),
+            "error[AE203] type-mismatch: `qddd_max` is not a single value",
+        ),
+        (
+            ("turning_jerk: turning_jerk_max", "turning_jerk: cartesian_jerk_max"),
+            "error[AE204] unit-mismatch: `cartesian_jerk_max`",
+        ),
+        (("clearance: 15 mm", "clearance: 15 s"), "error[AE204]"),
+        (("volume: bench_core", "volume: bench_kern"), "error[AE122] unknown-reference: `bench_kern`"),
+        (("links: [fingers]", "links: []"), "error[AE112]"),
+        (("keep: in", "keep: near"), "error[AE"),
+    ],
+)
+def test_each_fault_is_reported_where_it_is(tmp_path: Path, edit: tuple[str, str], said: str) -> None:
+    site, found = _loaded(tmp_path, edit)
+    assert site is None
+    assert len(found) == 1
+    assert found[0].startswith(said), found[0]
