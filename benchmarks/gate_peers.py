@@ -62,7 +62,7 @@ def cedar() -> Decide:
 
 
 def casbin() -> Decide:
-    """casbin with the policy as its matcher."""
+    """Casbin with the policy as its matcher."""
     engine = import_module("casbin")
     functions = {"subset": lambda given, known: all(one in known for one in given)}
     box = " && ".join(

@@ -48,7 +48,8 @@ _IN_BOX = "0.25 m <= x <= 0.75 m and -0.5 m <= y <= 0.5 m and 0 m <= z <= 0.5 m"
 
 def _site() -> str:
     kinds = "".join(
-        f"  {name}:\n    description: {name}\n    risk: {risk}\n    actuators: [{', '.join(moved)}]{_PARAMETERS}"
+        f"  {name}:\n    description: {name}\n    risk: {risk}\n"
+        f"    actuators: [{', '.join(moved)}]{_PARAMETERS}"
         for name, (risk, moved) in KINDS.items()
     )
     about = "rationale: the benchmark, source: the benchmark"
@@ -173,7 +174,7 @@ _NAMES = frozenset({*_NUMBERS, "skill", "risk", "actuators", "human"})
 
 
 def careful(asked: Any) -> bool:
-    """The policy with every value checked first: exact types, finite, in range, nothing missing or unknown."""
+    """The policy with every value checked first: exact types, finite, in range, none missing or unknown."""
     if type(asked) is not dict or asked.keys() != _NAMES:
         return False
     for name, (least, most) in _NUMBERS.items():

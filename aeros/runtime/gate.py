@@ -81,10 +81,12 @@ class Gate:
 class _KindRules:
     """What Φ says of one action kind.
 
+    conditions: of each rule, with what is said where it does not hold.
     required: the state variables that it reads, to decide or to attenuate.
     """
 
-    rules: tuple[tuple[Rule, Condition], ...]
+    rules: tuple[Rule, ...]
+    conditions: tuple[tuple[Condition, Reason], ...]
     parameters: Mapping[str, Form]
     required: frozenset[str]
 
@@ -93,12 +95,12 @@ class _KindRules:
 class _Entry:
     """Everything else that decides one skill's actions of one kind.
 
+    limits: envelope and permission, with what is said where they do not hold.
     sufficient: the envelope and whatever of permission and Φ it is not proved to imply.
     required: the state variables that any condition reads: those a decision needs, and fresh.
     """
 
-    envelope: Condition
-    permission: Condition
+    limits: tuple[tuple[Condition, Reason], ...]
     sufficient: Condition
     required: frozenset[str]
 
@@ -129,7 +131,8 @@ class _Decider:
             for term in (rule.terms[kind.name], *rule.attenuations.get(kind.name, {}).values())
         ]
         return _KindRules(
-            tuple((rule, self._condition(rule.terms[kind.name], kind, {})) for rule in rules),
+            rules,
+            tuple((self._condition(rule.terms[kind.name], kind, {}), _breaks(rule)) for rule in rules),
             forms_of(kind.parameters),
             _state_read(read),
         )
@@ -138,9 +141,7 @@ class _Decider:
         of_kind, at = self._kinds[kind.name], (ecm.id, skill.id, kind.name)
         envelope = skill.envelope[kind.name].term
         permitted = ecm.permission[kind.name].term if kind.name in ecm.permission else t.FALSE
-        claims = {
-            f"safety/{skill.id}/{kind.name}/{rule.id}": rule.terms[kind.name] for rule, _ in of_kind.rules
-        }
+        claims = {f"safety/{skill.id}/{kind.name}/{rule.id}": rule.terms[kind.name] for rule in of_kind.rules}
         claims[f"permission/{skill.id}/{kind.name}"] = permitted
         # A permission that is not there is proved of nothing, whatever a certificate says.
         relied_on = self._compiled and permitted != t.FALSE
@@ -148,8 +149,16 @@ class _Decider:
         left = [term for obligation, term in claims.items() if obligation not in proved]
         sufficient = t.conjunction(envelope, *left)
         self._entries[at] = entry = _Entry(
-            self._condition(envelope, kind, skill.inputs),
-            self._condition(permitted, kind, skill.inputs),
+            (
+                (
+                    self._condition(envelope, kind, skill.inputs),
+                    Reason("AE730", kind.name, "outside the envelope of the skill"),
+                ),
+                (
+                    self._condition(permitted, kind, skill.inputs),
+                    Reason("AE731", kind.name, "outside the permission of the module"),
+                ),
+            ),
             self._condition(sufficient, kind, skill.inputs),
             of_kind.required | _state_read([envelope, permitted]),
         )
@@ -177,8 +186,13 @@ class _Decider:
     # Deciding.
 
     def decide(self, caller: Any, readings: Any, action: Any, now: Any, usage: Any) -> Decision:
-        allowed = decide_straight(self._straight, caller, readings, action, now, usage)
-        return self._in_full(caller, readings, action, now, usage) if allowed is None else allowed
+        found = decide_straight(self._straight, caller, readings, action, now, usage)
+        if type(found) is Decision:
+            return found
+        if type(found) is dict:
+            reasons = self._unmet(caller, action, found)
+            return self._denied_or_less(caller, readings, action, now, usage, found, reasons)
+        return self._in_full(caller, readings, action, now, usage)
 
     def _in_full(self, caller: Any, readings: Any, action: Any, now: Any, usage: Any) -> Decision:
         fault = request_fault(caller, readings, action, usage) or check_now(now)
@@ -189,6 +203,20 @@ class _Decider:
         reasons = self._objections(caller, readings, Action(kind, asked), now, usage, values)
         if not reasons:
             return Decision(Verdict.ALLOW, Action(kind, as_executed(self._kinds[kind].parameters, asked)), ())
+        return self._denied_or_less(caller, readings, Action(kind, asked), now, usage, values, reasons)
+
+    def _denied_or_less(
+        self,
+        caller: Caller,
+        readings: Readings,
+        action: Action,
+        now: float,
+        usage: Mapping[str, int],
+        values: Scalars,
+        reasons: list[Reason],
+    ) -> Decision:
+        """DENY for these reasons, or ATTENUATE where they leave a reduced action that is allowed."""
+        kind, asked = action
         in_the_way = self._attenuating(kind, reasons)
         if in_the_way:
             less = attenuated(in_the_way, kind, asked, values)
@@ -220,43 +248,42 @@ class _Decider:
         ]
         if not reasons and entry and entry.sufficient.decide(values) is Truth.HOLDS:
             return reasons
-        if kind is not None:
-            reasons += _outside(entry, action.kind, values)
-            reasons += _broken(kind.rules, values)
-        return reasons
+        return reasons + self._unmet(caller, action, values)
+
+    def _unmet(self, caller: Caller, action: Action, values: Scalars) -> list[Reason]:
+        """What envelope, permission and Φ object to, as far as their values are there."""
+        kind = self._kinds.get(action.kind)
+        if kind is None:
+            return []
+        entry = self._entries.get((caller.module, caller.skill, action.kind))
+        if entry is None:
+            text = f"`{action.kind}` is not in the envelope of the skill"
+            return [Reason("AE730", action.kind, text), *_failing(kind.conditions, values)]
+        return [*_failing(entry.limits, values), *_failing(kind.conditions, values)]
 
     def _attenuating(self, kind: str, reasons: list[Reason]) -> list[Rule]:
         """The violated rules, if nothing else objects and each of them can attenuate; else none."""
         violated = {reason.rule for reason in reasons if reason.code == "AE750"}
         if len(violated) != len(reasons):
             return []
-        rules = [rule for rule, _ in self._kinds[kind].rules if rule.id in violated]
+        rules = [rule for rule in self._kinds[kind].rules if rule.id in violated]
         return rules if all(kind in rule.attenuations for rule in rules) else []
 
 
-def _outside(entry: _Entry | None, kind: str, values: Scalars) -> Iterator[Reason]:
-    """Envelope and permission."""
-    if entry is None:
-        yield Reason("AE730", kind, f"`{kind}` is not in the envelope of the skill")
-        return
-    yield from _failing("AE730", kind, "outside the envelope of the skill", entry.envelope, values)
-    yield from _failing("AE731", kind, "outside the permission of the module", entry.permission, values)
+def _breaks(rule: Rule) -> Reason:
+    return Reason("AE750", rule.id, f"breaks `{rule.text}`: {rule.rationale}")
 
 
-def _broken(rules: Iterable[tuple[Rule, Condition]], values: Scalars) -> Iterator[Reason]:
-    """Φ."""
-    for rule, condition in rules:
-        yield from _failing("AE750", rule.id, f"breaks `{rule.text}`: {rule.rationale}", condition, values)
-
-
-def _failing(code: str, rule: str, text: str, condition: Condition, values: Scalars) -> Iterator[Reason]:
-    if not condition.names <= values.keys():
-        return  # a variable of it is missing or malformed, which has been reported as such
-    truth = condition.decide(values)
-    if truth is Truth.FAILS:
-        yield Reason(code, rule, text)
-    elif truth is Truth.UNDECIDED:
-        yield Reason("AE790", rule, f"the solver could not decide `{rule}`")
+def _failing(conditions: Iterable[tuple[Condition, Reason]], values: Scalars) -> Iterator[Reason]:
+    """The reason of each condition that does not hold."""
+    for condition, reason in conditions:
+        if not condition.names <= values.keys():
+            continue  # a variable of it is missing or malformed, which has been reported as such
+        truth = condition.decide(values)
+        if truth is Truth.FAILS:
+            yield reason
+        elif truth is Truth.UNDECIDED:
+            yield Reason("AE790", reason.rule, f"the solver could not decide `{reason.rule}`")
 
 
 def _state_read(terms: Iterable[t.Term]) -> frozenset[str]:

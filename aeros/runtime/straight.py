@@ -1,7 +1,8 @@
 """The short way to ALLOW: one generated function per skill and action kind, silent where in doubt.
 
-What it allows, the full way of the gate allows, with the same action; it never denies, it only has no
-answer, and then the full way decides and finds the reasons.  It reads each value once, checks its
+What it allows, the full way of the gate allows, with the same action; it never denies.  Where a
+condition fails it hands on the values, which are well-formed, and where anything else is in doubt it has
+no answer; the full way then finds the reasons.  It reads each value once, checks its
 form, and evaluates the envelope and what the proof left over in the same function, on local variables.
 """
 
@@ -11,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from aeros.runtime.decision import Caller, Decision, Verdict
-from aeros.runtime.form import Form, doubles_in_range
+from aeros.runtime.form import Form, Scalars, doubles_in_range
 from aeros.runtime.ports import Reading
 from aeros.skill import Action
 from aeros.spec.backends.closure import inline_condition
@@ -21,8 +22,9 @@ from aeros.spec.model import Declared, Quota, ranges_of
 
 _EXACT_INTEGERS = 2**53
 
-Allowing = Callable[[Any, Any, Any, Any, Any], dict[str, Any] | None]
-"""From inputs, readings, parameters, now and usage to the parameters to execute, or None."""
+Allowing = Callable[[Any, Any, Any, Any, Any], tuple[bool, dict[str, Any]] | None]
+"""From inputs, readings, parameters, now and usage to whether everything holds, and the parameters to
+execute if so, else the values that the conditions read; None where it cannot tell."""
 
 
 def decide_straight(
@@ -32,8 +34,8 @@ def decide_straight(
     action: Any,
     now: Any,
     usage: Any,
-) -> Decision | None:
-    """ALLOW, or None where the full way has to decide; never raises.
+) -> Decision | Scalars | None:
+    """ALLOW; or the values, if only envelope, permission or Φ objects; or None; never raises.
 
     functions: by module, skill and action kind.
     """
@@ -48,11 +50,14 @@ def decide_straight(
     if type(module) is not str or type(skill) is not str or type(kind) is not str:
         return None
     function = functions.get((module, skill, kind))
-    allowed = None if function is None else function(inputs, readings, parameters, now, usage)
-    if allowed is None:
+    answer = None if function is None else function(inputs, readings, parameters, now, usage)
+    if answer is None:
         return None
+    is_allowed, values = answer
+    if not is_allowed:
+        return values
     new = tuple.__new__  # a named tuple's own constructor takes twice as long
-    return new(Decision, (Verdict.ALLOW, new(Action, (kind, allowed)), ()))
+    return new(Decision, (Verdict.ALLOW, new(Action, (kind, values)), ()))
 
 
 def compile_straight(
@@ -78,7 +83,8 @@ def compile_straight(
     executed = writer.given("parameters", parameters)
     writer.readings(state, required)
     declared = [form.declared for form in (*inputs.values(), *state.values(), *parameters.values())]
-    writer.condition(condition, declared)
+    read = [*inputs.values(), *parameters.values(), *(state[name] for name in sorted(required))]
+    writer.condition(condition, declared, [scalar for form in read for scalar in form.names])
     return writer.function(executed)
 
 
@@ -151,17 +157,18 @@ class _Writer:
             self._indent(start)
         self._require("not others")
 
-    def condition(self, term: t.Term, declared: Iterable[Declared]) -> None:
-        """The condition, on the local variables."""
+    def condition(self, term: t.Term, declared: Iterable[Declared], read: Iterable[str]) -> None:
+        """The condition, on local variables; where it fails, the scalars that are `read` are the answer."""
         used = t.variables_of(term)
         ranges = ranges_of(one for one in declared if one.name in used)
         code, names = inline_condition(term, ranges, self._local)
         self._names |= names
-        self._require(code)
+        values = ", ".join(f"{name!r}: {self._local[name]}" for name in read)
+        self._line(f"if not ({code}): return False, {{{values}}}")
 
     def function(self, result: str) -> Allowing:
         """The function that has been written, and gives `result`."""
-        self._line(f"return {result}")
+        self._line(f"return True, {result}")
         self._indent(0)
         source = [
             "def allowing(inputs, readings, parameters, now, usage):",

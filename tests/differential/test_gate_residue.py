@@ -215,8 +215,9 @@ def _generated(
     claims = iter([*permission_obligations(module, site), *safety_obligations(module, site)])
     verdicts = {name: one.verdict.name for name, one in _findings(claims).items()}
     certificate = Certificate(
-        "", module.id, "", module.manifest_digest, "", {}, site.digest, "", "", verdicts
-    )
+        schema="", module=module.id, version="", manifest=module.manifest_digest, code="", models={},
+        site=site.digest, verifier="", solver="", obligations=verdicts,
+    )  # fmt: skip
     configuration = Configuration(site, {module.id: module}, {module.id: certificate}, "")
     wanted = {f"safety/skill/move/r{number}" for number in range(len(rules))} | {"permission/skill/move"}
     return configuration, {name: verdicts[name] == "PROVED" for name in wanted}
