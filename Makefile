@@ -11,7 +11,7 @@ BIN := $(VENV)/bin
 DEMO := runs/demo
 JOBS ?= 2
 
-.PHONY: help install demo test format lint types layers proofs pytest clean
+.PHONY: help install demo test format lint types layers proofs pytest mutation clean
 
 help: ## list the targets
 	@awk -F ' ## ' '/^[a-z]+:.* ## / { sub(/:.*/, "", $$1); printf "  make %-9s %s\n", $$1, $$2 }' Makefile
@@ -53,8 +53,12 @@ pytest: $(VENV)/.installed-test
 	@echo '== pytest'
 	@$(BIN)/pytest -n $(JOBS)
 
+mutation: $(VENV)/.installed-test ## kill mutants of what proves, as docs/mutation.md tells: hours
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[mutation]'
+	@nice $(BIN)/python tests/mutation.py $(MUTANTS)
+
 clean: ## remove .venv, caches and runs
-	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .grimp_cache .aeros runs dist
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .grimp_cache .aeros runs dist mutants
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(VENV)/.created:
@@ -68,7 +72,7 @@ $(VENV)/.created:
 
 $(VENV)/.installed: $(VENV)/.created pyproject.toml
 	@echo 'installing aeros, its solver and its simulator into $(VENV): 500 MB, a minute or two'
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[sim]'
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[audit,sim]'
 	@touch $@
 
 $(VENV)/.installed-test: $(VENV)/.installed pyproject.toml

@@ -32,6 +32,13 @@ def solver_budget(text: str) -> int:
     return int(text)
 
 
+def process_count(text: str) -> int:
+    """How many processes to use at most."""
+    if not text.isascii() or not text.isdigit() or not 0 < int(text) <= 256:
+        raise argparse.ArgumentTypeError("expected a whole number between 1 and 256")
+    return int(text)
+
+
 def second_solver(text: str) -> SecondSolver:
     """A solver other than Z3, by name."""
     if text != "cvc5":

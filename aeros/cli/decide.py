@@ -9,11 +9,13 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, BinaryIO
 
 from aeros.cli.arguments import existing_path
+from aeros.cli.decision_text import decision_text, explanation_text
 from aeros.cli.examples import example_requests
 from aeros.cli.exit_codes import EXIT_CODES, Exit
-from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.explaining import Explainer
+from aeros.runtime.gate import GateMode
 from aeros.runtime.proving import prove
-from aeros.runtime.requests import MAX_LINE, decide_line, decision_json
+from aeros.runtime.requests import MAX_LINE, decide_line, decision_json, explain_line, explanation_json
 from aeros.spec.loading import reference_site
 
 if TYPE_CHECKING:
@@ -25,6 +27,9 @@ decided on its own: it brings the state, the time and the use of quotas.  State 
 action reads may be absent or old; what is there must be well-formed.  Denials do not change the exit
 code, which is 0 once every line has its decision.
 
+--explain says of each decision which layers it passed, which rules the proof stood in for (with the
+obligations of the certificate), and which were evaluated now, with what result at which values.
+
 a request:
   {"time": 10.0,
    "action": {"kind": "grip", "parameters": {"width": 0.04, "force": 8}},
@@ -34,6 +39,8 @@ a request:
 examples:
   aeros decide --ecm ecms/make_dumplings --skill wrap --example > requests.jsonl
   aeros decide --ecm ecms/make_dumplings --skill wrap < requests.jsonl
+  aeros decide --ecm ecms/make_dumplings --skill wrap --explain < requests.jsonl
+  aeros decide --ecm ecms/make_dumplings --skill wrap --explain --format json < requests.jsonl
   aeros decide --site cell.yaml --ecm my_module --skill pick --gate z3 < requests.jsonl
 """
 
@@ -57,6 +64,12 @@ def add_to(commands: Subparsers) -> None:
         default=GateMode.COMPILED.value,
         help="how conditions are decided; shadow does both and halts on a disagreement (default: compiled)",
     )
+    parser.add_argument("--explain", action="store_true", help="say of each decision why it is as it is")
+    parser.add_argument(
+        "--format",
+        choices=["json", "text"],
+        help="json: one object per line; text: for people (default: json, with --explain text)",
+    )
     parser.add_argument(
         "--example", action="store_true", help="print requests that are allowed, and decide nothing"
     )
@@ -73,14 +86,22 @@ def _command(arguments: argparse.Namespace) -> Exit:
         known = ", ".join(ecm.skills)
         print(f"aeros: `{ecm.id}` has no skill `{arguments.skill}`; it has {known}", file=sys.stderr)
         return Exit.USAGE
-    gate = Gate(configuration, GateMode(arguments.gate))
+    explainer = Explainer(configuration, GateMode(arguments.gate))
     if arguments.example:
-        for request in example_requests(gate, configuration.site, ecm, ecm.skills[arguments.skill], report):
+        for request in example_requests(
+            explainer.gate, configuration.site, ecm, ecm.skills[arguments.skill], report
+        ):
             print(request)
         return Exit.PROVED
+    is_text = (arguments.format or ("text" if arguments.explain else "json")) == "text"
     for line in _lines(sys.stdin.buffer):
-        decision = decide_line(gate, ecm.id, arguments.skill, line)
-        print(json.dumps(decision_json(decision)), flush=True)
+        if arguments.explain:
+            explanation = explain_line(explainer, ecm.id, arguments.skill, line)
+            shown = explanation_text(explanation) if is_text else json.dumps(explanation_json(explanation))
+        else:
+            decision = decide_line(explainer.gate, ecm.id, arguments.skill, line)
+            shown = decision_text(decision) if is_text else json.dumps(decision_json(decision))
+        print(shown, flush=True)
     return Exit.PROVED
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import random
 from collections.abc import Iterator
 from fractions import Fraction
@@ -13,7 +14,7 @@ from aeros.runtime.gate import Gate
 from aeros.runtime.requests import decide_line, request_json
 from aeros.skill import Action
 from aeros.spec.doubles import neighbours
-from aeros.spec.expr.types import BoolType, EnumType, FamilyType, RealType, VectorType
+from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, VectorType
 from aeros.spec.model import Declared, Ecm, Site, Skill
 from aeros.spec.verify import Report
 
@@ -47,7 +48,7 @@ def _request(site: Site, skill: Skill, kind: str, values: Any, chance: random.Ra
     parameters = site.kinds[kind].parameters
     return request_json(
         Action(kind, {name: _shown(one, values, chance) for name, one in parameters.items()}),
-        {name: _shown(one, values, chance) for name, one in site.state.items()},
+        {name: _shown(one, values, chance) for name, one in site.observed.items()},
         _NOW,
         inputs={name: _shown(one, values, chance) for name, one in skill.inputs.items()},
         usage={quota.id: 0 for quota in site.quotas},
@@ -61,19 +62,24 @@ def _shown(declared: Declared, values: Any, chance: random.Random) -> Any:
 
 def _middle(declared: Declared) -> Any:
     low, high = declared.range or (Fraction(0), Fraction(0))
+    middle = (low + high) / 2
     match declared.variable.type:
+        case IntegerType():
+            return Fraction(math.floor(middle))
+        case FamilyType(index=index, element=IntegerType()):
+            return (Fraction(math.floor(middle)),) * len(index.members)
         case BoolType():
             return False
         case EnumType(members=members):
             return members[0]
         case VectorType():
-            return ((low + high) / 2,) * 3
+            return (middle,) * 3
         case FamilyType(index=index, element=RealType()):
-            return ((low + high) / 2,) * len(index.members)
+            return (middle,) * len(index.members)
         case FamilyType(index=index):
             return (False,) * len(index.members)
         case _:
-            return (low + high) / 2
+            return middle
 
 
 def _double(value: Any, chance: random.Random) -> Any:

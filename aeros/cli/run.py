@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,19 +14,22 @@ from typing import TYPE_CHECKING
 from aeros.agent.errors import RefusedError
 from aeros.agent.loop import awake
 from aeros.agent.routing import Routed, route
-from aeros.cli.arguments import existing_path
+from aeros.cli.arguments import existing_path, writable_path
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.plants import PLANTS, PlantRefusedError, open_plant
 from aeros.cli.run_report import TraceWriter, summary
-from aeros.runtime.audit import AuditError, AuditLog, verify_log
+from aeros.runtime.audit import AuditError, AuditLog, AuditReport, verify_log
+from aeros.runtime.audit_checkpoints import AnchorError, Signing, verify_signed
+from aeros.runtime.audit_keys import KeyRefusedError, read_signing_key
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate, GateMode
 from aeros.runtime.governor import Governor
+from aeros.runtime.isolation.opening import SkillRuns
 from aeros.runtime.proving import prove
 from aeros.runtime.registry.governing import Governing, Steered
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.skills import load_skill
+from aeros.runtime.skill_code import SkillRefusedError
 from aeros.spec.loading import reference_site
 from aeros.spec.verify import Report
 
@@ -40,6 +45,7 @@ examples:
   aeros run "make dumplings"
   aeros run "clean the table" --seed 7 --out runs/clean
   aeros run "make dumplings" --plant symbolic --gate shadow
+  aeros run "make dumplings" --audit-key .aeros/audit.key --anchor /mnt/other/demo.anchor
 """
 
 
@@ -77,6 +83,15 @@ def add_to(commands: Subparsers) -> None:
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
     )
     parser.add_argument("--no-record", action="store_true", help="take no film")
+    parser.add_argument(
+        "--audit-key",
+        type=existing_path,
+        metavar="FILE",
+        help="sign the audit log with this key (default: audit.key in the agent's folder, if there is one)",
+    )
+    parser.add_argument(
+        "--anchor", type=writable_path, metavar="FILE", help="keep the log's newest signature here as well"
+    )
     parser.set_defaults(command=_command)
 
 
@@ -87,6 +102,10 @@ def _seed(text: str) -> int:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
+    key_file = arguments.audit_key or _key_in(arguments.state)
+    if arguments.anchor is not None and key_file is None:
+        print("aeros: --anchor needs --audit-key: `aeros audit keygen` makes one", file=sys.stderr)
+        return Exit.USAGE
     registry = Registry(arguments.state)
     installed = arguments.ecms is None and arguments.site is None and registry.exists
     if installed:
@@ -95,13 +114,26 @@ def _command(arguments: argparse.Namespace) -> Exit:
         site = arguments.site or reference_site()
         configuration, report = prove([arguments.ecms or Path("ecms")], site, certified=True)
     try:
+        signing = None if key_file is None else Signing(read_signing_key(key_file), arguments.anchor)
         routed = route(arguments.instruction, configuration.modules)
         out = _output_folder(arguments.out, routed.task.id)
         with Governing(registry) if installed else Steered(configuration, registry) as governor:
-            return _run(arguments, configuration, governor, report, routed, out)
-    except (RefusedError, PlantRefusedError, AuditError) as refusal:
+            return _run(arguments, configuration, governor, report, routed, out, signing)
+    except (
+        RefusedError,
+        PlantRefusedError,
+        SkillRefusedError,
+        AuditError,
+        AnchorError,
+        KeyRefusedError,
+    ) as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
+
+
+def _key_in(state: Path) -> Path | None:
+    path = state / "audit.key"
+    return path if path.exists() else None
 
 
 def _run(
@@ -111,26 +143,49 @@ def _run(
     proof: Report,
     routed: Routed,
     out: Path,
+    signing: Signing | None,
 ) -> Exit:
     film = None if arguments.no_record or arguments.plant != "physics" else out / "run.webp"
     audit_path = out / "audit.jsonl"
     began = time.perf_counter()
     with (
-        AuditLog(audit_path) as audit,
+        _isolation(configuration) as skills,
+        AuditLog(audit_path, durability=configuration.site.durability, signing=signing) as audit,
         TraceWriter(out / "trace.jsonl") as trace,
         open_plant(arguments.plant, configuration, routed.task, arguments.seed, film) as plant,
     ):
         gate = Gate(configuration, GateMode(arguments.gate))
-        executor = Executor(configuration, gate, plant, audit, load_skill, governor)
+        executor = Executor(configuration, gate, plant, audit, skills, governor)
+        audit.append("isolation", skills.details())
         with awake(arguments.state, configuration.site.id, executor, on_event=trace.tell) as agent:
             report = agent.run(arguments.instruction)
         simulated = plant.now()
     print(summary(proof, report, arguments.plant, simulated, time.perf_counter() - began))
-    audited = verify_log(audit_path)
-    sound = "chain sound" if audited.bad_record is None else f"record {audited.bad_record}: {audited.why}"
+    audited, sound = _audited(audit_path, signing)
     print(f"audit      {audited.records} records, {sound}")
     print(f"left in    {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
     return Exit.PROVED if report.reached and audited.bad_record is None else Exit.REJECTED
+
+
+def _audited(log: Path, signing: Signing | None) -> tuple[AuditReport, str]:
+    """What a look at the finished log finds, and in words."""
+    if signing is None:
+        chain, sound = verify_log(log), "chain sound"
+    else:
+        chain = verify_signed(log, signing.key.public, signing.anchor).chain
+        sound = "chain sound, signed" if signing.anchor is None else "chain sound, signed and anchored"
+    return chain, sound if chain.sound else f"record {chain.bad_record}: {chain.why}"
+
+
+@contextmanager
+def _isolation(configuration: Configuration) -> Iterator[SkillRuns]:
+    """Where skill code runs; refuses before anything starts where this host isolates too little."""
+    with SkillRuns(configuration.site, configuration.modules.values()) as skills:
+        if skills.refusal is not None:
+            raise SkillRefusedError(skills.refusal)
+        if skills.warning is not None:
+            print(f"aeros: warning: {skills.warning}", file=sys.stderr)
+        yield skills
 
 
 def _output_folder(wanted: Path | None, task: str) -> Path:

@@ -10,7 +10,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from aeros.cli.arguments import existing_path, second_solver, solver_budget, writable_path
+from aeros.cli.arguments import (
+    existing_path,
+    process_count,
+    second_solver,
+    solver_budget,
+    writable_path,
+)
 from aeros.cli.exit_codes import EXIT_CODES, Exit, exit_for
 from aeros.cli.reports.json_report import as_json
 from aeros.cli.reports.junit import as_junit
@@ -83,6 +89,12 @@ def add_to(commands: Subparsers) -> None:
         "--no-cache", action="store_true", help="ask the solver again what earlier runs asked"
     )
     parser.add_argument(
+        "--jobs",
+        type=process_count,
+        metavar="N",
+        help="how many processes prove modules, where there are many (default: one for each processor)",
+    )
+    parser.add_argument(
         "--second-solver",
         type=second_solver,
         metavar="cvc5",
@@ -96,7 +108,16 @@ def _command(arguments: argparse.Namespace) -> Exit:
     store = None if arguments.no_cache else default_store()
     site, second = arguments.site or reference_site(), arguments.second_solver
     try:
-        report = verify(arguments.paths, site, arguments.rlimit, progress, store, second)
+        report = verify(
+            arguments.paths,
+            site,
+            arguments.rlimit,
+            progress,
+            store,
+            second=second,
+            in_full=False,
+            jobs=arguments.jobs or _processors(),
+        )
     except DisagreementError as error:
         print(_disagreement(error), file=sys.stderr)
         return Exit.OUR_BUG
@@ -139,6 +160,10 @@ def _written(path: Path, text: str) -> bool:
         print(f"aeros: cannot write `{safe(str(path))}`: {error.strerror}", file=sys.stderr)
         return False
     return True
+
+
+def _processors() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _progress(name: str) -> None:

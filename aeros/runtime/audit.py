@@ -8,8 +8,12 @@ One line per record, canonical JSON that ends with its own hash:
 deleted, inserted or reordered record is found by `verify_log`.
 
 What a plain chain does not notice: a tail cut off at a record's end, and a log rewritten as a whole
-with new hashes.  Both leave a sound, shorter or different, chain; noticing them needs signed
-checkpoints whose head is kept elsewhere.
+with new hashes.  Both leave a sound, shorter or different, chain; noticing them takes signed
+checkpoints and an anchor (`audit_checkpoints`).
+
+How soon a record is durable is the site's choice (`Durability`).  Whatever it is, a record is with the
+operating system before `append` returns, so that no end of this process loses it; the modes differ
+in what a failure of power may take.
 
 Whoever moves a motor appends first: `AuditError` means that nothing may move.
 """
@@ -19,6 +23,7 @@ from __future__ import annotations
 import fcntl
 import hashlib
 import os
+import secrets
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -27,9 +32,26 @@ from types import TracebackType
 from typing import Any, Final, Self
 
 from aeros.runtime.audit_check import GENESIS, AuditReport, DecisionCounts, end_record, scan, verify_log
+from aeros.runtime.audit_checkpoints import (
+    CHECKPOINT,
+    EVERY,
+    TAIL_MENDED,
+    AnchorError,
+    Checkpoint,
+    CheckpointWatch,
+    Signing,
+    read_anchor,
+    sync_folder,
+    write_anchor,
+)
 from aeros.runtime.canonical import canonical
+from aeros.runtime.decision import Verdict
+from aeros.spec.model import Durability
 
 __all__ = ["AuditError", "AuditLog", "AuditReport", "DecisionCounts", "verify_log"]
+
+BATCH: Final = 64
+"""Records that one sync makes durable where the site batches them."""
 
 _OWNER_ONLY: Final = 0o600
 
@@ -44,22 +66,35 @@ class AuditLog:
     Opening verifies the whole chain and refuses to continue one that is not sound.  A last line torn
     by a crash was never acknowledged: it is replaced by a `tail-mended` record that says so.
     clock: seconds since 1970, for people; nothing is decided by it.
+    signing: sign a checkpoint now, every `EVERY` records and at the end, and keep the newest at the anchor.
     Assumes: `fdatasync` reaches the medium, and the process does not fork while it writes.
     """
 
-    def __init__(self, path: Path, clock: Callable[[], float] = time.time) -> None:
+    def __init__(
+        self,
+        path: Path,
+        clock: Callable[[], float] = time.time,
+        *,
+        durability: Durability = Durability.EVERY_RECORD,
+        signing: Signing | None = None,
+    ) -> None:
         self.path = path
         self._clock = clock
+        self._durability = durability
+        self._signing = signing
         self._lock = threading.Lock()
         self._sequence = 0
         self._head = GENESIS
         self._end = 0
+        self._id = GENESIS  # the hash of the first record, once there is one
+        self._unsynced = 0
+        self._unsigned = 0
         try:
             self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, _OWNER_ONLY)
         except OSError as failure:
             raise AuditError(f"the audit log `{path}` cannot be opened: {failure}") from failure
         # Why nothing can be appended; None while all is well.
-        self._broken: str | None = None
+        self._broken: str | None = "it is not open yet"
         try:
             self._continue()
         except BaseException:
@@ -67,18 +102,31 @@ class AuditLog:
             raise
 
     def append(self, event: str, details: Mapping[str, Any]) -> int:
-        """Write one record and return its sequence number once it is durable; else raise `AuditError`.
+        """Write one record and return its sequence number once it is safe; else raise `AuditError`.
 
-        After a failure nothing more can be appended: what the file then holds is unknown until it is
-        opened again.
+        Safe is durable, unless the site's `Durability` says otherwise of this record.  After a failure
+        nothing more can be appended: what the file then holds is unknown until it is opened again.
         """
         with self._lock:
-            return self._append(event, details)
+            sequence = self._append(event, details)
+            if self._signing is not None and self._unsigned >= EVERY:
+                self._sign(self._signing, closing=False)
+            return sequence
 
     def close(self) -> None:
-        """Let another writer in; safe to call twice."""
+        """Make durable and sign what is not yet, and let another writer in; safe to call twice.
+
+        Raises `AuditError` where that fails; the log is closed then too.
+        """
         with self._lock:
-            if self._file >= 0:
+            if self._file < 0:
+                return
+            try:
+                if self._broken is None and self._signing is not None:
+                    self._sign(self._signing, closing=True)
+                elif self._broken is None and self._unsynced:
+                    self._write(b"", sync=True)
+            finally:
                 os.close(self._file)
                 self._file = -1
                 self._broken = "it is closed"
@@ -94,63 +142,104 @@ class AuditLog:
     # Inside.
 
     def _continue(self) -> None:
-        """Take the lock, check what is there, and mend a torn tail."""
+        """Take the lock, check what is there, mend a torn tail, and sign what is there now."""
+        watch = self._watch()
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             with os.fdopen(os.dup(self._file), "rb") as file:
-                found = scan(file)
-                tail = b"" if found.torn is None else found.torn
-            _sync_folder(self.path)
+                found = scan(file, watch)
+            sync_folder(self.path)
         except BlockingIOError as failure:
             raise AuditError(f"another process writes the audit log `{self.path}`") from failure
         except OSError as failure:
             raise AuditError(f"the audit log `{self.path}` cannot be read: {failure}") from failure
-        if found.problem is not None and found.torn is None:
-            raise AuditError(f"the audit log `{self.path}` is not sound: {found.problem}")
+        problem = found.problem if found.torn is None else None
+        if problem is None and watch is not None:
+            problem = watch.missing(found.records)
+        if problem is not None:
+            raise AuditError(f"the audit log `{self.path}` is not sound: {problem}")
         self._sequence, self._head, self._end = found.records, found.head, found.end
+        self._id = found.first
+        self._broken = None
         if found.torn is not None:
             # Written over the torn bytes, so no crash in between can lose the note.
-            details = {"bytes": len(tail), "sha256": hashlib.sha256(tail).hexdigest()}
-            self._append("tail-mended", details, cut=True)
+            details = {"bytes": len(found.torn), "sha256": hashlib.sha256(found.torn).hexdigest()}
+            self._append(TAIL_MENDED, details, cut=True)
+        if self._signing is not None:
+            if self._sequence == 0:
+                # Random, so that no other log has the same first record.
+                self._append("log-began", {"nonce": secrets.token_hex(16)})
+            self._sign(self._signing, closing=False)
 
-    def _append(self, event: str, details: Mapping[str, Any], *, cut: bool = False) -> int:
+    def _watch(self) -> CheckpointWatch | None:
+        """Holds what is there against key and anchor, which the next checkpoint would otherwise hide."""
+        if self._signing is None:
+            return None
+        key, anchor = self._signing.key.public, self._signing.anchor
+        try:
+            return CheckpointWatch(key, None if anchor is None else read_anchor(anchor, key))
+        except AnchorError as failure:
+            raise AuditError(f"the audit log `{self.path}` cannot be continued: {failure}") from failure
+
+    def _append(
+        self, event: str, details: Mapping[str, Any], *, written: float | None = None, cut: bool = False
+    ) -> int:
         if self._broken is not None:
             raise AuditError(f"the audit log `{self.path}` cannot be written: {self._broken}")
         body = canonical(
             {
                 "sequence": self._sequence,
                 "previous": self._head,
-                "written": self._clock(),
+                "written": self._clock() if written is None else written,
                 "event": event,
                 "details": dict(details),
             }
         )
         line, head = end_record(body)
+        self._write(line, cut=cut, sync=self._syncs(event, details))
+        sequence = self._sequence
+        self._sequence, self._head, self._end = sequence + 1, head, self._end + len(line)
+        self._unsigned += 1
+        if sequence == 0:
+            self._id = head
+        return sequence
+
+    def _sign(self, signing: Signing, *, closing: bool) -> None:
+        """Append a checkpoint, and then keep it at the anchor too."""
+        key, now = signing.key, self._clock()
+        checkpoint = Checkpoint(self._id, self._sequence, self._head, now, closing, key.public.id).signed(key)
+        self._append(CHECKPOINT, checkpoint.details(), written=now)
+        self._unsigned = 0
+        if signing.anchor is not None:
+            try:
+                write_anchor(signing.anchor, checkpoint)
+            except OSError as failure:
+                self._broken = f"its anchor `{signing.anchor}` cannot be written: {failure}"
+                raise AuditError(
+                    f"the audit log `{self.path}` cannot be written: {self._broken}"
+                ) from failure
+
+    def _syncs(self, event: str, details: Mapping[str, Any]) -> bool:
+        """Whether this record, with all before it, must be durable before anything else happens."""
+        if self._durability is Durability.EVERY_RECORD or event == CHECKPOINT:
+            return True
+        if self._durability is Durability.BEFORE_MOTION:
+            return event == "decision" and details.get("verdict") != Verdict.DENY.value
+        return self._unsynced + 1 >= BATCH
+
+    def _write(self, line: bytes, *, sync: bool, cut: bool = False) -> None:
         # Holds if anything, a signal for instance, ends the write half-way.
         self._broken = "an earlier record was not written"
         try:
-            self._write(line, cut=cut)
+            written = 0
+            while written < len(line):
+                written += os.pwrite(self._file, line[written:], self._end + written)
+            if cut:
+                os.ftruncate(self._file, self._end + len(line))
+            if sync or cut:
+                os.fdatasync(self._file)
         except OSError as failure:
             self._broken = str(failure)
             raise AuditError(f"the audit log `{self.path}` cannot be written: {failure}") from failure
-        sequence = self._sequence
-        self._sequence, self._head, self._end = sequence + 1, head, self._end + len(line)
+        self._unsynced = 0 if sync or cut else self._unsynced + 1
         self._broken = None
-        return sequence
-
-    def _write(self, line: bytes, *, cut: bool) -> None:
-        written = 0
-        while written < len(line):
-            written += os.pwrite(self._file, line[written:], self._end + written)
-        if cut:
-            os.ftruncate(self._file, self._end + len(line))
-        os.fdatasync(self._file)
-
-
-def _sync_folder(path: Path) -> None:
-    """Make the file's own existence durable."""
-    folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-    try:
-        os.fsync(folder)
-    finally:
-        os.close(folder)

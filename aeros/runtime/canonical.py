@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import dataclass
 from math import isfinite
 from typing import Any, Final
 
@@ -22,17 +23,44 @@ _DEEPEST: Final = 32
 _MOST_BITS: Final = 256
 """Length of the longest integer that is encoded."""
 
+_MARKS: Final = ("float", "unencodable", "dict")
+"""Keys that, alone in a dict, say that it stands for something else."""
+
 
 def canonical(value: Any) -> bytes:
     """`value` as JSON: ASCII, sorted keys, no spaces, no NaN; equal values give equal bytes.
 
     NaN and infinities become `{"float": "nan"}` (`"inf"`, `"-inf"`), and everything else that JSON
-    lacks `{"unencodable": TYPE}`.  Once `MOST_SIZE` is used up, so is all that follows: what must
-    not be lost comes before what a stranger supplied.
+    lacks `{"unencodable": TYPE}`; a dict that looks like one of these is wrapped, `{"dict": DICT}`.
+    Once `MOST_SIZE` is used up, all that follows is unencodable: what must not be lost comes before
+    what a stranger supplied.
     """
     plain = _Encoder().encode(value, 0)
     text = json.dumps(plain, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return text.encode("ascii")
+
+
+@dataclass(frozen=True, slots=True)
+class Unencodable:
+    """Stands for a value that JSON lacks, of the type or for the reason named."""
+
+    what: str
+
+
+def restored(plain: Any) -> Any:
+    """The value whose encoding was read back as `plain`; tuples as lists, what was lost as `Unencodable`."""
+    if type(plain) is list:
+        return [restored(item) for item in plain]
+    if type(plain) is not dict:
+        return plain
+    match plain:
+        case {"float": "nan" | "inf" | "-inf" as text, **others} if not others:
+            return float(text)
+        case {"unencodable": str(what), **others} if not others:
+            return Unencodable(what)
+        case {"dict": dict(inner), **others} if not others:
+            return {key: restored(item) for key, item in inner.items()}
+    return {key: restored(item) for key, item in plain.items()}
 
 
 def digest_of(value: Any) -> str:
@@ -73,7 +101,8 @@ class _Encoder:
         self._left -= sum(len(key) for key, _ in items)
         if self._left < 0:
             return _unencodable("too large")
-        return {key: self.encode(item, depth + 1) for key, item in items}
+        plain = {key: self.encode(item, depth + 1) for key, item in items}
+        return {"dict": plain} if len(plain) == 1 and items[0][0] in _MARKS else plain
 
 
 def _unencodable(what: str) -> dict[str, str]:

@@ -24,6 +24,14 @@ class Configuration:
     certificates: Mapping[str, Certificate]
     digest: str
 
+    def proved(self, module: str) -> frozenset[str]:
+        """The obligations that are PROVED of exactly this module under exactly this site."""
+        ecm, certificate = self.modules[module], self.certificates.get(module)
+        subject = (ecm.id, ecm.manifest_digest, self.site.digest)
+        if certificate is None or (certificate.module, certificate.manifest, certificate.site) != subject:
+            return frozenset()
+        return frozenset(id_ for id_, verdict in certificate.obligations.items() if verdict == "PROVED")
+
 
 def configure(site: Site, certified: Mapping[str, tuple[Ecm, Certificate]]) -> Configuration:
     """The configuration of `site` with these certified modules, all active."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
+from typing import Any, NamedTuple
 
 from aeros.skill import Action
 
@@ -44,8 +44,7 @@ class Caller:
     inputs: Mapping[str, Any]
 
 
-@dataclass(frozen=True, slots=True)
-class Decision:
+class Decision(NamedTuple):
     """The verdict, the action that may be executed (None on DENY), and every reason.
 
     For ATTENUATE the action is the reduced one, decided again and allowed; the reasons name what

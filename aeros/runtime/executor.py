@@ -9,20 +9,20 @@
   (`InternalError` from the gate, a plant that raises) or with the record (`AuditError`) is raised,
   after the clean-up.
 
-A skill is interrupted between actions and during them, not while its own code runs (`skill_run`).
+An isolated skill is interrupted at any time; one that runs in this process, not while its own code runs.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, field
 from typing import Any, Final
 
 from aeros.runtime.audit import AuditError, AuditLog, DecisionCounts
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.decision import Caller, Decision, Reason, Verdict
+from aeros.runtime.decision import Caller, Decision, Verdict
 from aeros.runtime.gate import Gate
 from aeros.runtime.governor import Command, Fixed, Governor
 from aeros.runtime.history import Histories
@@ -39,11 +39,17 @@ from aeros.runtime.ports import (
     StepResult,
     StepStatus,
 )
-from aeros.runtime.records import caller_details, decision_details, session_details, spell_reasons
-from aeros.runtime.skill_run import Ending, SkillRun
-from aeros.runtime.skills import Loader, SkillRefusedError, told
+from aeros.runtime.records import (
+    caller_details,
+    decision_details,
+    motion_details,
+    session_details,
+    spell_reasons,
+)
+from aeros.runtime.skill_code import SkillRefusedError, told
+from aeros.runtime.skill_run import Ending, OpenRun, Run
 from aeros.runtime.trajectory import MotionDecider, motion_digest
-from aeros.runtime.usage import ClockError, Usage
+from aeros.runtime.usage import ClockError, Usage, denied_by_clock
 from aeros.skill import Action
 from aeros.spec.errors import InternalError
 from aeros.spec.model import Ecm, Site, Skill
@@ -63,7 +69,7 @@ class _Step:
 
     ecm: Ecm
     caller: Caller
-    run: SkillRun
+    run: Run
     deadline: float
     ending: Ending | None = None
     counts: DecisionCounts = field(default_factory=DecisionCounts)
@@ -90,7 +96,7 @@ class Executor:
         gate: Gate,
         plant: Plant,
         audit: AuditLog,
-        loader: Loader,
+        open_run: OpenRun,
         governor: Governor | None = None,
     ) -> None:
         self._governor = Fixed(configuration) if governor is None else governor
@@ -99,7 +105,7 @@ class Executor:
         self._gate = gate
         self._plant = plant
         self._audit = audit
-        self._load = loader
+        self._open_run = open_run
         self._histories = Histories(configuration.site)
         self._monitors = MonitorFactory(configuration.site, self._histories)
         self._motions = MotionDecider(configuration.site.motion)
@@ -137,13 +143,15 @@ class Executor:
         except _RefusedError as refusal:
             self._audit.append("step-refused", {"reason": str(refusal), **asked})
             return StepResult(StepStatus.REFUSED, str(refusal))
-        began = {"time": self.now(), "deadline": step.deadline}
-        self._audit.append("step-began", {**began, **caller_details(step.caller)})
-        try:
-            ending = self._carry_out(step)
-        except BaseException as failure:
-            self._record_broken(step, failure)
-            raise
+        # However little of the step comes about, what its skill runs in is ended.
+        with closing(step.run):
+            began = {"time": self.now(), "deadline": step.deadline}
+            self._audit.append("step-began", {**began, **caller_details(step.caller)})
+            try:
+                ending = self._carry_out(step)
+            except BaseException as failure:
+                self._record_broken(step, failure)
+                raise
         counts = step.counts
         # A skill's own words may hold what no file, database or terminal takes.
         reason = ending.reason.encode("utf-8", "backslashreplace").decode()
@@ -158,11 +166,11 @@ class Executor:
         ecm, skill = self._find(request)
         try:
             inputs = settle_inputs(skill.inputs, request.inputs)
-            function = self._load(ecm, skill)
+            run = self._open_run(self.site, ecm, skill, inputs)
         except (InputError, SkillRefusedError) as refusal:
             raise _RefusedError(str(refusal)) from refusal
         deadline = self.now() + float(skill.timeout)
-        return _Step(ecm, Caller(ecm.id, skill.id, inputs), SkillRun(function, inputs), deadline)
+        return _Step(ecm, Caller(ecm.id, skill.id, inputs), run, deadline)
 
     def _find(self, request: StepRequest) -> tuple[Ecm, Skill]:
         """The module and the skill that are asked for, among the active ones."""
@@ -198,7 +206,7 @@ class Executor:
     def _drive(self, step: _Step) -> Ending:
         """Action after action until the skill or somebody else ends it."""
         for _ in range(MOST_ACTIONS):
-            asked = step.run.resume(self._observation(step.ecm))
+            asked = step.run.resume(self._observation(step.ecm), step.deadline - self.now())
             if isinstance(asked, Ending) and asked.status is StepStatus.RAISED:
                 return asked
             if self.now() > step.deadline:
@@ -234,10 +242,12 @@ class Executor:
         names = self._histories.names
         readings = {name: one for name, one in measured.items() if name not in names}
         readings |= self._histories.advance(readings, now)
-        decision, plan = self._decide_motion(self._decide(step.caller, readings, asked, now), readings)
+        gated, usage = self._decide(step.caller, readings, asked, now)
+        decision, plan = self._decide_motion(gated, readings)
         step.counts = step.counts.plus(decision.verdict)
         digest = self._configuration.digest
-        details = decision_details(decision, digest, now, readings, step.caller, asked, motion_digest(plan))
+        details = decision_details(decision, digest, now, readings, step.caller, asked, usage)
+        details = {**motion_details(gated, decision, motion_digest(plan)), **details}
         self._audit.append("decision", details)
         if decision.verdict is Verdict.DENY:
             return Ending(StepStatus.DENIED, spell_reasons(decision.reasons))
@@ -314,12 +324,15 @@ class Executor:
 
         return watch
 
-    def _decide(self, caller: Caller, readings: Readings, asked: Action, now: float) -> Decision:
+    def _decide(
+        self, caller: Caller, readings: Readings, asked: Action, now: float
+    ) -> tuple[Decision, Mapping[str, int] | None]:
+        """The decision, and the use of quotas that it was made on."""
         try:
             usage = self._usage.count(now)
         except ClockError as wrong:
-            return Decision(Verdict.DENY, None, (Reason("AE707", "clock", str(wrong)),))
-        return self._gate.decide(caller, readings, asked, now, usage)
+            return denied_by_clock(wrong), None
+        return self._gate.decide(caller, readings, asked, now, usage), usage
 
     def _record_broken(self, step: _Step, failure: BaseException) -> None:
         """Say that the step broke off; a record that cannot be written is what is being raised already."""

@@ -7,6 +7,7 @@ operators.  A double is the rational it denotes, and ranges are compared exactly
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
@@ -33,8 +34,9 @@ class Form:
         self._is_compound = isinstance(declared.variable.type, VectorType | FamilyType)
         self._check = _scalar_check(declared)
         limit = declared.max_age
-        # Below half its limit an age is within it, however the difference of two times was rounded.
-        self.surely_fresh = math.inf if limit is None else neighbours(limit / 2)[0]
+        # Rounding keeps order: a difference of times that is rounded to less than a double up to the
+        # limit is itself less than that double.
+        self.surely_fresh = math.inf if limit is None else neighbours(limit)[0]
 
     def take(self, value: Any, into: Scalars) -> Reason | None:
         """Put the scalars of `value` into `into`, or say why it is not a value of this variable.
@@ -87,8 +89,7 @@ def _check_member(value: Any, enum: EnumType) -> _Checked:
 
 def _real_check(declared: Declared) -> Callable[[Any], _Checked]:
     low, high = declared.range or (Fraction(0), Fraction(0))
-    # A double is inside the exact range iff it is inside the doubles just inside it.
-    least, most = neighbours(low)[1], neighbours(high)[0]
+    least, most = doubles_in_range(declared)
     bounds = f"{show_quantity(low, declared.unit)} to {show_quantity(high, declared.unit)}"
     type_ = declared.variable.type
     whole = isinstance(type_.element if isinstance(type_, FamilyType) else type_, IntegerType)
@@ -107,6 +108,12 @@ def _real_check(declared: Declared) -> Callable[[Any], _Checked]:
         return value, None
 
     return check
+
+
+def doubles_in_range(declared: Declared) -> tuple[float, float]:
+    """The least and the largest double in the range of a real; a double is in it iff it is between them."""
+    low, high = declared.range or (Fraction(0), Fraction(0))
+    return max(neighbours(low)[1], -sys.float_info.max), min(neighbours(high)[0], sys.float_info.max)
 
 
 def check_now(now: Any) -> Reason | None:

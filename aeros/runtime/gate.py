@@ -8,6 +8,8 @@ What is dropped and why that is sound: the compiled gate does not evaluate, on i
 permission and those invariants that the certificate says are PROVED of every action inside the
 envelope.  The proof assumed the envelope and the declared ranges and nothing else, and both are
 always checked here.  Whenever anything objects, everything is evaluated, so that reasons are complete.
+
+Most requests are allowed, and most of those the short way allows already (`straight.py`).
 """
 
 from __future__ import annotations
@@ -25,6 +27,7 @@ from aeros.runtime.form import Form, Scalars, check_now, forms_of
 from aeros.runtime.intake import as_executed, request_fault, take_given, take_readings
 from aeros.runtime.layers import finite_objections
 from aeros.runtime.ports import Readings
+from aeros.runtime.straight import Allowing, compile_straight, decide_straight
 from aeros.skill import Action
 from aeros.spec.errors import InternalError
 from aeros.spec.expr import terms as t
@@ -109,11 +112,12 @@ class _Decider:
         self._kinds = {name: self._kind_rules(kind) for name, kind in site.kinds.items()}
         self._inputs: dict[tuple[str, str], dict[str, Form]] = {}
         self._entries: dict[tuple[str, str, str], _Entry] = {}
+        self._straight: dict[tuple[str, str, str], Allowing] = {}
         for module, ecm in configuration.modules.items():
             for skill in ecm.skills.values():
                 self._inputs[module, skill.id] = forms_of(skill.inputs)
                 for kind in skill.envelope:
-                    self._entries[module, skill.id, kind] = self._entry(ecm, skill, site.kinds[kind])
+                    self._compile(ecm, skill, site.kinds[kind])
 
     # Compiling.
 
@@ -130,8 +134,8 @@ class _Decider:
             _state_read(read),
         )
 
-    def _entry(self, ecm: Ecm, skill: Skill, kind: ActionKind) -> _Entry:
-        of_kind = self._kinds[kind.name]
+    def _compile(self, ecm: Ecm, skill: Skill, kind: ActionKind) -> None:
+        of_kind, at = self._kinds[kind.name], (ecm.id, skill.id, kind.name)
         envelope = skill.envelope[kind.name].term
         permitted = ecm.permission[kind.name].term if kind.name in ecm.permission else t.FALSE
         claims = {
@@ -139,22 +143,31 @@ class _Decider:
         }
         claims[f"permission/{skill.id}/{kind.name}"] = permitted
         # A permission that is not there is proved of nothing, whatever a certificate says.
-        proved = self._proved(ecm) if self._compiled and permitted != t.FALSE else frozenset()
+        relied_on = self._compiled and permitted != t.FALSE
+        proved = self._configuration.proved(ecm.id) if relied_on else frozenset()
         left = [term for obligation, term in claims.items() if obligation not in proved]
-        return _Entry(
+        sufficient = t.conjunction(envelope, *left)
+        self._entries[at] = entry = _Entry(
             self._condition(envelope, kind, skill.inputs),
             self._condition(permitted, kind, skill.inputs),
-            self._condition(t.conjunction(envelope, *left), kind, skill.inputs),
+            self._condition(sufficient, kind, skill.inputs),
             of_kind.required | _state_read([envelope, permitted]),
         )
+        if self._compiled and not self._is_always_denied(*at):
+            self._straight[at] = compile_straight(
+                sufficient,
+                inputs=self._inputs[ecm.id, skill.id],
+                state=self._state,
+                required=entry.required,
+                parameters=of_kind.parameters,
+                quotas=self._configuration.site.quotas,
+                kind=kind.name,
+            )
 
-    def _proved(self, ecm: Ecm) -> frozenset[str]:
-        """The obligations that are PROVED of exactly this module under exactly this site."""
-        site, certificate = self._configuration.site, self._configuration.certificates.get(ecm.id)
-        subject = (ecm.id, ecm.manifest_digest, site.digest)
-        if certificate is None or (certificate.module, certificate.manifest, certificate.site) != subject:
-            return frozenset()
-        return frozenset(id_ for id_, verdict in certificate.obligations.items() if verdict == "PROVED")
+    def _is_always_denied(self, module: str, skill: str, kind: str) -> bool:
+        """Whether the finite layers object to an action of this kind before any was executed."""
+        unused = {quota.id: 0 for quota in self._configuration.site.quotas}
+        return any(finite_objections(self._configuration, Caller(module, skill, {}), kind, unused))
 
     def _condition(self, term: t.Term, kind: ActionKind, inputs: Mapping[str, Declared]) -> Condition:
         state = self._configuration.site.observed
@@ -164,6 +177,10 @@ class _Decider:
     # Deciding.
 
     def decide(self, caller: Any, readings: Any, action: Any, now: Any, usage: Any) -> Decision:
+        allowed = decide_straight(self._straight, caller, readings, action, now, usage)
+        return self._in_full(caller, readings, action, now, usage) if allowed is None else allowed
+
+    def _in_full(self, caller: Any, readings: Any, action: Any, now: Any, usage: Any) -> Decision:
         fault = request_fault(caller, readings, action, usage) or check_now(now)
         if fault is not None:
             return Decision(Verdict.DENY, None, (fault,))
@@ -171,10 +188,11 @@ class _Decider:
         values: Scalars = {}
         reasons = self._objections(caller, readings, Action(kind, asked), now, usage, values)
         if not reasons:
-            return Decision(Verdict.ALLOW, Action(kind, as_executed(asked)), ())
+            return Decision(Verdict.ALLOW, Action(kind, as_executed(self._kinds[kind].parameters, asked)), ())
         in_the_way = self._attenuating(kind, reasons)
         if in_the_way:
-            reduced = Action(kind, as_executed(attenuated(in_the_way, kind, asked, values)))
+            less = attenuated(in_the_way, kind, asked, values)
+            reduced = Action(kind, as_executed(self._kinds[kind].parameters, less))
             if not self._objections(caller, readings, reduced, now, usage, {}):
                 return Decision(Verdict.ATTENUATE, reduced, tuple(reasons))
         return Decision(Verdict.DENY, None, tuple(reasons))

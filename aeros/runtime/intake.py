@@ -86,9 +86,9 @@ def take_reading(form: Form, reading: Any, now: float, required: bool, values: S
     return check_age(form, time, now, required) or form.take(getattr(reading, "value", None), values)
 
 
-def as_executed(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Checked parameters as the plant gets them: whole numbers as doubles, lists as tuples."""
-    return {name: _as_executed(value) for name, value in parameters.items()}
+def as_executed(forms: Mapping[str, Form], parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Checked parameters as the plant gets them: as declared, whole numbers as doubles, lists as tuples."""
+    return {name: _as_executed(parameters[name]) for name in forms}
 
 
 def _as_executed(value: Any) -> Any:

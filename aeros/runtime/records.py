@@ -6,6 +6,7 @@ before it must not suffer (`canonical`).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from aeros.runtime.canonical import digest_of
@@ -41,25 +42,37 @@ def decision_details(
     readings: Readings,
     caller: Caller,
     asked: Action,
-    motion: str | None,
+    usage: Mapping[str, int] | None,
 ) -> dict[str, Any]:
     """Everything the gate decided on, and what it decided: enough to decide it again.
 
-    motion: the digest of the motion that the action becomes, which is decided after the action.
+    usage: by quota, what was used up; None where the clock was wrong and the gate was not asked.
     """
     state = {name: [reading.value, reading.time] for name, reading in readings.items()}
     return {
-        "verdict": decision.verdict.value,
-        "reasons": [[reason.code, reason.rule, reason.text] for reason in decision.reasons],
+        **outcome_details(decision),
         "configuration": configuration_digest,
         "time": now,
-        "motion": motion,
         "state_digest": digest_of(state),
         "state": state,
+        "usage": None if usage is None else dict(usage),
         **caller_details(caller),
-        "decided": None if decision.action is None else _action_details(decision.action),
         "asked": _action_details(asked),
     }
+
+
+def outcome_details(decision: Decision) -> dict[str, Any]:
+    """What came out."""
+    return {
+        "verdict": decision.verdict.value,
+        "reasons": [[reason.code, reason.rule, reason.text] for reason in decision.reasons],
+        "decided": None if decision.action is None else _action_details(decision.action),
+    }
+
+
+def motion_details(gated: Decision, decision: Decision, motion: str | None) -> dict[str, Any]:
+    """The digest of the motion that the action becomes; where that was denied, what the gate had said."""
+    return {"motion": motion} if decision is gated else {"motion": motion, "gate": outcome_details(gated)}
 
 
 def caller_details(caller: Caller) -> dict[str, Any]:

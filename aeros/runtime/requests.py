@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from aeros.runtime.decision import Caller, Decision, Reason, Verdict
+from aeros.runtime.explaining import Clause, Explainer, Explanation, unreadable
 from aeros.runtime.gate import Gate
 from aeros.runtime.ports import Reading
 from aeros.skill import Action
@@ -33,13 +34,19 @@ class _MalformedError(Exception):
 def decide_line(gate: Gate, module: str, skill: str, line: bytes) -> Decision:
     """The decision on one line of JSON; DENY, with the reason, where it is not a request."""
     try:
-        request = _parse(line)
-        action = _action(request["action"])
-        state = {name: _reading(name, value) for name, value in request["state"].items()}
+        request = _request(module, skill, line)
     except _MalformedError as fault:
         return Decision(Verdict.DENY, None, (fault.reason,))
-    caller = Caller(module, skill, request.get("inputs", {}))
-    return gate.decide(caller, state, action, request["time"], request.get("usage", {}))
+    return gate.decide(*request)
+
+
+def explain_line(explainer: Explainer, module: str, skill: str, line: bytes) -> Explanation:
+    """The decision on one line of JSON, and why."""
+    try:
+        request = _request(module, skill, line)
+    except _MalformedError as fault:
+        return unreadable(Decision(Verdict.DENY, None, (fault.reason,)))
+    return explainer.explain(*request)
 
 
 def decision_json(decision: Decision) -> dict[str, Any]:
@@ -52,6 +59,30 @@ def decision_json(decision: Decision) -> dict[str, Any]:
     }
 
 
+def explanation_json(explanation: Explanation) -> dict[str, Any]:
+    """The decision as JSON, with the layers it passed and every condition on the action."""
+    found = {
+        **decision_json(explanation.decision),
+        "layers": dict(explanation.layers),
+        "conditions": [_clause_json(one) for one in explanation.clauses],
+    }
+    if explanation.reduced:
+        found["conditions_after_attenuation"] = [_clause_json(one) for one in explanation.reduced]
+    return found
+
+
+def _clause_json(clause: Clause) -> dict[str, Any]:
+    return {
+        "name": clause.name,
+        "text": clause.text,
+        "proved_by": clause.obligation,
+        "evaluated": clause.holds is not None,
+        "holds": clause.holds,
+        "values": dict(clause.values),
+        "missing": list(clause.missing),
+    }
+
+
 def request_json(action: Action, state: Mapping[str, Any], time: float, **rest: Any) -> dict[str, Any]:
     """A request for `action` with every value of `state` measured at `time`."""
     return {
@@ -60,6 +91,24 @@ def request_json(action: Action, state: Mapping[str, Any], time: float, **rest: 
         "state": {name: {"value": value, "time": time} for name, value in state.items()},
         **rest,
     }
+
+
+class _Request(NamedTuple):
+    """What `Gate.decide` takes, in its order."""
+
+    caller: Caller
+    readings: dict[str, Reading]
+    action: Action
+    now: Any
+    usage: Any
+
+
+def _request(module: str, skill: str, line: bytes) -> _Request:
+    request = _parse(line)
+    action = _action(request["action"])
+    state = {name: _reading(name, value) for name, value in request["state"].items()}
+    caller = Caller(module, skill, request.get("inputs", {}))
+    return _Request(caller, state, action, request["time"], request.get("usage", {}))
 
 
 def _parse(line: bytes) -> dict[str, Any]:

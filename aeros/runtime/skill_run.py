@@ -1,21 +1,19 @@
-"""One run of a skill's generator: whatever the code does comes back as an action or as an ending.
+"""One run of a skill's generator in this process: what the code does comes back as an action or an ending.
 
-The one thing that does not come back is code that spins without yielding: in this process nothing
-can interrupt it.  A time-out needs the skill in a process of its own.
+For modules that the site trusts.  The one thing that does not come back is code that spins without
+yielding: in this process nothing can interrupt it.  `isolation` runs a skill in a process of its own.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Final, NamedTuple
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple, Protocol
 
-from aeros.runtime.canonical import type_name
 from aeros.runtime.ports import StepStatus
-from aeros.runtime.skills import SkillFunction, told
+from aeros.runtime.skill_code import NoActionError, SkillFunction, snapshot, told
+from aeros.runtime.skills import load_skill
 from aeros.skill import Action, Observation, SkillBody
-
-MOST_PARAMETERS: Final = 64
-"""Parameters of one action at most; no kind has nearly as many, and every one is recorded."""
+from aeros.spec.model import Ecm, Site, Skill
 
 
 class Ending(NamedTuple):
@@ -23,6 +21,28 @@ class Ending(NamedTuple):
 
     status: StepStatus
     reason: str
+
+
+class Run(Protocol):
+    """One run of a skill, loaded and not yet started."""
+
+    def resume(self, observed: Observation, seconds: float) -> Action | Ending:
+        """The skill's next action, a snapshot of it, or its end.
+
+        seconds: what is left of its time-out, on the plant's clock.
+        """
+
+    def close(self) -> str | None:
+        """End the skill; what its own clean-up raised, if anything.  Safe to call twice."""
+
+
+OpenRun = Callable[[Site, Ecm, Skill, Mapping[str, Any]], Run]
+"""Opens a run of a skill with these inputs under the site that governs; raises `SkillRefusedError`."""
+
+
+def run_in_process(_: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> Run:
+    """A run in this process.  Trusts the code with everything this process can reach."""
+    return SkillRun(load_skill(ecm, skill), inputs)
 
 
 class SkillRun:
@@ -34,21 +54,24 @@ class SkillRun:
         self._inputs = dict(inputs)
         self._body: SkillBody | None = None
 
-    def resume(self, observed: Observation) -> Action | Ending:
-        """Run the skill up to its next action, a snapshot of which is returned, or to its end."""
+    def resume(self, observed: Observation, seconds: float) -> Action | Ending:
+        """Run the skill up to its next action or its end, however long it takes."""
+        del seconds  # nothing here could hold it to them
         try:
             if self._body is None:
                 self._body = self._function(observed, self._inputs)
                 yielded = next(self._body)
             else:
                 yielded = self._body.send(observed)
+            return snapshot(yielded)
         except StopIteration:
             return Ending(StepStatus.FINISHED, "")
         except KeyboardInterrupt:
             raise
+        except NoActionError as failure:
+            return Ending(StepStatus.RAISED, str(failure))
         except BaseException as failure:
             return Ending(StepStatus.RAISED, told(failure))
-        return _snapshot(yielded)
 
     def close(self) -> str | None:
         """End the generator; what its own clean-up raised, if anything."""
@@ -61,23 +84,3 @@ class SkillRun:
         except BaseException as failure:
             return told(failure)
         return None
-
-
-def _snapshot(yielded: object) -> Action | Ending:
-    """The action as it is now: later changes to its parameters change nothing that was decided."""
-    if type(yielded) is not Action:
-        return Ending(StepStatus.RAISED, f"the skill yielded a `{type_name(yielded)}`, not an action")
-    if type(yielded.parameters) is not dict or len(yielded.parameters) > MOST_PARAMETERS:
-        reason = f"the skill yielded parameters that are no dict of at most {MOST_PARAMETERS}"
-        return Ending(StepStatus.RAISED, reason)
-    try:
-        # Lists too are copied, to tuples; what is nested deeper no action kind has, so the gate denies it.
-        parameters = {
-            name: tuple(value) if type(value) is list else value
-            for name, value in dict(yielded.parameters).items()
-        }
-    except Exception as failure:
-        return Ending(StepStatus.RAISED, f"the skill yielded parameters that are no mapping: {told(failure)}")
-    if type(yielded.kind) is not str or not all(type(name) is str for name in parameters):
-        return Ending(StepStatus.RAISED, "the skill yielded a kind or a parameter name that is no text")
-    return Action(yielded.kind, parameters)

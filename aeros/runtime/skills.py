@@ -1,58 +1,49 @@
-"""Loads skill code: only the very bytes whose digest is the certified one are executed.
+"""Skill code as it was certified: only the very bytes whose digest is the certified one are executed.
 
-Runs in this process: skill code can reach whatever Python can.  What keeps it from acting is the
-gate between it and the plant, not this loader; isolation in another process is a separate layer.
+`load_skill` executes them in this process, where Python code can reach whatever Python can: for modules
+that the site trusts.  All others run in a worker (`isolation`).
 """
 
 from __future__ import annotations
 
-import inspect
-import sys
-from collections.abc import Callable
-from functools import lru_cache
 from pathlib import Path
-from types import CodeType, ModuleType
+from typing import NamedTuple
 
-from aeros.runtime.canonical import type_name
-from aeros.skill import Inputs, Observation, SkillBody
+from aeros.runtime.skill_code import SkillFunction, SkillRefusedError, execute_skill
 from aeros.spec.digests import code_digest, code_files
 from aeros.spec.model import Ecm, Skill
 
-SkillFunction = Callable[[Observation, Inputs], SkillBody]
-Loader = Callable[[Ecm, Skill], SkillFunction]
 
+class CertifiedCode(NamedTuple):
+    """The file that a skill's function is in: `content` of the file `name`, which lies at `path`."""
 
-class SkillRefusedError(Exception):
-    """The skill's code is not what was certified, or is not a skill; the message says which."""
+    module: str
+    name: str
+    path: str
+    content: bytes
+    function: str
 
 
 def load_skill(ecm: Ecm, skill: Skill) -> SkillFunction:
     """The generator function of `skill`, its module executed afresh, so no two runs share state.
 
-    `sys.path` is left alone and the module's name is private, so nothing else can be loaded in its
-    place, and it cannot import its neighbours by name.  Raises `SkillRefusedError`.
+    Raises `SkillRefusedError`.
     """
+    code = certified_code(ecm, skill)
+    return execute_skill(code.module, code.name, code.content, code.path, code.function)
+
+
+def certified_code(ecm: Ecm, skill: Skill) -> CertifiedCode:
+    """The code of `skill`; raises `SkillRefusedError`."""
     name = f"{skill.module_name.replace('.', '/')}.py"
-    content = _certified_files(ecm).get(name)
+    content = certified_files(ecm).get(name)
     if content is None:
         raise SkillRefusedError(f"module `{ecm.id}` has no file `{name}`")
-    module = _execute(ecm, skill.module_name, content, str(Path(ecm.folder) / name))
-    function = module.__dict__.get(skill.function)
-    if not inspect.isgeneratorfunction(function):
-        raise SkillRefusedError(f"`{name}` of module `{ecm.id}` has no generator function `{skill.function}`")
-    return function
+    return CertifiedCode(ecm.id, name, str(Path(ecm.folder) / name), content, skill.function)
 
 
-def told(failure: BaseException) -> str:
-    """An exception in words, even one that cannot tell itself."""
-    try:
-        message = str(failure)
-    except Exception:
-        message = "(it has no message)"
-    return f"{type_name(failure)}: {message[:1000]}"
-
-
-def _certified_files(ecm: Ecm) -> dict[str, bytes]:
+def certified_files(ecm: Ecm) -> dict[str, bytes]:
+    """All code of `ecm` by path; raises `SkillRefusedError` unless it is what was certified."""
     try:
         files = code_files(ecm.folder)
     except OSError as failure:
@@ -64,23 +55,3 @@ def _certified_files(ecm: Ecm) -> dict[str, bytes]:
             f"its digest is {found[:12]}…, certified is {ecm.code_digest[:12]}…"
         )
     return files
-
-
-def _execute(ecm: Ecm, module_name: str, content: bytes, path: str) -> ModuleType:
-    module = ModuleType(f"_aeros_ecm_{ecm.id}.{module_name}")
-    module.__file__ = path
-    # Standard library code (dataclasses, pickle) looks a class's module up here.
-    sys.modules[module.__name__] = module
-    try:
-        exec(_compile(content, path), module.__dict__)  # noqa: S102 - what this file is for; digest checked
-    except KeyboardInterrupt:
-        raise
-    except BaseException as failure:
-        del sys.modules[module.__name__]
-        raise SkillRefusedError(f"the code of module `{ecm.id}` fails to load: {told(failure)}") from failure
-    return module
-
-
-@lru_cache(maxsize=256)
-def _compile(content: bytes, path: str) -> CodeType:
-    return compile(content, path, "exec", dont_inherit=True)

@@ -7,11 +7,17 @@ from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from math import isfinite
 
+from aeros.runtime.decision import Decision, Reason, Verdict
 from aeros.spec.model import Quota
 
 
 class ClockError(Exception):
     """The time given is before one given earlier, or no time at all: nothing can be counted, so deny."""
+
+
+def denied_by_clock(wrong: ClockError) -> Decision:
+    """The decision where nothing can be counted."""
+    return Decision(Verdict.DENY, None, (Reason("AE707", "clock", str(wrong)),))
 
 
 class Usage:

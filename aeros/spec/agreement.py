@@ -26,7 +26,7 @@ class SecondSolver(Protocol):
 
 @dataclass(frozen=True)
 class Agreement:
-    """What a second solver said of the questions that Z3 decided; wherever it decided, the same.
+    """What a second solver said of the questions that were decided; wherever it decided, the same.
 
     questions: how many different ones there were.
     undecided: what each question that was beyond the second solver is about, and why it was.
@@ -77,9 +77,10 @@ def agreement_on(
         if said.result is Result.UNKNOWN:
             undecided.append((one.about, said.reason))
         elif said.result is not one.answer.result:
+            first = "AEROS, by bounds alone," if one.by_bounds else solver_version()
             answers = (
                 f"{who} says {answer.result.value}"
-                for who, answer in ((solver_version(), one.answer), (second.name, said))
+                for who, answer in ((first, one.answer), (second.name, said))
             )
             raise DisagreementError(one.about, script, *answers)
     return Agreement(second.name, len(seen), tuple(undecided))

@@ -245,11 +245,20 @@ class Label:
 
 
 @dataclass(frozen=True, slots=True)
+class Fix:
+    """The text to put in place of what stands at `span`."""
+
+    span: Span
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class Diagnostic:
     """One problem, told completely: what is wrong, where, and what to do.
 
     headline: lower case, one sentence, the user's names in backticks.
     notes, help: one paragraph each; a line break inside is kept.
+    fix: what to write instead, where that is known to mend it.
     """
 
     code: str
@@ -259,6 +268,7 @@ class Diagnostic:
     notes: tuple[str, ...] = ()
     help: tuple[str, ...] = ()
     severity: Severity = Severity.ERROR
+    fix: Fix | None = None
 
     def __post_init__(self) -> None:
         if self.code not in CODES:

@@ -32,6 +32,11 @@ def file_digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
+def text_digest(text: str) -> str:
+    """The SHA-256 of `text` as UTF-8, in hexadecimal."""
+    return file_digest(text.encode())
+
+
 def code_files(folder: str | Path) -> dict[str, bytes]:
     """The content of every `*.py` file in `folder` and below, by path relative to it (`/` between parts).
 

@@ -55,13 +55,15 @@ def _discharge(obligation: Obligation, oracle: Oracle) -> Finding:
     sought = t.Not(obligation.conclusion) if always else obligation.conclusion
     wanted = (*obligation.space.assumptions, sought)
     declared, terms = about(wanted, obligation.space.declared)
+    shown = always and obligation.guard is None
     asked_for = f"{obligation.id} ({obligation.primary.span.source.path})"
-    answer = oracle.ask([one.variable for one in declared], ranges_of(declared), terms, asked_for)
+    variables = [one.variable for one in declared]
+    answer = oracle.ask(variables, ranges_of(declared), terms, asked_for, shown=shown)
     if answer.result is Result.UNKNOWN:
         return Finding(obligation, Verdict.UNKNOWN, reason=f"{answer.reason} (rlimit {oracle.rlimit})")
     if answer.result is Result.UNSAT:
         return Finding(obligation, Verdict.PROVED if always else obligation.failing)
-    witness = witness_of(answer.model, declared, terms, shown=always and obligation.guard is None)
+    witness = witness_of(answer.model, declared, terms, shown=shown)
     if witness is None:
         return Finding(
             obligation, Verdict.UNKNOWN, reason="the solver's witness is irrational and did not replay"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from dataclasses import dataclass
 from importlib import resources
@@ -13,7 +12,7 @@ from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.declared import site as declared_site
 from aeros.spec.decode import decode
 from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.digests import code_digest, code_files
+from aeros.spec.digests import code_digest, code_files, text_digest
 from aeros.spec.elaborate.ecm import elaborate_ecm
 from aeros.spec.elaborate.site import elaborate_site
 from aeros.spec.errors import UserError
@@ -100,4 +99,4 @@ def _declared(path: str | os.PathLike[str], schema: type[_T], sink: Diagnostics)
 
 
 def _digest(source: Source) -> str:
-    return hashlib.sha256(source.text.encode()).hexdigest()
+    return text_digest(source.text)

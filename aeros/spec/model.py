@@ -9,7 +9,7 @@ import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from enum import IntEnum
+from enum import Enum, IntEnum
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -220,6 +220,29 @@ class Limits:
     replans: int
 
 
+class Durability(Enum):
+    """When what is recorded must have reached the medium; the site's choice."""
+
+    EVERY_RECORD = "every-record"  # before anything else happens
+    BEFORE_MOTION = "before-motion"  # before anything moves; what moves nothing may be lost with the power
+    BATCHED = "batched"  # many at a time; with the power, records of what has moved may be lost
+
+
+@dataclass(frozen=True)
+class Isolation:
+    """Where the code of modules runs: isolated, unless the module is trusted.
+
+    require: layers without which isolation is too weak.
+    refuses: whether a host that lacks one runs no isolated module; else it only warns.
+    answer_within: seconds that skill code may compute before each action.
+    """
+
+    require: frozenset[str] = frozenset(("landlock", "seccomp", "rlimits"))
+    refuses: bool = True
+    trusted: frozenset[str] = frozenset()
+    answer_within: Fraction = Fraction(5)
+
+
 @dataclass(frozen=True)
 class MotionKind:
     """Which parameters say where tool (W) and base (W, x and y) end, and how fast the tool may be."""
@@ -303,6 +326,8 @@ class Site:
     histories: tuple[History, ...] = ()
     policy_spans: Mapping[str, Span] = field(default_factory=dict)
     motion: MotionPolicy | None = None
+    durability: Durability = Durability.EVERY_RECORD
+    isolation: Isolation = Isolation()
 
     @cached_property
     def observed(self) -> Mapping[str, Declared]:

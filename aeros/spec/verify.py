@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
 
@@ -13,9 +14,10 @@ from aeros.spec.backends.budget import DEFAULT_RLIMIT
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.backends.store import Store
 from aeros.spec.certificate import Certificate, certificate_for
-from aeros.spec.diagnostics import Diagnostic, Diagnostics, Label, Severity
+from aeros.spec.diagnostics import Diagnostic, Diagnostics, Fix, Label, Severity
 from aeros.spec.discharge import Finding, discharge
-from aeros.spec.loading import MANIFEST, LoadedEcm, load_ecm, load_site, module_folders
+from aeros.spec.keeping import Keeper, Kept
+from aeros.spec.loading import MANIFEST, load_ecm, load_site, module_folders
 from aeros.spec.model import Block, Ecm, Site
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
 from aeros.spec.obligations.composition import composition_obligations
@@ -28,6 +30,8 @@ from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.policy import policy_obligations
 from aeros.spec.obligations.safety import safety_obligations
 from aeros.spec.obligations.skill_code import skill_code_obligations
+from aeros.spec.presence import Presence, presence_of
+from aeros.spec.told import Told
 
 
 class Conclusion(Enum):
@@ -46,13 +50,16 @@ class SubjectReport:
     """What was found of one site or module.
 
     name: its id, or its path where it could not be read.
+    claims: everything that was examined.
     certificate: of a module that is PROVED.
+    settled, findings, ecm: the claims in full and the model; left out where only the report was asked for.
     """
 
     name: str
     path: Path
     conclusion: Conclusion
     diagnostics: tuple[Diagnostic, ...]
+    claims: tuple[Told, ...] = ()
     settled: tuple[Settled, ...] = ()
     findings: tuple[Finding, ...] = ()
     certificate: Certificate | None = None
@@ -61,17 +68,17 @@ class SubjectReport:
     @property
     def obligation_count(self) -> int:
         """How many claims were examined."""
-        return len(self.settled) + len(self.findings)
+        return len(self.claims)
 
     @property
     def boundaries(self) -> tuple[tuple[str, str], ...]:
         """Each rule that the gate decides, with what has to hold for it to allow; each pair once."""
-        return tuple(dict.fromkeys((str(one.obligation.guard), one.boundary) for one in self.guarded))
+        return tuple(dict.fromkeys((str(one.guard), one.boundary) for one in self.guarded))
 
     @property
-    def guarded(self) -> tuple[Finding, ...]:
+    def guarded(self) -> tuple[Told, ...]:
         """The claims that the gate decides, each time."""
-        return tuple(finding for finding in self.findings if finding.guarded)
+        return tuple(one for one in self.claims if one.guard is not None)
 
 
 @dataclass(frozen=True)
@@ -106,6 +113,9 @@ class Report:
 
 Progress = Callable[[str], None]
 
+MANY = 16
+"""From this many modules on, more than one process proves them."""
+
 
 def verify(
     paths: Iterable[Path],
@@ -115,14 +125,20 @@ def verify(
     store: Store | None = None,
     blocks: Sequence[Block] = (),
     second: SecondSolver | None = None,
+    *,
+    in_full: bool = True,
+    jobs: int = 1,
 ) -> Report:
     """Everything that can be said of the modules at `paths` under the site at `site_path`.
 
-    progress: told the name of each subject before it is proved.
+    progress: told which subject is proved next.
     store: answers of earlier runs, where the caller wants them used.
     blocks: operator overrides beside those of the site file.
     second: asked everything again, whether or not the answers were kept; raises DisagreementError where
         it decides otherwise than Z3.
+    in_full: with every claim and model; else `store` may have what was proved of a whole module, and up
+        to `jobs` processes prove the others.  The report says the same.  With `blocks` or a `second`
+        solver it always is.
     """
     oracle = Oracle(rlimit, store, recording=second is not None)
     progress(f"site {site_path}")
@@ -134,47 +150,121 @@ def verify(
         reports.append(SubjectReport("", Path(), Conclusion.REJECTED, tuple(sink)))
     if site is None:
         return Report(site_report, tuple(reports), None)
-    loaded = {folder: _load(folder, site) for folder in folders}
-    around = _modules_around(loaded, site)
-    for folder in folders:
-        progress(str(folder))
-        found, problems = loaded[folder]
-        if found is None:
-            reports.append(SubjectReport(str(folder), folder, Conclusion.REJECTED, problems))
-        else:
-            reports.append(_verify_ecm(found, folder, site, around, problems, oracle))
+    in_full = in_full or bool(blocks) or second is not None
+    keeper = None if in_full or store is None else Keeper(store, site, rlimit)
+    kept = {} if keeper is None else _kept(folders, keeper)
+    missing = [folder for folder in folders if folder not in kept]
+    if in_full or jobs < 2 or len(missing) < MANY:
+        new = _here(missing, site, oracle, in_full=in_full)
+    else:
+        new = _in_processes(missing, site_path, rlimit, jobs)
+    examined = dict(kept)
+    for done, folder in enumerate(missing, 1):
+        progress(f"{done} of {len(missing)}: {folder}")
+        examined[folder] = next(new)
+    if keeper is not None:
+        _keep([(folder, examined[folder]) for folder in missing], keeper)
+    around = _modules_around(examined, site)
+    reports += [_report(folder, examined[folder], site, around) for folder in folders]
     agreement = None if second is None else agreement_on(oracle.asked.values(), second, progress)
     oracle.keep()
-    together = _verify_configuration([report.ecm for report in reports if report.ecm is not None], site)
-    return Report(site_report, tuple(reports), site, together, agreement)
+    present = [one.presence for folder in folders if (one := examined[folder]).presence is not None]
+    return Report(site_report, tuple(reports), site, _verify_configuration(present, site), agreement)
 
 
-def _verify_configuration(ecms: Sequence[Ecm], site: Site) -> SubjectReport | None:
+@dataclass(frozen=True)
+class _Examined:
+    """What was found of one module by itself.
+
+    presence: what others have to know of it; None where it could not be read.
+    before, after: its claims but for those about other modules, which come between them.
+    warnings, problems: what there is to say before and after what the settled claims say.
+    settled: how many claims of `after` were settled when they were made.
+    full: the model, and what it has before, after, and open; None where only the report is asked for.
+    """
+
+    presence: Presence | None
+    warnings: tuple[Diagnostic, ...] = ()
+    before: tuple[Told, ...] = ()
+    after: tuple[Told, ...] = ()
+    settled: int = 0
+    problems: tuple[Diagnostic, ...] = ()
+    full: tuple[Ecm, tuple[Settled, ...], tuple[Settled, ...], tuple[Finding, ...]] | None = None
+
+
+def _kept(folders: Iterable[Path], keeper: Keeper) -> dict[Path, _Examined]:
+    found = ((folder, keeper.find(folder)) for folder in folders)
+    return {
+        folder: _Examined(one.presence, (), one.before, one.after) for folder, one in found if one is not None
+    }
+
+
+def _keep(examined: Iterable[tuple[Path, _Examined]], keeper: Keeper) -> None:
+    """Keep what is proved and leaves nothing to say."""
+    for folder, one in examined:
+        told = (*one.warnings, *one.problems, *_said(one.before), *_said(one.after))
+        if one.presence is not None and not told:
+            keeper.keep(folder, Kept(one.presence, one.before, one.after))
+    keeper.close()
+
+
+def _here(folders: Iterable[Path], site: Site, oracle: Oracle, *, in_full: bool) -> Iterator[_Examined]:
+    for folder in folders:
+        examined = _examine(folder, site, oracle)
+        yield examined if in_full else replace(examined, full=None)
+
+
+_WORKING: dict[str, tuple[Site, Oracle]] = {}
+"""The site and the oracle of a process that was started to prove modules."""
+
+
+def _in_processes(folders: Sequence[Path], site: Path, rlimit: int, jobs: int) -> Iterator[_Examined]:
+    """What `_here` yields, proved by several processes; they end when the caller stops listening."""
+    # These modules take 20 ms to import, which few modules need not pay.
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
+    # Spawned and not forked, as a caller may have threads, whose locks a fork would take along.
+    pool = ProcessPoolExecutor(jobs, get_context("spawn"), _start_working, (site, rlimit))
+    try:
+        yield from pool.map(_work, folders, chunksize=4)
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _start_working(site_path: Path, rlimit: int) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that is asked to stop tells the others
+    site = load_site(site_path, Diagnostics())
+    if site is not None:
+        _WORKING["site"] = (site, Oracle(rlimit))
+
+
+def _work(folder: Path) -> _Examined:
+    site, oracle = _WORKING["site"]
+    return replace(_examine(folder, site, oracle), full=None)
+
+
+def _verify_configuration(modules: Sequence[Presence], site: Site) -> SubjectReport | None:
     """What is to be said of several modules together."""
-    if len(ecms) < 2:
+    if len(modules) < 2:
         return None
-    settled = tuple(configuration_obligations(ecms, site))
-    problems = tuple(_diagnostics(settled, ()))
-    return SubjectReport("configuration", Path(), _conclude(problems), problems, settled)
+    settled = tuple(configuration_obligations(modules, site))
+    claims = tuple(map(_told_settled, settled))
+    problems = _said(claims)
+    return SubjectReport("configuration", Path(), _conclude(problems), problems, claims, settled)
 
 
-def _load(folder: Path, site: Site) -> tuple[LoadedEcm | None, tuple[Diagnostic, ...]]:
-    sink = Diagnostics()
-    return load_ecm(folder, site, sink), tuple(sink)
-
-
-def _modules_around(
-    loaded: Mapping[Path, tuple[LoadedEcm | None, tuple[Diagnostic, ...]]], site: Site
-) -> dict[str, Ecm]:
+def _modules_around(examined: Mapping[Path, _Examined], site: Site) -> dict[str, Presence]:
     """The modules that dependencies may refer to: those given, and those beside one that has any."""
-    given = {folder: found.ecm for folder, (found, _) in loaded.items() if found is not None}
-    around: dict[str, Ecm] = {}
-    for parent in {folder.resolve().parent for folder, ecm in given.items() if ecm.requires}:
+    given = {folder: one.presence for folder, one in examined.items() if one.presence is not None}
+    known = {folder.resolve() for folder in given}
+    around: dict[str, Presence] = {}
+    for parent in {folder.resolve().parent for folder, one in given.items() if one.requires}:
         for beside in sorted(parent.iterdir()):
-            found = load_ecm(beside, site, Diagnostics()) if (beside / MANIFEST).is_file() else None
-            if found is not None:
-                around[found.ecm.id] = found.ecm
-    return around | {ecm.id: ecm for ecm in given.values()}
+            if beside not in known and (beside / MANIFEST).is_file():
+                found = load_ecm(beside, site, Diagnostics())
+                around |= {} if found is None else {found.ecm.id: presence_of(found.ecm)}
+    return around | {one.id: one for one in given.values()}
 
 
 def _verify_site(path: Path, oracle: Oracle, blocks: Sequence[Block]) -> tuple[Site | None, SubjectReport]:
@@ -186,36 +276,69 @@ def _verify_site(path: Path, oracle: Oracle, blocks: Sequence[Block]) -> tuple[S
         return None, SubjectReport(str(path), path, Conclusion.REJECTED, tuple(sink))
     settled, findings = _settle((*policy_obligations(site), *joint_policy_obligations(site)), site, oracle)
     problems = (*sink, *_diagnostics(settled, findings))
-    return site, SubjectReport(site.id, path, _conclude(problems), problems, settled, findings)
+    claims = (*map(_told_settled, settled), *map(_told, findings))
+    return site, SubjectReport(site.id, path, _conclude(problems), problems, claims, settled, findings)
 
 
-def _verify_ecm(
-    loaded: LoadedEcm,
-    folder: Path,
-    site: Site,
-    around: Mapping[str, Ecm],
-    warnings: tuple[Diagnostic, ...],
-    oracle: Oracle,
-) -> SubjectReport:
+def _examine(folder: Path, site: Site, oracle: Oracle) -> _Examined:
+    sink = Diagnostics()
+    loaded = load_ecm(folder, site, sink)
+    if loaded is None:
+        return _Examined(None, tuple(sink))
     ecm = loaded.ecm
+    before = (*entry_point_obligations(ecm, loaded.code), *skill_code_obligations(ecm, site, loaded.code))
     claims = (
-        *entry_point_obligations(ecm, loaded.code),
-        *skill_code_obligations(ecm, site, loaded.code),
-        *dependency_obligations(ecm, around),
         *permission_obligations(ecm, site),
         *safety_obligations(ecm, site),
         *composition_obligations(ecm, site),
         *closed_loop_obligations(ecm, site),
     )
     settled, findings = _settle(claims, site, oracle)
-    problems = (*warnings, *_diagnostics(settled, findings), *_needless_gates(ecm, findings))
+    return _Examined(
+        presence_of(ecm),
+        tuple(sink),
+        tuple(map(_told_settled, before)),
+        (*map(_told_settled, settled), *map(_told, findings)),
+        len(settled),
+        (*_diagnostics((), findings), *_needless_gates(ecm, findings)),
+        (ecm, before, settled, findings),
+    )
+
+
+def _report(folder: Path, one: _Examined, site: Site, around: Mapping[str, Presence]) -> SubjectReport:
+    """What there is to say of a module, with what depends on others."""
+    if one.presence is None:
+        return SubjectReport(str(folder), folder, Conclusion.REJECTED, one.warnings)
+    dependencies = tuple(dependency_obligations(one.presence, around))
+    first = (*one.before, *map(_told_settled, dependencies))
+    claims = (*first, *one.after)
+    problems = (*one.warnings, *_said(first), *_said(one.after[: one.settled]), *one.problems)
     conclusion = _conclude(problems)
     certificate = None
     if conclusion is Conclusion.PROVED:
-        verdicts = {one.id: one.verdict.value for one in settled}
-        verdicts |= {one.obligation.id: "GUARDED" if one.guarded else one.verdict.value for one in findings}
-        certificate = certificate_for(ecm, site, verdicts)
-    return SubjectReport(ecm.id, folder, conclusion, problems, settled, findings, certificate, ecm)
+        verdicts = {told.id: told.verdict.value if told.guard is None else "GUARDED" for told in claims}
+        certificate = certificate_for(one.presence, site, verdicts)
+    name = one.presence.id
+    if one.full is None:
+        return SubjectReport(name, folder, conclusion, problems, claims, certificate=certificate)
+    ecm, before, after, findings = one.full
+    settled = (*before, *dependencies, *after)
+    return SubjectReport(name, folder, conclusion, problems, claims, settled, findings, certificate, ecm)
+
+
+def _told_settled(one: Settled) -> Told:
+    return Told(one.id, one.verdict, diagnostic=one.diagnostic)
+
+
+def _told(finding: Finding) -> Told:
+    one = finding.obligation
+    witness = None if finding.witness is None else tuple(finding.witness.lines())
+    guard = one.guard if finding.guarded else None
+    return Told(one.id, finding.verdict, guard, finding.boundary, witness, diagnostic_of(finding))
+
+
+def _said(claims: Iterable[Told]) -> tuple[Diagnostic, ...]:
+    return tuple(one.diagnostic for one in claims if one.diagnostic is not None)
 
 
 def _settle(
@@ -279,7 +402,23 @@ def diagnostic_of(finding: Finding) -> Diagnostic | None:
         notes += ("for example, with\n" + "\n".join(finding.witness.lines()),)
     primary, *secondary = finding.labels or (one.primary, *one.secondary)
     help_ = (f"write `{finding.repair}`",) if finding.repair else ()
-    return Diagnostic(one.code, one.headline, primary, tuple(secondary), notes, (*help_, *one.help))
+    return Diagnostic(
+        one.code,
+        one.headline,
+        primary,
+        tuple(secondary),
+        notes,
+        (*help_, *one.help),
+        fix=_fix(finding),
+    )
+
+
+def _fix(finding: Finding) -> Fix | None:
+    """The repair as an edit of the file, where the envelope stands on one line."""
+    clause = finding.obligation.clause
+    if not finding.repair or clause is None or clause.span.line != clause.span.end_line:
+        return None
+    return Fix(clause.span, finding.repair.partition(": ")[2])
 
 
 def _needless_gates(ecm: Ecm, findings: Iterable[Finding]) -> Iterator[Diagnostic]:

@@ -26,6 +26,18 @@ class Closure:
 
 
 @dataclass
+class Inline:
+    name: str = "closure on local variables"
+
+    def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
+        scalars = raw_scalars(values)
+        local = {name: f"x{number}" for number, name in enumerate(scalars)}
+        code, names = closure.inline_condition(term, ranges, local)
+        function = eval(f"lambda {', '.join(local.values())}: {code}", dict(names))  # noqa: S307
+        return bool(function(*scalars.values()))
+
+
+@dataclass
 class Smt:
     """Asks for the term and for its negation: exactly one may be possible."""
 
@@ -59,7 +71,7 @@ class Floats:
         generator._filtered = (  # type: ignore[method-assign]
             lambda term, a, b: f"({a.code} {term.op} {b.code})"
         )
-        return bool(generator.function(generator.condition(lower(term)))(raw_scalars(values)))
+        return bool(generator.function("v", generator.condition(lower(term)))(raw_scalars(values)))
 
 
 @dataclass
@@ -74,7 +86,7 @@ class StrictOrder:
         generator._comparison = (  # type: ignore[method-assign]
             lambda term: right(replace(term, op="<") if term.op == "<=" else term)
         )
-        return bool(generator.function(generator.condition(lower(term)))(raw_scalars(values)))
+        return bool(generator.function("v", generator.condition(lower(term)))(raw_scalars(values)))
 
 
 @dataclass
@@ -89,7 +101,7 @@ class NarrowBand:
         generator._filtered = (  # type: ignore[method-assign]
             lambda term, a, b: right(term, _shrunk(a), _shrunk(b))
         )
-        return bool(generator.function(generator.condition(lower(term)))(raw_scalars(values)))
+        return bool(generator.function("v", generator.condition(lower(term)))(raw_scalars(values)))
 
 
 @dataclass

@@ -13,7 +13,7 @@ from aeros.runtime.configuration import Configuration
 from aeros.runtime.ports import Reading
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment, holds
-from aeros.spec.expr.types import BoolType, EnumType, FamilyType, Type, VectorType
+from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, Type, VectorType
 from aeros.spec.model import Declared
 from tests.unit.runtime.bench import Request
 
@@ -31,14 +31,14 @@ def admits(configuration: Configuration, asked: Request) -> bool:
         return False
     if not all(quota.id in asked.usage and asked.usage[quota.id] < quota.at_most for quota in quotas):
         return False
-    return not objections(configuration, skill, kind, values)
+    return not objections(configuration, skill, kind, values, asked.caller.module)
 
 
 def objections(
-    configuration: Configuration, skill: str, kind: str, values: Environment
+    configuration: Configuration, skill: str, kind: str, values: Environment, module: str = "handling"
 ) -> set[tuple[str, str]]:
     """Which of envelope, permission and Φ object, where all their variables have exact values."""
-    ecm = configuration.modules["handling"]
+    ecm = configuration.modules[module]
     clauses = [("AE730", kind, ecm.skills[skill].envelope[kind].term)]
     clauses += [("AE731", kind, ecm.permission[kind].term)]
     clauses += [("AE750", rule.id, rule.terms[kind]) for rule in configuration.site.rules_on(kind)]
@@ -71,18 +71,18 @@ def _well_formed(configuration: Configuration, asked: Request) -> dict[str, Any]
         values[f"inputs.{name}"] = exact(given) if name not in asked.caller.inputs else _checked(one, given)
     now = _time(asked.now)
     needed = _needed(configuration, asked)
-    _require(needed <= set(asked.readings) <= set(site.state))
+    _require(needed <= set(asked.readings) <= set(site.observed))
     for name, reading in asked.readings.items():
         _require(type(reading) is Reading)
         age = now - _time(reading.time)
-        limit = site.state[name].max_age
+        limit = site.observed[name].max_age
         _require(age >= 0 and (name not in needed or limit is None or age <= limit))
-        values[name] = _checked(site.state[name], reading.value)
+        values[name] = _checked(site.observed[name], reading.value)
     return values
 
 
 def _needed(configuration: Configuration, asked: Request) -> set[str]:
-    ecm, kind = configuration.modules["handling"], asked.action.kind
+    ecm, kind = configuration.modules[asked.caller.module], asked.action.kind
     rules = configuration.site.rules_on(kind)
     terms = [ecm.skills[asked.caller.skill].envelope[kind].term, ecm.permission[kind].term]
     terms += [rule.terms[kind] for rule in rules]
@@ -97,7 +97,7 @@ def _require(condition: bool) -> None:
 
 
 def _time(value: Any) -> Fraction:
-    _require(type(value) in (int, float) and isfinite(value))
+    _require(type(value) is int or (type(value) is float and isfinite(value)))
     return Fraction(value)
 
 
@@ -118,7 +118,8 @@ def _scalar(declared: Declared, type_: Any, value: Any) -> Any:
     if isinstance(type_, EnumType):
         _require(type(value) is str and value in type_.members)
         return value
-    _require(type(value) in (int, float) and isfinite(value))
+    _require(type(value) is int or (type(value) is float and isfinite(value)))
     assert declared.range is not None
     _require(declared.range[0] <= Fraction(value) <= declared.range[1])
+    _require(not isinstance(type_, IntegerType) or Fraction(value).denominator == 1)
     return Fraction(value)

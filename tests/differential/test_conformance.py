@@ -9,7 +9,16 @@ import pytest
 from aeros.spec.backends import closure
 from aeros.spec.expr.conformance import Backend, ConformanceError, check_backend
 from aeros.spec.expr.semantics import holds
-from tests.differential.backends import Closure, Constant, Floats, Lowered, NarrowBand, Smt, StrictOrder
+from tests.differential.backends import (
+    Closure,
+    Constant,
+    Floats,
+    Inline,
+    Lowered,
+    NarrowBand,
+    Smt,
+    StrictOrder,
+)
 
 _NIGHTLY = os.environ.get("AEROS_HYPOTHESIS") == "nightly"
 _MORE = 100 if _NIGHTLY else 1
@@ -37,6 +46,10 @@ def test_closure_decides_as_the_definition_and_takes_the_exact_path_only_when_it
     monkeypatch.setattr(closure, "holds", counted)
     _check(Closure(), 250)
     assert taken > 10
+
+
+def test_a_closure_on_local_variables_decides_as_the_definition() -> None:
+    _check(Inline(), 250)
 
 
 def test_smt_decides_as_the_definition() -> None:

@@ -23,7 +23,7 @@ from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import configure
 from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate, GateMode
-from aeros.runtime.skills import load_skill
+from aeros.runtime.skill_run import run_in_process
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.spec.certificate import certificate_for
 from aeros.spec.closed_loop import transition_system
@@ -159,7 +159,7 @@ def test_runs_of_the_whole_runtime_on_the_symbolic_plant_come_to_what_is_predict
     found = []
     for seed in range(25):
         plant = SymbolicPlant(case.site, configuration.modules, seed, as_doubles(case.task.initial))
-        executor = Executor(configuration, gate, plant, Unwritten(), load_skill)
+        executor = Executor(configuration, gate, plant, Unwritten(), run_in_process)
         found.append(measured(pursue(case.ecm, case.task, executor)))
     assert_within(found, predicted(case))
 

@@ -383,6 +383,16 @@ def _resources_are_judged(composition: Composition, skills: dict[str, Skill]) ->
     RESOURCES.compare("AE858", proved=enough, expected=not short)
 
 
+def test_questions_about_one_start_are_counted_from_one() -> None:
+    either = [Outcome(name, {"p": name == "yes"}, False, None, None) for name in ("yes", "no")]
+    skills = {"s0": _skill("s0", None, either), "s1": _skill("s1", t.Compare("==", P, V), either)}
+    steps = tuple(Step(f"step{at}", f"s{at}", {}, {}, 0, None, TEXT.span(at, at + 1)) for at in range(2))
+    composition = Composition("c", t.TRUE, None, Seq(steps, TEXT.span(2, 3)), {}, TEXT.span(3, 4))
+    claims, refuted = _refuted(_module(skills, composition), _site())
+    ready = {f"composition/c/step1/ready/{number}" for number in (1, 2)}
+    assert ready == {id_ for id_ in claims if "/ready" in id_} == refuted
+
+
 # Two actions at once: each of one parameter with a few values.
 
 GRID = [Fraction(value, 2) for value in range(-2, 3)]

@@ -350,19 +350,28 @@ CORRUPTIONS: tuple[Corruption, ...] = (
 )  # fmt: skip
 
 
-def corrupt(gate: Gate, seed: int, count: int) -> Counter[str]:
-    """How often each verdict was given on `count` corrupted requests; fails on the first wrong one."""
+def _corrupted(seed: int, count: int) -> Iterator[tuple[Request, bool, str]]:
+    """Corrupted requests, whether each may be allowed all the same, and where to find it again."""
     chance = random.Random(seed)  # noqa: S311 - repeats, and guards nothing
     bases = [request(skill, kind) for skill, kind in ALLOWED]
     near = request(human_distance=1.0, fitted="knife")
     bases += [near, request("quickly", "sweep", wind=2.0, gust=5.0, pace=0.5)]
-    seen: Counter[str] = Counter()
     for number in range(count):
         base, corruption = chance.choice(bases), chance.choice(CORRUPTIONS)
-        asked, may_be_allowed = corruption(chance, base)
-        where = (
-            f"seed {seed}, number {number}: {corruption.__name__} of {base.caller.skill}.{base.action.kind}"
-        )
+        asked, may_be = corruption(chance, base)
+        of = f"{corruption.__name__} of {base.caller.skill}.{base.action.kind}"
+        yield asked, may_be, f"seed {seed}, number {number}: {of}"
+
+
+def corruptions(seed: int, count: int) -> Iterator[Request]:
+    """`count` corrupted requests."""
+    return (asked for asked, _, _ in _corrupted(seed, count))
+
+
+def corrupt(gate: Gate, seed: int, count: int) -> Counter[str]:
+    """How often each verdict was given on `count` corrupted requests; fails on the first wrong one."""
+    seen: Counter[str] = Counter()
+    for asked, may_be_allowed, where in _corrupted(seed, count):
         decision = asked.decided_by(gate)
         if decision.verdict is Verdict.DENY:
             assert decision.reasons, where

@@ -15,7 +15,7 @@ UPDATE = os.environ.get("AEROS_UPDATE_GOLDEN") == "1"
 
 PYTHON = sorted(path.relative_to(ROOT) for path in (ROOT / "aeros").rglob("*.py"))
 
-_SKIPPED = {"node_modules", "runs", "dist"}
+_SKIPPED = {"node_modules", "runs", "dist", "mutants"}
 
 
 def markdown() -> list[Path]:

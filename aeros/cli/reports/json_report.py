@@ -37,19 +37,15 @@ def as_json(result: Result) -> str:
 
 def _subject(subject: SubjectReport) -> dict[str, Any]:
     verdicts: list[dict[str, Any]] = [
-        {"id": one.id, "verdict": one.verdict.value, "guarded": False} for one in subject.settled
-    ]
-    for finding in subject.findings:
-        verdict: dict[str, Any] = {
-            "id": finding.obligation.id,
-            "verdict": finding.verdict.value,
-            "guarded": finding.guarded,
+        {
+            "id": one.id,
+            "verdict": one.verdict.value,
+            "guarded": one.guard is not None,
+            **({} if one.witness is None else {"witness": list(one.witness)}),
+            **({"boundary": one.boundary} if one.boundary else {}),
         }
-        if finding.witness is not None:
-            verdict["witness"] = finding.witness.lines()
-        if finding.boundary:
-            verdict["boundary"] = finding.boundary
-        verdicts.append(verdict)
+        for one in subject.claims
+    ]
     return {
         "name": subject.name,
         "path": str(subject.path),

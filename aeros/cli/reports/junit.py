@@ -12,10 +12,9 @@ from collections.abc import Iterable
 
 from aeros.cli.reports.result import Problem, Result
 from aeros.spec.diagnostics import Diagnostic, Severity
-from aeros.spec.discharge import Finding
 from aeros.spec.obligations.obligation import Verdict
 from aeros.spec.render import render_all, safe
-from aeros.spec.verify import SubjectReport, diagnostic_of
+from aeros.spec.verify import SubjectReport
 
 
 def as_junit(result: Result) -> str:
@@ -36,30 +35,24 @@ def _suite(subject: SubjectReport) -> ET.Element:
     name = safe(subject.name) or "paths"
     suite = ET.Element("testsuite", name=name)
     told: set[Diagnostic] = set()
-    for one in subject.settled:
+    for one in subject.claims:
         case = _case(suite, name, one.id)
         if one.diagnostic is not None:
             told.add(one.diagnostic)
-            _tell(case, one.diagnostic)
-    for finding in subject.findings:
-        case = _case(suite, name, finding.obligation.id)
-        diagnostic = diagnostic_of(finding)
-        if diagnostic is not None:
-            told.add(diagnostic)
-            _tell(case, diagnostic, "error" if finding.verdict is Verdict.UNKNOWN else "failure")
-        elif finding.guarded:
-            _leave_to_the_gate(case, finding)
+            _tell(case, one.diagnostic, "error" if one.verdict is Verdict.UNKNOWN else "failure")
+        elif one.guard is not None:
+            _leave_to_the_gate(case, one.guard, one.boundary)
     _tell_others(suite, name, [found for found in subject.diagnostics if found not in told])
     return suite
 
 
-def _leave_to_the_gate(case: ET.Element, finding: Finding) -> None:
-    guard = safe(str(finding.obligation.guard))
+def _leave_to_the_gate(case: ET.Element, rule: str, boundary: str) -> None:
+    guard = safe(rule)
     properties = ET.SubElement(case, "properties")
     ET.SubElement(properties, "property", name="guarded", value=guard)
     told = f"not implied, so the gate decides `{guard}` each time"
-    boundary = f"; allowed while {safe(finding.boundary)}" if finding.boundary else ""
-    ET.SubElement(case, "system-out").text = told + boundary
+    allowed = f"; allowed while {safe(boundary)}" if boundary else ""
+    ET.SubElement(case, "system-out").text = told + allowed
 
 
 def _tell_others(suite: ET.Element, name: str, others: list[Diagnostic]) -> None:

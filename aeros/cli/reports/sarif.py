@@ -19,7 +19,7 @@ from urllib.parse import quote
 import aeros
 from aeros.cli.explain import pages
 from aeros.cli.reports.result import Problem, Result
-from aeros.spec.diagnostics import CODES, Code, Diagnostic, Label, Severity
+from aeros.spec.diagnostics import CODES, Code, Diagnostic, Fix, Label, Severity
 from aeros.spec.render import safe
 from aeros.spec.source import Span
 
@@ -120,7 +120,19 @@ def _result(problem: Problem, rule_index: int, fingerprint: str) -> dict[str, An
         result["relatedLocations"] = [
             _location(label) | {"id": n} for n, label in enumerate(diagnostic.secondary, 1)
         ]
+    if diagnostic.fix is not None:
+        result["fixes"] = [_fix(diagnostic.fix)]
     return result
+
+
+def _fix(fix: Fix) -> dict[str, Any]:
+    """The repair that was proved before it is offered, as an edit of one file."""
+    replacement = {"deletedRegion": _region(fix.span), "insertedContent": {"text": fix.text}}
+    artifact = {"uri": _uri(Path(fix.span.source.path))}
+    return {
+        "description": {"text": _shown(f"write {fix.text}")},
+        "artifactChanges": [{"artifactLocation": artifact, "replacements": [replacement]}],
+    }
 
 
 def _message(diagnostic: Diagnostic) -> str:

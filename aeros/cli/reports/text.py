@@ -42,6 +42,6 @@ def _summary(subject: SubjectReport, width: int) -> str:
     name, conclusion = safe(subject.name), subject.conclusion.value
     line = f"{name:{width}}  {conclusion:9}  {subject.obligation_count:4} obligations"
     if subject.conclusion is Conclusion.PROVED and subject.guarded:
-        rules = dict.fromkeys(finding.obligation.guard for finding in subject.guarded)
+        rules = dict.fromkeys(one.guard for one in subject.guarded)
         line += f", {len(subject.guarded)} guarded: the gate decides {', '.join(map(str, rules))}"
     return line

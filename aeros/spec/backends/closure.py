@@ -52,15 +52,27 @@ class _Real:
 def compile_condition(term: t.Term, ranges: Ranges) -> Predicate:
     """A function that is true exactly where `term` holds, for all values inside `ranges`."""
     generator = _Generator(ranges)
-    return generator.function(generator.condition(lower(term)))
+    return cast("Predicate", generator.function("v", generator.condition(lower(term))))
+
+
+def inline_condition(term: t.Term, ranges: Ranges, local: Mapping[str, str]) -> tuple[str, Mapping[str, Any]]:
+    """Code that is true exactly where `term` holds, and the names it needs, for a generated function.
+
+    local: the local variable of that function that holds each scalar variable's value, inside its range.
+    """
+    generator = _Generator(ranges, local)
+    return generator.condition(lower(term)), generator.names
 
 
 class _Generator:
-    def __init__(self, ranges: Ranges) -> None:
+    """Writes code that finds the values in a mapping `v`, or in `local` variables."""
+
+    def __init__(self, ranges: Ranges, local: Mapping[str, str] | None = None) -> None:
         self._ranges = ranges
+        self._local = local
         self._heights: dict[int, int] = {}
         # `repr` writes an infinite bound as `inf`.
-        self._names: dict[str, Any] = {
+        self.names: dict[str, Any] = {
             "__builtins__": {},
             "abs": abs,
             "inf": math.inf,
@@ -68,10 +80,10 @@ class _Generator:
             "min": min,
         }
 
-    def function(self, code: str) -> Callable[[Mapping[str, Any]], Any]:
-        """`code` as a function of the values `v`."""
+    def function(self, parameters: str, code: str) -> Callable[..., Any]:
+        """`code` as a function of these parameters."""
         # The source is built from typed terms alone: names are quoted, numbers are repr of floats.
-        return cast("Predicate", eval(f"lambda v: {code}", self._names))  # noqa: S307
+        return cast("Callable[..., Any]", eval(f"lambda {parameters}: {code}", self.names))  # noqa: S307
 
     def condition(self, term: t.Term) -> str:
         return self._apart(term, self._condition(term))
@@ -80,9 +92,16 @@ class _Generator:
         """`code`, or a call of it as a function of its own at every `_NESTING`th level."""
         if self._height(term) % _NESTING:
             return code
-        part = f"part{len(self._names)}"
-        self._names[part] = self.function(code)
-        return f"{part}(v)"
+        part, values = f"part{len(self.names)}", self._values(term)
+        self.names[part] = self.function(values, code)
+        return f"{part}({values})"
+
+    def _value(self, name: str) -> str:
+        return f"v[{name!r}]" if self._local is None else self._local[name]
+
+    def _values(self, term: t.Term) -> str:
+        """What a function over the variables of `term` takes, and is given."""
+        return "v" if self._local is None else ", ".join(self._local[name] for name in t.variables_of(term))
 
     def _height(self, term: t.Term) -> int:
         if id(term) not in self._heights:
@@ -94,7 +113,7 @@ class _Generator:
             case t.Literal(value=value):
                 return repr(value)
             case t.Variable(name=name):
-                return f"v[{name!r}]"
+                return self._value(name)
             case t.Not(operand=operand):
                 return f"(not {self.condition(operand)})"
             case t.And(operands=operands):
@@ -114,9 +133,11 @@ class _Generator:
         if not (_is_real(left) and _is_real(right)):
             return f"({self.condition(left)} == {self.condition(right)})"
         if isinstance(right, t.Literal) and isinstance(left, t.Variable):
-            return _against_constant(left, term.op, cast("Fraction", right.value), flipped=False)
+            code = self._value(left.name)
+            return _against_constant(code, term.op, cast("Fraction", right.value), flipped=False)
         if isinstance(left, t.Literal) and isinstance(right, t.Variable):
-            return _against_constant(right, term.op, cast("Fraction", left.value), flipped=True)
+            code = self._value(right.name)
+            return _against_constant(code, term.op, cast("Fraction", left.value), flipped=True)
         a, b = self._real(left), self._real(right)
         if a.error == 0 and b.error == 0:
             return f"({a.code} {term.op} {b.code})"
@@ -124,17 +145,22 @@ class _Generator:
 
     def _filtered(self, term: t.Compare, a: _Real, b: _Real) -> str:
         """Answers from the computed difference where |difference| exceeds its error bound, else exactly."""
-        number = len(self._names)
-        exact = f"exact{number}"
+        number = len(self.names)
+        exact = f"exact{number}({self._values(term)})"
         names = tuple(t.variables_of(term))
-        self._names[exact] = lambda values: holds(term, _exact_values(names, values))
+        if self._local is None:
+            self.names[f"exact{number}"] = lambda values: holds(term, _exact_values(names, values))
+        else:
+            self.names[f"exact{number}"] = lambda *values: holds(
+                term, _exact_values(names, dict(zip(names, values, strict=True)))
+            )
         if max(a.peak, b.peak, a.magnitude + b.magnitude) > _LARGEST:
-            return f"{exact}(v)"
+            return exact
         bound = _at_least(a.error + b.error + U * (a.magnitude + b.magnitude))
         difference = f"(d{number} := {a.code} - {b.code})"
         if term.op == "==":
-            return f"(-{bound!r} <= {difference} <= {bound!r} and {exact}(v))"
-        return f"({difference} < -{bound!r} or (d{number} <= {bound!r} and {exact}(v)))"
+            return f"(-{bound!r} <= {difference} <= {bound!r} and {exact})"
+        return f"({difference} < -{bound!r} or (d{number} <= {bound!r} and {exact}))"
 
     def _real(self, term: t.Term) -> _Real:
         real = self._arithmetic(term)
@@ -152,7 +178,7 @@ class _Generator:
             case t.Variable(name=name):
                 lower_, upper = self._ranges[name]
                 size = max(abs(lower_), abs(upper))
-                return _Real(f"v[{name!r}]", size, Fraction(0), size)
+                return _Real(self._value(name), size, Fraction(0), size)
             case t.Add(left=left, right=right):
                 a, b = self._real(left), self._real(right)
                 total = a.magnitude + b.magnitude
@@ -187,9 +213,8 @@ def _either(code: str, a: _Real, b: _Real) -> _Real:
     return _joined(code, max(a.magnitude, b.magnitude), max(a.error, b.error), a, b)
 
 
-def _against_constant(variable: t.Variable, op: str, constant: Fraction, *, flipped: bool) -> str:
+def _against_constant(code: str, op: str, constant: Fraction, *, flipped: bool) -> str:
     """A double against a rational, exactly: the rational is rounded so that the answer is the same."""
-    code = f"v[{variable.name!r}]"
     below, above = neighbours(constant)
     if op == "==":
         return f"({code} == {below!r})" if below == above else "False"

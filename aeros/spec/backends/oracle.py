@@ -1,4 +1,4 @@
-"""Questions about terms, each put to the solver once, in a context of its own.
+"""Questions about terms, each answered once: by bounds alone, or by the solver in a context of its own.
 
 So an answer depends on the question alone, and on nothing that was asked before.  Modules repeat
 themselves: skills share envelopes, and most of a run asks what another run has asked.
@@ -11,11 +11,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 
-from aeros.spec.backends.answers import Answer
+from aeros.spec.backends.answers import Answer, Result
+from aeros.spec.backends.boxes import Boxes
 from aeros.spec.backends.budget import DEFAULT_RLIMIT
+from aeros.spec.backends.release import solver_release
 from aeros.spec.backends.store import Store
 from aeros.spec.expr import terms as t
 
@@ -27,6 +28,7 @@ class Question:
     """A question as it was asked, and its answer, for a second solver.
 
     about: what it was asked for, in words.
+    by_bounds: whether bounds alone answered it, and not Z3.
     """
 
     about: str
@@ -34,6 +36,7 @@ class Question:
     ranges: Mapping[str, tuple[Fraction, Fraction]]
     terms: Sequence[t.Term]
     answer: Answer
+    by_bounds: bool = False
 
 
 class Oracle:
@@ -53,6 +56,7 @@ class Oracle:
         self._store = store
         self._known: dict[str, Answer] = {}
         self._new: dict[str, Answer] = {}
+        self._boxes = Boxes()
 
     def ask(
         self,
@@ -60,13 +64,22 @@ class Oracle:
         ranges: Mapping[str, tuple[Fraction, Fraction]],
         terms: Sequence[t.Term],
         about: str = "an explanation",
+        *,
+        shown: bool = False,
     ) -> Answer:
         """Whether all `terms` can hold together.
 
         variables: every free variable of the terms.
         ranges: closed range in SI of each real scalar variable.
+        shown: whether a person will read the model, which then is the solver's.
         about: what is asked for, in words.
         """
+        bounded = self._boxes.decide(variables, ranges, terms)
+        if bounded is not None and not (shown and bounded.result is Result.SAT):
+            if self._recording:
+                key = self._key(variables, ranges, terms)
+                self.asked.setdefault(key, Question(about, variables, ranges, terms, bounded, by_bounds=True))
+            return bounded
         key = self._key(variables, ranges, terms)
         answer = self._known.get(key)
         if answer is None and self._store is not None:
@@ -82,6 +95,7 @@ class Oracle:
         """One with the same memory and store, which gives up after a part of the budget."""
         other = Oracle(max(self.rlimit // times, 1), self._store, recording=self._recording)
         other._known, other._new, other.asked = self._known, self._new, self.asked
+        other._boxes = self._boxes
         return other
 
     def keep(self) -> None:
@@ -115,7 +129,7 @@ class Oracle:
 @cache
 def _asked_by() -> str:
     """Digest of the solver's version and of the code that gives terms their meaning."""
-    digest = hashlib.sha256(version("z3-solver").encode())
+    digest = hashlib.sha256(solver_release().encode())
     for folder in ("backends", "expr"):
         for path in sorted((_SPEC / folder).glob("*.py")):
             digest.update(path.read_bytes())

@@ -1,4 +1,4 @@
-"""Answers kept between runs, so that an unchanged module costs no solver call.
+"""Answers, and reports on modules, kept between runs, so that an unchanged module costs no solver call.
 
 A key is the SHA-256 of the whole question, of the solver's version and of the code that puts
 questions to it, so an answer is found again only where asking again would give it.  What cannot be
@@ -39,7 +39,7 @@ def default_store() -> Store | None:
 
 
 class Store:
-    """A SQLite file of answers by key.  Several processes may use one at a time."""
+    """A SQLite file of answers and reports by key.  Several processes may use one at a time."""
 
     def __init__(self, path: Path) -> None:
         self._database: sqlite3.Connection | None = sqlite3.connect(path, timeout=1.0)
@@ -47,6 +47,9 @@ class Store:
         self._database.execute("PRAGMA synchronous = OFF")  # what is lost is asked again
         self._database.execute(
             "CREATE TABLE IF NOT EXISTS answers (key TEXT PRIMARY KEY, answer TEXT) STRICT"
+        )
+        self._database.execute(
+            "CREATE TABLE IF NOT EXISTS reports (key TEXT PRIMARY KEY, report TEXT) STRICT"
         )
 
     def get(self, key: str) -> Answer | None:
@@ -63,6 +66,22 @@ class Store:
         try:
             with self._connection:
                 self._connection.executemany("INSERT OR REPLACE INTO answers VALUES (?, ?)", rows)
+        except sqlite3.Error:
+            return
+
+    def report(self, key: str) -> str | None:
+        """The report on a module that is kept under `key`, as it was put, or None."""
+        try:
+            row = self._connection.execute("SELECT report FROM reports WHERE key = ?", (key,)).fetchone()
+        except sqlite3.Error:
+            return None
+        return None if row is None else str(row[0])
+
+    def put_reports(self, reports: Mapping[str, str]) -> None:
+        """Keep `reports`."""
+        try:
+            with self._connection:
+                self._connection.executemany("INSERT OR REPLACE INTO reports VALUES (?, ?)", reports.items())
         except sqlite3.Error:
             return
 

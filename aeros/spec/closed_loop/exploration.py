@@ -7,8 +7,6 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-import networkx as nx
-
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.closed_loop.transition_system import Node, TransitionSystem
 from aeros.spec.closed_loop.transition_system import NotExploredError as NotExploredError
@@ -22,13 +20,13 @@ MAX_NODES = 200_000
 class Exploration:
     """The reachable part of a transition system.
 
-    graph: nodes in breadth-first order, so that what comes first is nearest to a start; edges are the
-        moves that have any probability.
+    graph: nodes in breadth-first order, so that what comes first is nearest to a start, each with the
+        nodes from which a move of any probability leads to it.
     came_from: of each node but the starts, the node before it on a shortest way, and what happened.
     """
 
     system: TransitionSystem
-    graph: nx.DiGraph[Node] = field(default_factory=nx.DiGraph)
+    graph: dict[Node, list[Node]] = field(default_factory=dict)
     came_from: dict[Node, tuple[Node, str]] = field(default_factory=dict)
 
     def without_way_to_goal(self) -> Iterator[Node]:
@@ -36,7 +34,7 @@ class Exploration:
         pending = [node for node in self.graph if node.phase == "reached"]
         hopeful = set(pending)
         while pending:
-            before = set(self.graph.predecessors(pending.pop())) - hopeful
+            before = set(self.graph[pending.pop()]) - hopeful
             hopeful |= before
             pending += before
         return (node for node in self.graph if node.phase == "plan" and node not in hopeful)
@@ -70,16 +68,16 @@ def explore(ecm: Ecm, task: Task, site: Site) -> Exploration:
         raise NotExploredError("it has too many states to start from")
     found = Exploration(system)
     pending = deque(Node("plan", start) for start in starts)
-    found.graph.add_nodes_from(pending)
+    found.graph.update((start, []) for start in pending)
     while pending:
         node = pending.popleft()
         for move in system.moves(node):
             if move.target not in found.graph:
                 if len(found.graph) >= MAX_NODES:
                     raise NotExploredError("it has too many states")
-                found.graph.add_node(move.target)
+                found.graph[move.target] = []
                 found.came_from[move.target] = (node, move.said)
                 pending.append(move.target)
             if move.probability:
-                found.graph.add_edge(node, move.target)
+                found.graph[move.target].append(node)
     return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 from aeros.spec.closed_loop.chances import shares_of
@@ -16,20 +17,53 @@ State = tuple[Any, ...]
 
 
 class Condition:
-    """A term over predicates and constant inputs, decided once for all states that agree on what it reads."""
+    """A term over predicates and constant inputs, decided for states.
+
+    A predicate is looked up and a conjunction decided part by part; anything else is evaluated, once for
+    all states that agree on what it reads.
+    """
 
     def __init__(self, term: t.Term, names: tuple[str, ...], inputs: Mapping[str, Any] | None = None) -> None:
-        used = t.variables_of(term)
-        self._term = term
-        self._places = [(place, name) for place, name in enumerate(names) if name in used]
         self._inputs = inputs or {}
-        self._decided: dict[State, bool] = {}
+        self._looked_up: list[int] = []
+        self._evaluated: list[_Evaluated] = []
+        places = _places(names)
+        pending = [term]
+        while pending:
+            part = pending.pop()
+            if isinstance(part, t.And):
+                pending += reversed(part.operands)
+            elif isinstance(part, t.Variable) and part.name in places and part.name not in self._inputs:
+                self._looked_up.append(places[part.name])
+            else:
+                self._evaluated.append(_Evaluated(part, places, self._inputs))
 
     def __call__(self, state: State) -> bool:
         """Whether it is measured as true in `state`."""
-        values = tuple(state[place] for place, _ in self._places)
+        for place in self._looked_up:
+            if not state[place]:
+                return False
+        return not self._evaluated or all(part.holds(state) for part in self._evaluated)
+
+
+@lru_cache(16)
+def _places(names: tuple[str, ...]) -> dict[str, int]:
+    return {name: place for place, name in enumerate(names)}
+
+
+class _Evaluated:
+    """A term that is decided by evaluating it."""
+
+    def __init__(self, term: t.Term, places: Mapping[str, int], inputs: Mapping[str, Any]) -> None:
+        self._term = term
+        self._inputs = inputs
+        self._read = [(places[name], name) for name in t.variables_of(term) if name in places]
+        self._decided: dict[State, bool] = {}
+
+    def holds(self, state: State) -> bool:
+        values = tuple([state[place] for place, _ in self._read])
         if values not in self._decided:
-            read = {name: state[place] for place, name in self._places}
+            read = {name: state[place] for place, name in self._read}
             self._decided[values] = holds(self._term, {**self._inputs, **read})
         return self._decided[values]
 

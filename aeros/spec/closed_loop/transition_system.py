@@ -14,8 +14,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Final, Literal
 
-import networkx as nx
-
 from aeros.spec.closed_loop.invocation import Condition, Invocation, State
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType, EnumType
@@ -133,9 +131,7 @@ class TransitionSystem:
         for _, recovery in recovered:
             if any(declared.default is None for declared in self._skills[recovery].inputs.values()):
                 return f"`{recovery}` runs with default inputs after a failure, and it has an input without"
-        if not nx.is_directed_acyclic_graph(nx.DiGraph(recovered)):
-            return "`on_failure` goes round in a circle"
-        return None
+        return "`on_failure` goes round in a circle" if _is_cyclic(recovered) else None
 
     def _try(self, node: Node) -> list[Move]:
         index, rest = node.remaining[0], node.remaining[1:]
@@ -169,6 +165,14 @@ class TransitionSystem:
             )
             for state, outcome, probability in recovery.after(node.state)
         ]
+
+
+def _is_cyclic(edges: list[tuple[str, str]]) -> bool:
+    if not edges:
+        return False
+    import networkx as nx  # 50 ms, which most tasks need not pay
+
+    return not nx.is_directed_acyclic_graph(nx.DiGraph(edges))
 
 
 def _predicates(ecm: Ecm, task: Task) -> tuple[str, ...]:

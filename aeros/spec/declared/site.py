@@ -249,6 +249,42 @@ class Limits:
 
 
 @dataclass(frozen=True)
+class Audit:
+    """How the audit record is kept."""
+
+    span: Span
+    durability: Choice[Literal["every-record", "before-motion", "batched"]] = field(
+        metadata={
+            "doc": "when records have reached the medium: each before anything else happens, which is what "
+            "holds without this field; each before anything moves; or many at a time, so that with the power "
+            "the record of what has moved may be lost; as in `durability: before-motion`"
+        }
+    )
+
+
+@dataclass(frozen=True)
+class Isolation:
+    """Where the code of modules runs, and behind what."""
+
+    span: Span
+    require: tuple[Choice[Literal["bubblewrap", "landlock", "rlimits", "seccomp"]], ...] | None = field(
+        default=None,
+        metadata={"doc": "layers without which isolation is too weak; all but bubblewrap if absent"},
+    )
+    missing: Choice[Literal["refuse", "warn"]] | None = field(
+        default=None,
+        metadata={"doc": "on a host that lacks a required layer: `refuse` modules (if absent), or `warn`"},
+    )
+    trusted: tuple[Identifier, ...] = field(
+        default=(), metadata={"doc": "modules whose code runs in the runtime's own process, unconfined"}
+    )
+    answer_within: Text | None = field(
+        default=None,
+        metadata={"doc": "how long skill code may compute before each action, as in `answer_within: 5 s`"},
+    )
+
+
+@dataclass(frozen=True)
 class Policy:
     """Π beside Φ: operator overrides, access, risk, quotas."""
 
@@ -259,6 +295,10 @@ class Policy:
     grants: Named[Access] = field(default=Entries(), metadata={"doc": "further access, by module"})
     blocks: tuple[Block, ...] = field(default=(), metadata={"doc": "operator overrides"})
     quotas: tuple[Quota, ...] = field(default=(), metadata={"doc": "rate limits"})
+    audit: Audit | None = field(default=None, metadata={"doc": "how the audit record is kept"})
+    isolation: Isolation | None = field(
+        default=None, metadata={"doc": "where the code of modules runs: isolated, if absent"}
+    )
 
 
 @dataclass(frozen=True)

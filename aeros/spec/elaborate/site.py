@@ -30,6 +30,8 @@ from aeros.spec.model import (
     Block,
     Conjunct,
     Declared,
+    Durability,
+    Isolation,
     JointRule,
     Limits,
     Quota,
@@ -109,6 +111,8 @@ class _SiteElaborator:
             histories=self._histories.kept,
             policy_spans=_policy_spans(site),
             motion=elaborate_motion(site.motion, self, self._sink) if whole and site.motion else None,
+            durability=Durability(policy.audit.durability.value if policy.audit else "every-record"),
+            isolation=self._isolation(policy.isolation),
         )
 
     def _enum(self, name: Text, members: tuple[Text, ...]) -> None:
@@ -344,6 +348,25 @@ class _SiteElaborator:
                 "AE129", "a time-out is longer than 0 s and at most 1 h", limits.skill_timeout.span
             )
         return Limits(timeout or Fraction(0), limits.retries.value, limits.replans.value)
+
+    def _isolation(self, isolation: declared.Isolation | None) -> Isolation:
+        usual = Isolation()
+        if isolation is None:
+            return usual
+        within: Fraction | None = usual.answer_within
+        if isolation.answer_within is not None:
+            within = elaborate_quantity(isolation.answer_within, TIME, self._sink)
+            if within is not None and not 0 < within <= _LONGEST_TIMEOUT:
+                self._sink.error(
+                    "AE129", "a time-out is longer than 0 s and at most 1 h", isolation.answer_within.span
+                )
+        require = isolation.require
+        return Isolation(
+            usual.require if require is None else frozenset(layer.value for layer in require),
+            isolation.missing is None or isolation.missing.value == "refuse",
+            frozenset(name.value for name in isolation.trusted),
+            within or usual.answer_within,
+        )
 
     def _block(self, block: declared.Block) -> Block:
         if block.skill is not None and block.module is None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from fractions import Fraction
-from functools import reduce
+from functools import lru_cache, reduce
 from typing import cast
 
 from aeros.spec.expr import terms as t
@@ -22,6 +22,7 @@ _ZERO, _ONE = (t.Literal(Fraction(number), RealType(NUMBER)) for number in (0, 1
 _Indices = Mapping[str, str]  # the member each bound variable stands for
 
 
+@lru_cache(4096)
 def scalar_variables(variable: t.Variable) -> tuple[t.Variable, ...]:
     """The scalar variables that a variable is made of: `p.x`, `q[j1]`, or itself."""
     match variable.type:

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from enum import Enum
 from fractions import Fraction
-from typing import Any
+from typing import Any, Final, get_args
 from typing import Literal as OneOf
 
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, ScalarType, Type
@@ -242,22 +242,42 @@ FALSE = Literal(False, BOOL)
 
 def children(term: Term) -> Iterator[Term]:
     """The direct sub-terms of `term`."""
-    for field in fields(term):
-        value = getattr(term, field.name)
-        if isinstance(value, Term):
+    for name in _FIELDS[type(term)]:
+        value = getattr(term, name)
+        if type(value) in _KINDS:
             yield value
-        elif isinstance(value, tuple):
-            yield from (item for item in value if isinstance(item, Term))
+        elif type(value) is tuple:
+            yield from (item for item in value if type(item) in _KINDS)
+
+
+_KINDS: Final = frozenset(get_args(Term))
+_FIELDS: Final = {kind: tuple(field.name for field in fields(kind)) for kind in _KINDS}
 
 
 def variables_of(term: Term) -> dict[str, Variable]:
     """Every free variable of `term` by name, in order of first occurrence."""
+    known = _SPOKEN_OF.get(id(term))
+    if known is None:
+        if len(_SPOKEN_OF) >= 4096:
+            _SPOKEN_OF.clear()
+        known = _SPOKEN_OF[id(term)] = (term, _variables_of(term))
+    return dict(known[1])
+
+
+_SPOKEN_OF: Final[dict[int, tuple[Term, dict[str, Variable]]]] = {}
+"""By identity, as comparing terms costs as much as walking them; each is held, so that it stays itself."""
+
+
+def _variables_of(term: Term) -> dict[str, Variable]:
     found: dict[str, Variable] = {}
     pending = [term]
     while pending:
         current = pending.pop()
         if isinstance(current, Variable):
             found.setdefault(current.name, current)
+            continue
+        if isinstance(current, Literal):
+            continue
         pending.extend(reversed(list(children(current))))
     return found
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Final
-
-import networkx as nx
+from typing import TYPE_CHECKING, Final
 
 from aeros.spec.composition import Composition, If, Par, Part, Seq, Step
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 START: Final = "start"
 DONE: Final = "done"
@@ -19,6 +20,8 @@ def graph_of(composition: Composition) -> nx.DiGraph[str]:
     Nodes: `start`, `done` and `stopped`; each step by `step/NAME`, handler by `handler/NAME`,
     condition by `if/TEXT@OFFSET`, and the two ends of a `par` by `fork@OFFSET` and `join@OFFSET`.
     """
+    import networkx as nx  # 50 ms, which most modules need not pay
+
     graph: nx.DiGraph[str] = nx.DiGraph()
     graph.add_nodes_from((START, DONE, STOPPED))
     for name, handler in composition.handlers.items():
@@ -32,6 +35,10 @@ def graph_of(composition: Composition) -> nx.DiGraph[str]:
 def handler_cycle(composition: Composition) -> list[str]:
     """Handlers that lead back to each other, closed, or nothing."""
     edges = [(name, one.handler) for name, one in composition.handlers.items() if one.handler is not None]
+    if not edges:
+        return []
+    import networkx as nx
+
     graph: nx.DiGraph[str] = nx.DiGraph(edges)
     try:
         found = [source for source, _ in nx.find_cycle(graph)]

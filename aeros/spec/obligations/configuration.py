@@ -27,8 +27,9 @@ from packaging.specifiers import SpecifierSet
 from packaging.version import Version
 
 from aeros.spec.diagnostics import Diagnostic, Label, Severity
-from aeros.spec.model import Ecm, Site, Task
+from aeros.spec.model import Site
 from aeros.spec.obligations.obligation import Settled
+from aeros.spec.presence import Presence
 from aeros.spec.source import Span
 
 _K = TypeVar("_K")
@@ -37,7 +38,7 @@ _V = TypeVar("_V")
 _Phrase = tuple[str, ...]
 
 
-def configuration_obligations(ecms: Sequence[Ecm], site: Site) -> Iterator[Settled]:
+def configuration_obligations(ecms: Sequence[Presence], site: Site) -> Iterator[Settled]:
     """Every claim of group configuration about `ecms` under `site`; near-linear in their number."""
     for name, same in _grouped((ecm.id, ecm) for ecm in ecms).items():
         yield Settled(f"configuration/identity/{name}", _same_name(same) if len(same) > 1 else None)
@@ -58,7 +59,7 @@ def _grouped(pairs: Iterable[tuple[_K, _V]]) -> dict[_K, list[_V]]:
     return found
 
 
-def _same_name(same: Sequence[Ecm]) -> Diagnostic:
+def _same_name(same: Sequence[Presence]) -> Diagnostic:
     first, *others = same
     return Diagnostic(
         "AE881",
@@ -75,17 +76,16 @@ class _Way:
 
     phrase: _Phrase
     module: str
-    task: Task
+    task: str
     span: Span
 
 
-def _routing(ecms: Sequence[Ecm]) -> Iterator[Settled]:
+def _routing(ecms: Sequence[Presence]) -> Iterator[Settled]:
     """No phrase of one module's tasks is part of one of another's, as `aeros.agent.routing` reads them."""
     ways = [
-        _Way(tuple(re.findall(r"\w+", word)), ecm.id, task, span)
+        _Way(tuple(re.findall(r"\w+", way.word)), ecm.id, way.task, way.span)
         for ecm in ecms
-        for task in ecm.tasks.values()
-        for word, span in zip(task.words, task.word_spans, strict=True)
+        for way in ecm.ways
     ]
     by_phrase = _grouped((way.phrase, way) for way in ways)
     for phrase, asked in by_phrase.items():
@@ -98,17 +98,17 @@ def _routing(ecms: Sequence[Ecm]) -> Iterator[Settled]:
 
 
 def _ambiguous(one: _Way, other: _Way) -> Diagnostic:
-    tasks = " or ".join(f"`{way.module}.{way.task.id}`" for way in (one, other))
+    tasks = " or ".join(f"`{way.module}.{way.task}`" for way in (one, other))
     return Diagnostic(
         "AE882",
         f"`{' '.join(one.phrase)}` may mean {tasks}",
-        Label(one.span, f"routes to `{one.task.id}`"),
-        (Label(other.span, f"routes to `{other.task.id}`"),),
+        Label(one.span, f"routes to `{one.task}`"),
+        (Label(other.span, f"routes to `{other.task}`"),),
         help=("give the tasks words of which none is part of another's",),
     )
 
 
-def _same_capability(name: str, providers: Sequence[Ecm]) -> Diagnostic:
+def _same_capability(name: str, providers: Sequence[Presence]) -> Diagnostic:
     first, second, *_ = providers
     return Diagnostic(
         "AE883",
@@ -119,11 +119,11 @@ def _same_capability(name: str, providers: Sequence[Ecm]) -> Diagnostic:
     )
 
 
-def _effects(ecms: Sequence[Ecm]) -> Iterator[Settled]:
+def _effects(ecms: Sequence[Presence]) -> Iterator[Settled]:
     """Warn where successes of one module and of another never leave a state variable the same."""
-    written = _grouped((name, (ecm, values)) for ecm in ecms for name, values in _successes(ecm).items())
+    written = _grouped((name, (ecm, values)) for ecm in ecms for name, values in ecm.written.items())
     for name, by_module in written.items():
-        one_of_each = {frozenset(values): ecm for ecm, values in by_module}
+        one_of_each = {values: ecm for ecm, values in by_module}
         opposed = next((pair for pair in combinations(one_of_each, 2) if pair[0].isdisjoint(pair[1])), None)
         diagnostic = None
         if opposed is not None:
@@ -139,16 +139,7 @@ def _effects(ecms: Sequence[Ecm]) -> Iterator[Settled]:
         yield Settled(f"configuration/effect/{name}", diagnostic)
 
 
-def _successes(ecm: Ecm) -> dict[str, set[object]]:
-    found: dict[str, set[object]] = {}
-    for skill in ecm.skills.values():
-        for outcome in skill.success_outcomes:
-            for name, value in outcome.effects.items():
-                found.setdefault(name, set()).add(value)
-    return found
-
-
-def _dependencies(ecms: Sequence[Ecm]) -> Iterator[Settled]:
+def _dependencies(ecms: Sequence[Presence]) -> Iterator[Settled]:
     """What is required is in the set, and no two modules disagree on the one version there is."""
     versions = {ecm.id: ecm.version for ecm in ecms}
     for name, asking in _grouped((name, ecm) for ecm in ecms for name in ecm.requires).items():
@@ -175,7 +166,7 @@ def _dependencies(ecms: Sequence[Ecm]) -> Iterator[Settled]:
         )
 
 
-def _names_of_the_policy(ecms: Sequence[Ecm], site: Site) -> Iterator[Settled]:
+def _names_of_the_policy(ecms: Sequence[Presence], site: Site) -> Iterator[Settled]:
     """Warn of grants and overrides for modules or skills that are not in the set."""
     skills = {ecm.id: ecm.skills for ecm in ecms}
     for name in site.grants:

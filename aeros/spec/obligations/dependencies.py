@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-import networkx as nx
 from packaging.specifiers import SpecifierSet
 from packaging.version import Version
 
 import aeros
 from aeros.spec.diagnostics import Diagnostic, Label
-from aeros.spec.model import Ecm
 from aeros.spec.obligations.obligation import Settled
+from aeros.spec.presence import Presence
 
 
-def dependency_obligations(ecm: Ecm, around: Mapping[str, Ecm]) -> Iterator[Settled]:
+def dependency_obligations(ecm: Presence, around: Mapping[str, Presence]) -> Iterator[Settled]:
     """Every claim of group dependencies about `ecm`, where `around` are the modules beside it."""
     yield Settled(
         "dependencies/runtime",
@@ -41,7 +40,7 @@ def dependency_obligations(ecm: Ecm, around: Mapping[str, Ecm]) -> Iterator[Sett
     )
 
 
-def _unmet(ecm: Ecm, name: str, specifier: str, around: Mapping[str, Ecm]) -> Diagnostic | None:
+def _unmet(ecm: Presence, name: str, specifier: str, around: Mapping[str, Presence]) -> Diagnostic | None:
     label = Label(ecm.requires_spans[name])
     found = around.get(name)
     if found is None:
@@ -54,11 +53,19 @@ def _unmet(ecm: Ecm, name: str, specifier: str, around: Mapping[str, Ecm]) -> Di
     return None
 
 
-def _cycle(ecm: Ecm, around: Mapping[str, Ecm]) -> list[str]:
+def _cycle(ecm: Presence, around: Mapping[str, Presence]) -> list[str]:
     """A dependency cycle through `ecm`, closed, or nothing."""
-    graph = nx.DiGraph((one.id, name) for one in {**around, ecm.id: ecm}.values() for name in one.requires)
-    if ecm.id not in graph:
+    if not ecm.requires:
         return []
+    import networkx as nx  # 50 ms, which most modules need not pay
+
+    graph: nx.DiGraph[str] = nx.DiGraph()
+    known, pending = {**around, ecm.id: ecm}, [ecm.id]
+    while pending:
+        here = pending.pop()
+        needed = known[here].requires if here in known else {}
+        pending += [name for name in needed if name not in graph]
+        graph.add_edges_from((here, name) for name in needed)
     for name in ecm.requires:
         if nx.has_path(graph, name, ecm.id):
             return [ecm.id, *nx.shortest_path(graph, name, ecm.id)]

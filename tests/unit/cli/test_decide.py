@@ -182,3 +182,41 @@ def test_it_is_a_filter_that_answers_each_line_before_the_next_comes() -> None:
         process.stdin.close()
         assert process.stdout.read() == b""
         assert process.wait(30) == Exit.PROVED
+
+
+def test_explanations_are_text_or_json_and_decisions_are_json_or_text(
+    fed: Fed, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    good = fed.examples("quickly")[0]
+    (found,) = fed.run(good, "--skill", "quickly", "--explain", "--format", "json")
+    (plain,) = fed.run(good, "--skill", "quickly")
+    assert {name: found[name] for name in plain} == plain
+    assert all(found["layers"].values())
+    for arguments, expected in (
+        (["--explain"], "  proved at install, not evaluated\n    permission "),
+        (["--format", "text"], "ALLOW move(target="),
+    ):
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(good)))
+        assert main([*BENCH, "--skill", "quickly", *arguments]) == Exit.PROVED
+        assert expected in capsys.readouterr().out
+
+
+def test_examples_hold_whole_numbers_and_histories(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data = SITE.parent
+    counting = [
+        "decide",
+        "--site",
+        str(data / "counts.yaml"),
+        "--ecm",
+        str(data / "counting"),
+        "--skill",
+        "feed",
+    ]
+    assert main([*counting, "--example"]) == Exit.PROVED
+    (line,) = capsys.readouterr().out.splitlines()
+    assert "count within 60 s (pressed and (not (previously pressed)))" in json.loads(line)["state"]
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(line.encode())))
+    assert main(counting) == Exit.PROVED
+    assert json.loads(capsys.readouterr().out)["verdict"] == "ALLOW"

@@ -9,6 +9,9 @@ import pytest
 from aeros.cli.exit_codes import Exit
 from aeros.cli.main import main
 from aeros.runtime.audit import verify_log
+from aeros.runtime.isolation.lockdown import Layer
+from aeros.runtime.isolation.nursery import Nursery
+from aeros.spec.loading import reference_site
 
 REPOSITORY = Path(__file__).parents[3]
 
@@ -100,6 +103,75 @@ def test_a_skill_that_asks_for_more_than_it_declares_is_denied_and_nothing_moves
     lines = (tmp_path / "out" / "audit.jsonl").read_text().splitlines()
     decisions = [json.loads(line) for line in lines if '"event":"decision"' in line]
     assert decisions[-1]["details"]["verdict"] == "DENY"
+
+
+def _lacking_host(preload: object) -> Nursery:
+    host = Nursery(["math"])
+    host.missing = {**host.missing, Layer.LANDLOCK: "left out by a test"}
+    return host
+
+
+def _strict_site(folder: Path) -> Path:
+    text = Path(reference_site()).read_text()
+    warns = next(line for line in text.splitlines() if "missing: warn" in line)
+    (folder / "site.yaml").write_text(text.replace(warns, "    missing: refuse"))
+    return folder / "site.yaml"
+
+
+def test_the_record_says_where_skill_code_ran_and_behind_what(tmp_path: Path) -> None:
+    assert _run(tmp_path, "--plant", "symbolic") == Exit.PROVED
+    lines = (tmp_path / "out" / "audit.jsonl").read_text().splitlines()
+    (record,) = [json.loads(line) for line in lines if '"event":"isolation"' in line]
+    assert record["details"]["isolated"] == ["clean_table", "fetch_object", "make_dumplings"]
+    assert record["details"]["trusted"] == []
+    assert set(record["details"]["layers"]) == {"bubblewrap", "landlock", "rlimits", "seccomp"}
+
+
+def test_isolated_or_trusted_the_same_seed_makes_the_same_decisions(tmp_path: Path) -> None:
+    trusting = tmp_path / "trusting.yaml"
+    text = Path(reference_site()).read_text()
+    warns = next(line for line in text.splitlines() if "missing: warn" in line)
+    trusting.write_text(text.replace(warns, "    trusted: [clean_table, fetch_object, make_dumplings]"))
+    shutil.copytree(REPOSITORY / "ecms", tmp_path / "ecms")
+    assert main(["verify", str(tmp_path / "ecms"), "--site", str(trusting)]) == Exit.PROVED
+    ways = {
+        "isolated": [],
+        "trusted": ["--site", str(trusting), "--ecms", str(tmp_path / "ecms")],
+    }
+    for way, arguments in ways.items():
+        assert _run(tmp_path / way, "--plant", "symbolic", "--seed", "7", *arguments) == Exit.PROVED
+    isolated, trusted = (_decided(tmp_path / way / "out" / "audit.jsonl") for way in ways)
+    assert isolated == trusted
+    assert len(isolated) > 50
+
+
+def _decided(log: Path) -> list[dict[str, object]]:
+    """What was decided, on which readings; the configuration's digest aside."""
+    records = [json.loads(line) for line in log.read_text().splitlines()]
+    details = [record["details"] for record in records if record["event"] == "decision"]
+    return [{name: value for name, value in one.items() if name != "configuration"} for one in details]
+
+
+def test_less_isolation_than_the_site_requires_is_said_loudly(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("aeros.runtime.isolation.opening.Nursery", _lacking_host)
+    assert _run(tmp_path, "--plant", "symbolic") == Exit.PROVED
+    assert "isolated less than the site requires (landlock: left out by a test" in capsys.readouterr().err
+    assert "missing: left out by a test" in (tmp_path / "out" / "audit.jsonl").read_text()
+
+
+def test_less_isolation_than_the_site_requires_is_refused_before_anything_starts(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    site = str(_strict_site(tmp_path))
+    shutil.copytree(REPOSITORY / "ecms", tmp_path / "ecms")
+    assert main(["verify", str(tmp_path / "ecms"), "--site", site]) == Exit.PROVED
+    monkeypatch.setattr("aeros.runtime.isolation.opening.Nursery", _lacking_host)
+    arguments = ["--plant", "symbolic", "--site", site, "--ecms", str(tmp_path / "ecms")]
+    assert _run(tmp_path, *arguments) == Exit.REJECTED
+    assert "this host lacks (landlock: left out by a test)" in capsys.readouterr().err
+    assert list((tmp_path / "out").iterdir()) == []
 
 
 @pytest.mark.physics

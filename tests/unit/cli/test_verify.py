@@ -9,6 +9,7 @@ import pytest
 
 from aeros.cli.exit_codes import Exit
 from aeros.cli.main import main
+from aeros.spec.backends.boxes import Boxes
 from aeros.spec.certificate import LOCK
 from aeros.spec.diagnostics import CODES
 
@@ -97,8 +98,9 @@ def test_a_certificate_that_cannot_be_written_is_a_warning(
 
 
 def test_a_spent_budget_is_undecided_and_never_a_pass(
-    module: Path, capsys: pytest.CaptureFixture[str]
+    module: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(Boxes, "decide", lambda *_: None)
     assert verify(module, "--rlimit", 1) == Exit.UNDECIDED
     shown = capsys.readouterr().out
     assert "error[AE509] undecided" in shown
@@ -264,7 +266,7 @@ def test_a_hostile_folder_name_does_not_reach_the_terminal(
 def test_an_internal_fault_is_our_bug_and_shows_no_traceback(
     module: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def broken(*_: object) -> None:
+    def broken(*_: object, **__: object) -> None:
         raise AssertionError("not in the scalar core")
 
     monkeypatch.setattr("aeros.cli.verify.verify", broken)

@@ -2,15 +2,17 @@ from __future__ import annotations
 
 import json
 import os
+from math import nan
 from pathlib import Path
 from random import Random
 
 import pytest
 
-from aeros.runtime.audit import AuditError, AuditLog, DecisionCounts, verify_log
-from aeros.runtime.audit_check import end_record
-from aeros.runtime.canonical import canonical
+from aeros.runtime.audit import BATCH, AuditError, AuditLog, DecisionCounts, verify_log
+from aeros.runtime.audit_check import GENESIS, end_record
+from aeros.runtime.canonical import MOST_SIZE, canonical
 from aeros.runtime.decision import Verdict
+from aeros.spec.model import Durability
 
 
 @pytest.fixture
@@ -151,8 +153,39 @@ def test_a_line_with_a_right_hash_that_is_no_record_is_found(log_path: Path, bod
     assert verify_log(log_path).bad_record == 0
 
 
+@pytest.mark.parametrize(
+    "spelt",
+    [
+        b'{"details":{"verdict":"ALLOW","verdict":"DENY"},"event":"decision",%b,"written":1.5}',
+        b'{"details":{},"event":"note", %b,"written":1.5}',
+        b'{"details":{"speed":1e0},"event":"note",%b,"written":1.5}',
+        b'{"details":{"speed":NaN},"event":"note",%b,"written":1.5}',
+        b'{"details":{"kind":"\\u0061"},"event":"note",%b,"written":1.5}',
+        b'{"written":1.5,"details":{},"event":"note",%b}',
+        b'{"details":{},"event":"note","extra":1,%b,"written":1.5}',
+        b'{"details":{},"event":"note",%b}',
+        b'{"details":{},"event":"note",%b,"written":"1.5"}',
+    ],
+)
+def test_a_record_with_a_right_hash_has_one_spelling(log_path: Path, spelt: bytes) -> None:
+    place = b'"previous":"' + GENESIS.encode() + b'","sequence":0'
+    log_path.write_bytes(end_record(spelt % place)[0])
+    assert (verify_log(log_path).bad_record, verify_log(log_path).why) == (0, "record 0 is not a record")
+    log_path.write_bytes(end_record(b'{"details":{},"event":"note",%b,"written":1.5}' % place)[0])
+    assert verify_log(log_path).sound
+
+
+def test_what_is_too_large_or_too_deep_to_hold_is_a_sound_record_too(log_path: Path) -> None:
+    deep: list[object] = [nan]
+    for _ in range(40):
+        deep = [deep]
+    with AuditLog(log_path) as log:
+        log.append("event", {"deep": deep, "many": [nan] * (MOST_SIZE // 3), "long": "x" * MOST_SIZE})
+    assert verify_log(log_path).sound
+
+
 def test_a_cut_tail_at_a_record_boundary_is_not_noticed(log_path: Path) -> None:
-    # Stated by the module's docstring; signed checkpoints are to close it.
+    # Stated by the module's docstring; it takes an anchor (test_audit_checkpoints).
     lines = write(log_path)
     log_path.write_bytes(b"".join(lines[:2]))
     assert verify_log(log_path).sound
@@ -218,3 +251,72 @@ def test_decisions_are_counted(log_path: Path) -> None:
             log.append("decision", {"verdict": verdict.value})
         log.append("note", {"verdict": "ALLOW"})
     assert verify_log(log_path).decisions == DecisionCounts(allowed=2, attenuated=1, denied=1)
+
+
+# What the site chooses: when records are durable.
+
+RECORDS = [
+    ("step-began", {}),
+    ("decision", {"verdict": "DENY"}),
+    ("decision", {"verdict": "ALLOW"}),
+    ("note", {"verdict": "ALLOW"}),
+    ("decision", {"verdict": "ATTENUATE"}),
+    ("step-ended", {}),
+]
+
+
+def synced_after(log: AuditLog, monkeypatch: pytest.MonkeyPatch) -> list[bool]:
+    """After which of `RECORDS`, and finally after closing, all is synced."""
+    synced: list[int] = []
+    after = []
+    monkeypatch.setattr(os, "fdatasync", lambda file: synced.append(os.fstat(file).st_size))
+    for event, details in RECORDS:
+        log.append(event, details)
+        after.append(bool(synced) and synced[-1] == log.path.stat().st_size)
+    log.close()
+    return [*after, synced[-1] == log.path.stat().st_size]
+
+
+@pytest.mark.parametrize(
+    ("durability", "expected"),
+    [
+        (Durability.EVERY_RECORD, [True] * 7),
+        (Durability.BEFORE_MOTION, [False, False, True, False, True, False, True]),
+        (Durability.BATCHED, [False] * 6 + [True]),
+    ],
+)
+def test_a_record_is_durable_when_the_site_says(
+    log_path: Path, durability: Durability, expected: list[bool], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert synced_after(AuditLog(log_path, durability=durability), monkeypatch) == expected
+    assert verify_log(log_path).records == len(RECORDS)
+
+
+def test_a_batch_is_synced_when_it_is_full(log_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    synced: list[int] = []
+    with AuditLog(log_path, durability=Durability.BATCHED) as log:
+        monkeypatch.setattr(os, "fdatasync", synced.append)
+        counts = []
+        for _ in range(2 * BATCH):
+            log.append("event", {})
+            counts.append(len(synced))
+    assert counts == [0] * (BATCH - 1) + [1] * BATCH + [2]
+
+
+@pytest.mark.parametrize("durability", [Durability.BEFORE_MOTION, Durability.BATCHED])
+def test_a_failing_sync_is_an_audit_error_in_every_mode(
+    log_path: Path, durability: Durability, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(file: int) -> None:
+        raise OSError(5, "Input/output error")
+
+    log = AuditLog(log_path, durability=durability)
+    log.append("note", {})
+    monkeypatch.setattr(os, "fdatasync", broken)
+    if durability is Durability.BEFORE_MOTION:
+        with pytest.raises(AuditError, match="Input/output error"):
+            log.append("decision", {"verdict": "ALLOW"})
+    else:
+        with pytest.raises(AuditError, match="Input/output error"):
+            log.close()
+    log.close()

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.canonical import MOST_SIZE, canonical, digest_of
+from aeros.runtime.canonical import MOST_SIZE, Unencodable, canonical, digest_of, restored
 
 
 class _Hostile(float):
@@ -42,10 +42,27 @@ class _Unnamed(metaclass=_Secretive):
         ({1: 2}, b'{"unencodable":"dict with keys that are no text"}'),
         (Fraction(1, 3), b'{"unencodable":"Fraction"}'),
         ({"b": 1, "a": 2}, b'{"a":2,"b":1}'),
+        ({"float": "nan"}, b'{"dict":{"float":"nan"}}'),
+        ({"dict": {"float": nan}}, b'{"dict":{"dict":{"dict":{"float":{"float":"nan"}}}}}'),
     ],
 )
 def test_any_value_is_encoded(value: Any, text: bytes) -> None:
     assert canonical(value) == text
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        inf, -0.0, 5e-324, "é\ud800", [1, [True, None]], {"a": {"float": "nan"}}, {"dict": {}}, {"dict": 1},
+        {"unencodable": "x"}, {"b": 2, "float": 1}, {"dict": {"unencodable": {"float": "inf"}}},
+    ],
+)  # fmt: skip
+def test_what_was_encoded_can_be_read_back(value: Any) -> None:
+    assert repr(restored(json.loads(canonical(value)))) == repr(value)
+
+
+def test_what_could_not_be_encoded_is_read_back_as_that() -> None:
+    assert restored(json.loads(canonical([1j, (nan,)])))[0] == Unencodable("complex")
 
 
 def test_values_that_refuse_to_be_told_are_named() -> None:

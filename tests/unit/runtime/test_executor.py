@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import json
+import os
+import resource
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
@@ -27,7 +29,7 @@ from aeros.runtime.ports import (
     StepStatus,
     Trajectory,
 )
-from aeros.runtime.skills import load_skill
+from aeros.runtime.skill_run import Run, SkillRun, run_in_process
 from aeros.runtime.trajectory import motion_digest
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
@@ -70,10 +72,10 @@ class Bench:
         self.audit = AuditLog(log_path)
         configuration = Configuration(site=site, modules={"handling": ecm}, certificates={}, digest="c" * 64)
 
-        def load(ecm: Ecm, skill: Skill) -> Callable[..., Any]:
-            return load_skill(ecm, skill) if body is None else body
+        def open_run(site: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> Run:
+            return run_in_process(site, ecm, skill, inputs) if body is None else SkillRun(body, inputs)
 
-        self.executor = Executor(configuration, cast("Gate", self.gate), self.plant, self.audit, load)
+        self.executor = Executor(configuration, cast("Gate", self.gate), self.plant, self.audit, open_run)
 
     def submit(self, request: StepRequest = STEP) -> StepResult:
         return self.executor.submit(request)
@@ -349,6 +351,47 @@ def test_without_a_record_nothing_moves(make_bench: MakeBench, monkeypatch: pyte
     bench.assert_cleaned_up(finished=False)
 
 
+def _full_disk(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No file can grow by more than half a record: what is left of a disk that is nearly full."""
+    _, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (log.stat().st_size + 200, hard))
+
+
+def _failing_sync(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(file: int) -> None:
+        raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr(os, "fdatasync", broken)
+
+
+@pytest.mark.parametrize(
+    ("failure", "said"), [(_full_disk, "File too large"), (_failing_sync, "Input/output")]
+)
+def test_on_a_full_disk_or_a_failing_sync_nothing_moves(
+    failure: Callable[[Path, pytest.MonkeyPatch], None],
+    said: str,
+    make_bench: MakeBench,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def body(observed: Observation, inputs: Inputs) -> SkillBody:
+        failure(bench.log_path, monkeypatch)
+        yield act("move", speed=0.1)
+
+    bench = make_bench(body)
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    try:
+        with pytest.raises(AuditError, match=said):
+            bench.submit()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    assert bench.plant.executed == []
+    bench.assert_cleaned_up(finished=False)
+    bench.audit.close()
+    monkeypatch.undo()
+    AuditLog(bench.log_path).close()
+    assert verify_log(bench.log_path).sound
+
+
 def test_a_step_whose_beginning_cannot_be_recorded_does_not_begin(
     make_bench: MakeBench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -595,6 +638,7 @@ def test_a_motion_that_is_not_in_order_is_denied_recorded_and_not_made(
     (record,) = bench.records("decision")
     assert record["details"]["verdict"] == "DENY"
     assert record["details"]["motion"] == motion_digest(_PLAN)
+    assert record["details"]["gate"]["verdict"] == "ALLOW"
     bench.assert_cleaned_up(finished=False)
     bench.audit.close()
 

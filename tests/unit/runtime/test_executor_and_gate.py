@@ -15,7 +15,7 @@ from aeros.runtime.configuration import configure
 from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate, GateMode
 from aeros.runtime.ports import StepRequest, StepResult, StepStatus
-from aeros.runtime.skills import load_skill
+from aeros.runtime.skill_run import run_in_process
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.spec.certificate import certificate_for
 from aeros.spec.expr import terms as t
@@ -51,7 +51,7 @@ def executor(site: Site, make_ecm: Any, tmp_path: Path) -> Iterator[Executor]:
     configuration = configure(governed, {"handling": (ecm, certificate)})
     plant = SymbolicPlant(governed, configuration.modules, seed=0)
     with AuditLog(tmp_path / "audit.jsonl") as audit:
-        yield Executor(configuration, Gate(configuration, GateMode.SHADOW), plant, audit, load_skill)
+        yield Executor(configuration, Gate(configuration, GateMode.SHADOW), plant, audit, run_in_process)
 
 
 def test_a_step_is_carried_out_and_its_outcome_measured(executor: Executor, tmp_path: Path) -> None:

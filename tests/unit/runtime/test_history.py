@@ -19,7 +19,7 @@ from aeros.runtime.configuration import Configuration
 from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate, GateMode
 from aeros.runtime.ports import StepRequest, StepResult, StepStatus
-from aeros.runtime.skills import load_skill
+from aeros.runtime.skill_run import run_in_process
 from aeros.sim.fake import FakePlant
 from aeros.spec.elaborate.past import Histories
 from aeros.spec.expr import terms as t
@@ -51,7 +51,7 @@ class Bench:
         self.plant = FakePlant({"tool_position": (0.3, 0.0, 0.5), "human_distance": 20.0, "holding": False})
         self.plant.duration = STEP
         self.executor = Executor(
-            configuration, Gate(configuration, GateMode.SHADOW), self.plant, log, load_skill
+            configuration, Gate(configuration, GateMode.SHADOW), self.plant, log, run_in_process
         )
 
     def lift(self) -> StepResult:

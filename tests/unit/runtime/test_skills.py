@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.skills import SkillRefusedError, load_skill
+from aeros.runtime.skill_code import SkillRefusedError
+from aeros.runtime.skills import load_skill
 from aeros.skill import act
 
 GOOD = """

@@ -112,6 +112,11 @@ SITE_CHANGES = [
      {"actions/move": -1, "actions/turn": -1, "actions/grip": -1}),
     ("  quotas:\n", "  blocks:\n    - {id: no-turns, action: turn, reason: an example}\n  quotas:\n",
      {"actions/turn": -1, "policy/blocks/no-turns": -1}),
+    ("  quotas:\n", "  isolation: {trusted: [tidy]}\n  quotas:\n", {"policy/isolation/trusted": 1}),
+    ("  quotas:\n", "  isolation: {require: [seccomp, rlimits]}\n  quotas:\n",
+     {"policy/isolation/require": 1}),
+    ("  quotas:\n", "  isolation: {missing: warn}\n  quotas:\n", {"policy/isolation/missing": 1}),
+    ("  quotas:\n", "  isolation: {answer_within: 2 s}\n  quotas:\n", {"policy/isolation/answer_within": -1}),
 ]  # fmt: skip
 
 

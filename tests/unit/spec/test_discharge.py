@@ -7,6 +7,7 @@ import pytest
 
 from aeros.spec.backends import smt
 from aeros.spec.backends.answers import Answer, Result
+from aeros.spec.backends.boxes import Boxes
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.diagnostics import Label
 from aeros.spec.discharge import discharge
@@ -123,7 +124,13 @@ def test_a_solver_that_lies_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> 
         return Answer(Result.SAT, {"x": Fraction(3)}) if answer.result is Result.UNSAT else answer
 
     monkeypatch.setattr(smt.Session, "ask", lying)
+    monkeypatch.setattr(Boxes, "decide", lambda *_: None)
     assert verdict_of(obligation(t.Compare("<=", X, number(10)))) is Verdict.UNKNOWN
+
+
+def test_bounds_that_lie_are_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Boxes, "decide", lambda *_: Answer(Result.SAT, {"x": Fraction(11)}))
+    assert verdict_of(obligation(t.Compare("<=", X, number(10)), guard="r")) is Verdict.UNKNOWN
 
 
 def test_a_verdict_has_no_truth_value() -> None:

@@ -9,7 +9,7 @@ import pytest
 from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.digests import code_digest, code_files
 from aeros.spec.loading import load_ecm, load_site, module_folders, reference_site
-from aeros.spec.model import Site
+from aeros.spec.model import Durability, Site
 
 CORPUS = Path(__file__).parents[2] / "corpus"
 
@@ -114,3 +114,25 @@ def test_a_path_without_a_module_is_reported(tmp_path: Path, name: str) -> None:
     sink = Diagnostics()
     assert module_folders(tmp_path / name, sink) == []
     assert codes(sink) == ["AE130"]
+
+
+@pytest.mark.parametrize(
+    ("written", "durability"),
+    [
+        ("", Durability.EVERY_RECORD),
+        ("\n  audit: {durability: every-record}", Durability.EVERY_RECORD),
+        ("\n  audit: {durability: before-motion}", Durability.BEFORE_MOTION),
+        ("\n  audit: {durability: batched}", Durability.BATCHED),
+    ],
+)
+def test_a_site_chooses_when_its_audit_record_is_durable(
+    written: str, durability: Durability, tmp_path: Path
+) -> None:
+    text = (CORPUS / "site" / "table.yaml").read_text()
+    path = tmp_path / "site.yaml"
+    path.write_text(text.replace("\npolicy:", f"\npolicy:{written}"))
+    sink = Diagnostics()
+    found = load_site(path, sink)
+    assert codes(sink) == []
+    assert found is not None
+    assert found.durability is durability

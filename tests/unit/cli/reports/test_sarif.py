@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from aeros.cli.reports.result import Result
 from aeros.cli.reports.sarif import as_sarif
 from aeros.spec.diagnostics import CODES, Diagnostic, Label, Severity
 from aeros.spec.source import Source
+from aeros.spec.verify import Conclusion, verify
 from tests.unit.cli.reports.results import CORPUS, RUNS, diagnostic_at, result_of, result_with
 
 SCHEMA = json.loads((Path(__file__).parent / "data" / "sarif-2.1.0-rtm.5.json").read_text(encoding="utf-8"))
@@ -178,3 +180,23 @@ def test_rules_of_every_code_fit_into_the_bytes_kept_for_them() -> None:
     found = [Diagnostic(code, "wrong") for code in CODES]
     run = run_of(result_with(*found))
     assert len(json.dumps(run["tool"])) < sarif._RESERVED - 1_000
+
+
+def test_a_repair_is_an_edit_that_mends_what_the_result_is_about(tmp_path: Path) -> None:
+    """Applied as a client of SARIF does, to the file, the fix leaves nothing to say."""
+    module = tmp_path / "unit_slip"
+    shutil.copytree(CORPUS / "rejected" / "safety" / "a_millimetre_per_second_too_fast", module)
+    manifest = module / "ecm.yaml"
+    site = CORPUS / "site" / "table.yaml"
+    found = run_of(Result(verify([module], site), ()))["results"]
+    fixes = [fix for one in found for fix in one.get("fixes", ())]
+    (change,) = fixes[0]["artifactChanges"]
+    assert change["artifactLocation"]["uri"] == f"file://{manifest}"
+    (replacement,) = change["replacements"]
+    region, lines = replacement["deletedRegion"], manifest.read_text(encoding="utf-8").splitlines()
+    assert region["startLine"] == region["endLine"]
+    line = lines[region["startLine"] - 1]
+    before, after = line[: region["startColumn"] - 1], line[region["endColumn"] - 1 :]
+    lines[region["startLine"] - 1] = before + replacement["insertedContent"]["text"] + after
+    manifest.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    assert verify([module], site).conclusion is Conclusion.PROVED

@@ -20,7 +20,7 @@ from aeros.runtime.ports import Completion, Monitor, Plan, StepRequest, StepResu
 from aeros.runtime.registry.governing import Governing
 from aeros.runtime.registry.live import Live
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.skills import load_skill
+from aeros.runtime.skill_run import run_in_process
 from aeros.sim.fake import FakePlant
 from aeros.sim.symbolic_state import initial_values
 from aeros.skill import Action
@@ -62,7 +62,7 @@ class Robot:
         self.plant.moving = threading.Event()
         self.audit = AuditLog(log)
         gate = Gate(configuration)
-        self.executor = Executor(configuration, gate, self.plant, self.audit, load_skill, self.governing)
+        self.executor = Executor(configuration, gate, self.plant, self.audit, run_in_process, self.governing)
         self.results: list[StepResult] = []
 
     def begin(self) -> threading.Thread:

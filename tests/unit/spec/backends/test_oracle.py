@@ -10,6 +10,7 @@ import pytest
 
 from aeros.spec.backends import oracle as oracle_module
 from aeros.spec.backends.answers import Answer, Result
+from aeros.spec.backends.boxes import Boxes
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.backends.smt import Session
 from aeros.spec.backends.store import Store, default_store
@@ -22,6 +23,11 @@ X = t.Variable("x", RealType(LENGTH), t.Role.STATE)
 B = t.Variable("b", BOOL, t.Role.STATE)
 E = t.Variable("e", EnumType("side", ("left", "right")), t.Role.STATE)
 RANGES = {"x": (Fraction(0), Fraction(10))}
+
+
+@pytest.fixture(autouse=True)
+def _everything_is_for_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Boxes, "decide", lambda *_: None)
 
 
 def _above(bound: Fraction) -> t.Term:
@@ -128,9 +134,23 @@ def test_the_users_wish_decides_where_answers_are_kept(
     assert (tmp_path / "cache" / "aeros" / "answers.sqlite3").exists()
 
 
+def test_unless_told_otherwise_answers_are_in_the_users_cache(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("AEROS_CACHE", raising=False)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert default_store() is not None
+    assert (tmp_path / ".cache" / "aeros" / "answers.sqlite3").exists()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "elsewhere"))
+    assert default_store() is not None
+    assert (tmp_path / "elsewhere" / "aeros" / "answers.sqlite3").exists()
+
+
 def test_an_unchanged_module_is_verified_without_the_solver(tmp_path: Path) -> None:
     probe = (
-        "import sys; from aeros.cli.main import main; "
+        "import sys; from aeros.cli.main import main; from aeros.spec.backends.boxes import Boxes; "
+        "Boxes.decide = lambda *_: None; "
         "code = main(['verify', 'ecms/make_dumplings', '--no-lock', '--format', 'json']); "
         "print('z3' in sys.modules, file=sys.stderr); sys.exit(code)"
     )

@@ -33,8 +33,8 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
     assert motion.kinds["move_tool"] == MotionKind("target", None, "speed")
     assert motion.kinds["move_base"] == MotionKind(None, ("x", "y"), "speed")
     assert motion.rates[2][1] == 3750
-    assert motion.tool.moving == (Fraction(17, 10), 13, 6500)
-    assert motion.tool.turning == (Fraction(5, 2), 25, 12500)
+    assert motion.tool.moving == (Fraction(17, 10), Fraction(13), Fraction(6500))
+    assert motion.tool.turning == (Fraction(5, 2), Fraction(25), Fraction(12500))
     assert motion.clearance == Fraction(15, 1000)
     fence, column = motion.barriers[2:]
     assert fence.inside

@@ -1,11 +1,16 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from aeros.spec.loading import reference_site
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.loading import load_ecm, load_site, reference_site
+from aeros.spec.model import Block
+from aeros.spec.obligations.configuration import configuration_obligations
+from aeros.spec.presence import presence_of
 from aeros.spec.verify import Conclusion, Report, verify
 
 ROOT = Path(__file__).parents[4]
@@ -74,6 +79,31 @@ def test_a_grant_that_waits_for_whoever_takes_the_name_is_told() -> None:
     assert not any("granted_the_wheels" in one.headline for one in taken.diagnostics)
 
 
+def test_an_override_that_blocks_nothing_in_the_set_is_told() -> None:
+    site = load_site(TABLE, Diagnostics())
+    assert site is not None
+    ecms = [
+        load_ecm(CORPUS / "accepted" / name, site, Diagnostics()) for name in ("always_slow", "two_volumes")
+    ]
+    blocks = (
+        Block("everything", "", None, None, "wait"),
+        Block("a-module", "", "always_slow", None, None),
+        Block("a-skill", "", "always_slow", "tidy", None),
+        Block("no-module", "", "gone", None, None),
+        Block("no-skill", "", "two_volumes", "gone", None, site.span),
+    )
+    claims = configuration_obligations(
+        [presence_of(one.ecm) for one in ecms if one], replace(site, blocks=blocks)
+    )
+    told = {one.id: one.diagnostic for one in claims if one.id.startswith("configuration/block/")}
+    assert {id_.rpartition("/")[2]: one and one.headline for id_, one in told.items()} == {
+        "a-module": None,
+        "a-skill": None,
+        "no-module": "the operator override `no-module` blocks `gone`, which is not in this set",
+        "no-skill": "the operator override `no-skill` blocks `two_volumes.gone`, which is not in this set",
+    }
+
+
 def test_a_dependency_beside_the_set_is_not_in_the_set(tmp_path: Path) -> None:
     case = CORPUS / "accepted" / "modules_that_need_each_other_in_one_direction"
     for name in ("asker", "helper"):
@@ -88,10 +118,6 @@ def test_a_dependency_beside_the_set_is_not_in_the_set(tmp_path: Path) -> None:
 @pytest.mark.parametrize("count", [200])
 def test_many_modules_are_compared_in_no_time(tmp_path: Path, count: int) -> None:
     # Near-linear: no two modules are compared with each other for every pair there is.
-    from aeros.spec.diagnostics import Diagnostics
-    from aeros.spec.loading import load_ecm, load_site
-    from aeros.spec.obligations.configuration import configuration_obligations
-
     site = load_site(TABLE, Diagnostics())
     assert site is not None
     source = CORPUS / "accepted" / "handler_that_leads_back"
@@ -103,7 +129,7 @@ def test_many_modules_are_compared_in_no_time(tmp_path: Path, count: int) -> Non
         (folder / "ecm.yaml").write_text(text.replace("[tidy]\n    goal", f"[tidy{number}]\n    goal"))
         found = load_ecm(folder, site, Diagnostics())
         assert found is not None
-        ecms.append(found.ecm)
+        ecms.append(presence_of(found.ecm))
     claims = list(configuration_obligations(ecms, site))
     assert len(claims) < 3 * count + 20
     assert {one.diagnostic.code for one in claims if one.diagnostic} == {"AE883", "AE886"}

@@ -85,6 +85,18 @@ def test_only_a_function_at_the_top_is_an_entry_point(ecm: Ecm, code: bytes) -> 
 
 
 @pytest.mark.parametrize(
+    ("code", "help_"),
+    [(b"def tidi(observed, inputs):\n    yield\n", ("did you mean `tidi`?",)), (b"def other(): ...\n", ())],
+)
+def test_only_a_name_that_is_nearly_the_same_is_offered(
+    ecm: Ecm, code: bytes, help_: tuple[str, ...]
+) -> None:
+    (found,) = entry_point_obligations(ecm, {"skills.py": code})
+    assert found.diagnostic is not None
+    assert found.diagnostic.help == help_
+
+
+@pytest.mark.parametrize(
     "code",
     [
         b"def tidy(observed, inputs):\n    return []\n",

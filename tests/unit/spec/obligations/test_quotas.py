@@ -1,17 +1,25 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.decision import Caller
+from aeros.runtime.layers import finite_objections
 from aeros.runtime.usage import Usage
-from aeros.spec.model import Quota
-from aeros.spec.obligations.quotas import implies
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.loading import load_ecm, load_site
+from aeros.spec.model import Access, Quota, Risk, Site
+from aeros.spec.obligations.quotas import implies, quota_obligations
 from aeros.spec.source import Source
+from tests.repo.tree import ROOT
 
 HERE = Source("site.yaml", "").span(0, 0)
+BENCH = ROOT / "docs" / "codes" / "base" / "site.yaml"
 TICK = 1 / 16
 """Fine enough that as many windows fit beside each other as would if time had no ticks."""
 
@@ -43,3 +51,54 @@ def test_a_quota_implies_another_iff_the_gate_never_finds_the_other_used_up_firs
 )
 def test_a_quota_says_nothing_of_what_it_does_not_count(kinds: tuple[str, ...], implied: bool) -> None:
     assert implies(quota("one", 1, 60), quota("other", 1, 60, *kinds)) is implied
+
+
+def _codes(site: Site) -> list[str]:
+    return [one.diagnostic.code for one in quota_obligations(site) if one.diagnostic is not None]
+
+
+@pytest.mark.parametrize("ceiling", list(Risk))
+@pytest.mark.parametrize("risk", list(Risk))
+@pytest.mark.parametrize("common", [(), ("arm",), ("gripper",), ("arm", "gripper")])
+@pytest.mark.parametrize("granted", [(), ("arm",), ("gripper",)])
+def test_a_quota_is_idle_iff_no_module_could_ever_pass_the_gate_with_what_it_counts(
+    ceiling: Risk, risk: Risk, common: tuple[str, ...], granted: tuple[str, ...]
+) -> None:
+    """As "AE609", against the gate's own finite layers, asked for every module there could be."""
+    plain = load_site(BENCH, Diagnostics())
+    assert plain is not None
+    grip = replace(plain.kinds["grip"], risk=risk, actuators=frozenset({"arm", "gripper"}))
+    site = replace(
+        plain,
+        kinds={**plain.kinds, "grip": grip},
+        risk_ceiling=ceiling,
+        access=Access(actuators=frozenset(common)),
+        grants={"tidy": Access(actuators=frozenset(granted))},
+        blocks=(),
+        quotas=(quota("grips", 1, 60, "grip"),),
+    )
+    assert (_codes(site) == ["AE609"]) == (not _ever_passes(site))
+
+
+def _ever_passes(site: Site) -> bool:
+    """Whether the most that a module may declare passes the gate's layers that are no formulas."""
+    found = load_ecm(BENCH.parent / "tidy", load_site(BENCH, Diagnostics()) or site, Diagnostics())
+    assert found is not None
+    for name in ("tidy", "anybody"):
+        all_of_it = Access(actuators=frozenset({"arm", "gripper"}))
+        for risk in Risk:
+            skill = replace(found.ecm.skills["wipe"], actuators=all_of_it.actuators, risk=risk)
+            ecm = replace(found.ecm, id=name, access=all_of_it, skills={"wipe": skill})
+            configuration = Configuration(site, {name: ecm}, {}, "")
+            if not list(finite_objections(configuration, Caller(name, "wipe", {}), "grip", {"grips": 0})):
+                return True
+    return False
+
+
+def test_of_quotas_that_imply_each_other_one_is_told() -> None:
+    site = load_site(BENCH, Diagnostics())
+    assert site is not None
+    twice = (quota("one", 2, 60), quota("other", 2, 60))
+    assert _codes(replace(site, quotas=twice)) == ["AE610"]
+    assert _codes(replace(site, quotas=(quota("one", 2, 60), quota("other", 1, 60)))) == ["AE610"]
+    assert _codes(replace(site, quotas=(quota("one", 2, 60), quota("other", 3, 120)))) == []

@@ -127,9 +127,116 @@ def test_every_door_that_can_be_read_is_shut(loaded: tuple[Ecm, Site], reach: st
         b"\xef\xbb\xbfimport os\n",
         b"# -*- coding: latin-1 -*-\nx = '\xe9'\n",
         b"#\n# vim: coding=utf-7\n",
+        b"#\n# vim: coding=utf-7\n\n\nx = 1\n\n",
         b"\xff",
     ],
 )
 def test_bytes_that_python_may_read_otherwise_are_refused(loaded: tuple[Ecm, Site], content: bytes) -> None:
     settled = list(skill_code_obligations(*loaded, {"skills.py": content}))
-    assert [one.diagnostic and one.diagnostic.code for one in settled] == ["AE134"]
+    said = [(one.diagnostic.code, one.diagnostic.help) for one in settled if one.diagnostic is not None]
+    assert said == [("AE134", ("write it as plain UTF-8",))]
+
+
+GRIP = "def wipe(o, i):\n    yield act('grip', width=0.0, force=1.0)\n"
+UNREAD = "which actions this code asks for cannot be read: "
+ONE_MEANING = "call `act(KIND, ...)` where the action is asked for, and give every name one meaning"
+
+
+@pytest.mark.parametrize(
+    ("code", "headline", "underlined", "help_"),
+    [
+        (
+            "ask = act\n" + GRIP,
+            UNREAD + "`act` is used for something else than a call",
+            "act",
+            ONE_MEANING,
+        ),
+        (
+            "from aeros.skill import Action as Deed, act as ask\n" + GRIP,
+            UNREAD + "`Action` is imported under another name",
+            "from aeros.skill import Action as Deed, act as ask",
+            ONE_MEANING,
+        ),
+        (GRIP + "wipe = 1\n", UNREAD + "`wipe` is bound a second time", "wipe = 1", ONE_MEANING),
+        (
+            "def wipe(o, i):\n    yield act('gr' + 'ip')\n",
+            UNREAD + "the kind of an action is not written out",
+            "act('gr' + 'ip')",
+            ONE_MEANING,
+        ),
+        (
+            "def wipe(o, i):\n    yield act()\n",
+            UNREAD + "the kind of an action is not written out",
+            "act()",
+            ONE_MEANING,
+        ),
+        (
+            "def wipe(o, i):\n    yield act('gripp')\n",
+            "`wipe` asks for `gripp`, which its envelope does not hold",
+            "'gripp'",
+            "did you mean `grip`?",
+        ),
+        (
+            "def wipe(o, i):\n    yield act('move_base')\n",
+            "`wipe` asks for `move_base`, which its envelope does not hold",
+            "'move_base'",
+            "declare `move_base` in its `envelope`",
+        ),
+        (
+            "def wipe(o, i):\n    yield act('grip', widht=1.0, further=2.0)\n",
+            "`grip` has no parameter `widht`",
+            "act('grip', widht=1.0, further=2.0)",
+            "did you mean `width`?",
+        ),
+        (
+            "def wipe(o, i):\n    yield act('grip', colour=1.0)\n",
+            "`grip` has no parameter `colour`",
+            "act('grip', colour=1.0)",
+            "it has width, force",
+        ),
+    ],
+)
+def test_the_code_that_asks_unclearly_is_underlined_and_a_cure_is_named(
+    loaded: tuple[Ecm, Site], code: str, headline: str, underlined: str, help_: str
+) -> None:
+    settled = skill_code_obligations(
+        *loaded, {"skills.py": ("from aeros.skill import act\n" + code).encode()}
+    )
+    (found,) = [one.diagnostic for one in settled if one.diagnostic is not None]
+    assert (found.headline, found.help) == (headline, (help_,))
+    assert found.primary is not None
+    assert found.primary.span.text == underlined
+
+
+@pytest.mark.parametrize(
+    ("code", "what"),
+    [
+        ("import os, math\n", "imports `os`"),
+        ("from .neighbour import secret\n", "imports `.neighbour`"),
+        ("from . import secret\n", "imports `.`"),
+        ("from math import sin, nothing\n", "imports `nothing` from `math`"),
+        ("from aeros.skill import act, Generator\n", "imports `Generator` from `aeros.skill`"),
+        ("x = open('/etc/passwd')\n", "uses `open`"),
+        ("import math as m\nx = [m]\n", "passes the module `m` around"),
+        ("import math as m\nx = m.nothing\n", "uses `nothing` of `math`"),
+        ("x = ().__class__\n", "reaches into `__class__`"),
+        ("async def f():\n    pass\n", "keeps or awaits something between actions"),
+    ],
+)
+def test_what_the_code_reaches_for_is_named(loaded: tuple[Ecm, Site], code: str, what: str) -> None:
+    settled = skill_code_obligations(*loaded, {"skills.py": (HEAD + code + GRIP).encode()})
+    said = [
+        one.diagnostic for one in settled if one.diagnostic is not None and one.diagnostic.code == "AE134"
+    ]
+    assert [one.headline for one in said] == [f"skill code of `clean_table` {what}"]
+
+
+@pytest.mark.parametrize(
+    "code", ["import math as m\nx = m.sin(1.0)\n", "import math\nx = math.pi\n", "from enum import Enum\n"]
+)
+def test_what_only_computes_is_no_reach(loaded: tuple[Ecm, Site], code: str) -> None:
+    assert _faults(loaded, HEAD + code + GRIP) == set()
+
+
+def test_an_encoding_that_python_does_not_look_for_is_a_comment(loaded: tuple[Ecm, Site]) -> None:
+    assert _faults(loaded, f"#\n#\n# coding: nonsense\n{HEAD}{GRIP}") == set()

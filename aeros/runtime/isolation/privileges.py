@@ -1,0 +1,29 @@
+"""Gives up privileges: no capability, none to be gained.  Always done, also where layers are missing."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from typing import Final
+
+from aeros.runtime.isolation.kernel import process_control, system_call
+
+_PR_SET_NO_NEW_PRIVS: Final = 38
+_PR_SET_CHILD_SUBREAPER: Final = 36
+_CAPSET: Final = {"x86_64": 126, "aarch64": 91}
+_CAPABILITY_VERSION: Final = 0x20080522
+
+
+def give_up_privileges() -> None:
+    """No capability in any set, and no program gains one by being executed."""
+    process_control(_PR_SET_NO_NEW_PRIVS, 1)
+    number = _CAPSET.get(os.uname().machine)
+    if number is None:
+        return  # an ordinary user has none to give up; of root, the layers take what they hold
+    header = (ctypes.c_uint32 * 2)(_CAPABILITY_VERSION, 0)
+    system_call(number, ctypes.byref(header), ctypes.byref((ctypes.c_uint32 * 6)()))
+
+
+def adopt_orphans() -> None:
+    """Make this process the parent of every descendant whose own parent ends."""
+    process_control(_PR_SET_CHILD_SUBREAPER, 1)

@@ -1,0 +1,103 @@
+"""The zygote: a process with everything a worker needs already imported, which forks a worker in a moment.
+
+It runs no skill code itself, serves one worker at a time, and adopts whatever that worker leaves behind:
+when a worker has ended or is to end, all of the zygote's descendants are killed, and it says so only
+when there are none.  It ends, and with it everything below it, when the runtime hangs up.
+
+Messages come one a packet:  spawn (with the worker's channel) | kill | probe PID PATH ADDRESS
+and are answered:            ready | gone EXITCODE | JSON of what `probe` found
+"""
+
+from __future__ import annotations
+
+import gc
+import importlib
+import json
+import os
+import select
+import signal
+import socket
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+from aeros.runtime.isolation.lockdown import PUT_ON, Layer, close_all_but
+from aeros.runtime.isolation.privileges import adopt_orphans
+from aeros.runtime.isolation.probe import probe_layer, probe_surroundings
+from aeros.runtime.isolation.worker import serve
+
+_MOST_MESSAGE: Final = 64 * 1024
+
+
+def main(control: int, preload: Sequence[str]) -> None:
+    """Serve the runtime, at the other end of `control`, until it hangs up."""
+    close_all_but(control)
+    adopt_orphans()
+    for name in preload:
+        importlib.import_module(name)
+    # What is here now stays: it need not be gone through, and so not be copied, in every worker.
+    gc.freeze()
+    with socket.socket(fileno=control) as channel:
+        channel.send(b"ready")
+        while True:
+            message, descriptors, _, _ = socket.recv_fds(channel, _MOST_MESSAGE, 1)
+            word = message.partition(b" ")[0]
+            if word == b"spawn" and descriptors:
+                _spawn(channel, descriptors[0])
+            elif word == b"probe":
+                channel.send(json.dumps(_probe(message.decode().split(" ", 3)[1:])).encode())
+            elif not message:
+                return
+
+
+def _spawn(control: socket.socket, channel: int) -> None:
+    """Fork a worker that speaks over `channel`, and see it and all its descendants to their end."""
+    worker = os.fork()
+    if worker == 0:
+        try:
+            control.close()
+            serve(channel)
+            os._exit(0)
+        finally:
+            os._exit(70)
+    os.close(channel)
+    ended = os.pidfd_open(worker)
+    try:
+        select.select([control.fileno(), ended], [], [])
+    finally:
+        os.close(ended)
+    # Either it ended by itself, or there is a message, and the only one there can be is to kill it.
+    os.kill(worker, signal.SIGKILL)
+    _, status = os.waitpid(worker, 0)
+    _end_descendants()
+    with suppress(OSError):
+        control.send(b"gone %d" % os.waitstatus_to_exitcode(status))
+
+
+def _end_descendants() -> None:
+    """Kill until there is nobody left; each one killed hands its own children up to be killed next."""
+    while True:
+        try:
+            reaped, _ = os.waitpid(-1, os.WNOHANG)
+        except ChildProcessError:
+            return
+        if reaped == 0:
+            for child in _children():
+                with suppress(ProcessLookupError):
+                    os.kill(child, signal.SIGKILL)
+            time.sleep(0.0005)
+
+
+def _children() -> list[int]:
+    files = Path("/proc/self/task").glob("*/children")
+    return [int(pid) for file in files for pid in file.read_text(encoding="ascii").split()]
+
+
+def _probe(surroundings: Sequence[str]) -> dict[str, str | None]:
+    """Why each layer is missing, or None."""
+    found = {layer.value: probe_layer(layer) for layer in PUT_ON}
+    pid, path, address = surroundings
+    found[Layer.BUBBLEWRAP.value] = probe_surroundings(int(pid), path, address)
+    return found

@@ -1,0 +1,1 @@
+"""How long AEROS takes, measured: run a module here, and `docs/benchmarks.md` has what it said."""

@@ -1,0 +1,115 @@
+"""How long claims about a long closed loop take: `python -m benchmarks.closed_loop`.
+
+One task of N rules in a row: rule i runs a skill that may fail, is tried twice, and whose precondition is
+that the skill before it has succeeded.  So there are N + 1 states, and in each a plan of all that is left.
+Asked are safety (each step's precondition holds when it is called) and progress (from every state that can
+be reached, the goal can be reached).  Both read what is explored once, so three times are told.
+
+The agent itself accepts no plan of more than `MOST_STEPS` steps, and `aeros verify` proves the loop with
+that limit; here the limit is lifted, as what is measured is the exploration.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import statistics
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from aeros.spec.closed_loop import transition_system
+from aeros.spec.closed_loop.exploration import Exploration, explore
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import BOOL
+from aeros.spec.loading import load_ecm, load_site, reference_site
+from aeros.spec.model import Clause, Ecm, Outcome, PlanningRule, Site, Task
+
+_TEMPLATE = Path(__file__).parents[1] / "ecms" / "clean_table"
+
+
+def loop_of(steps: int) -> tuple[Ecm, Task, Site]:
+    """A module whose one task has `steps` rules in a row."""
+    site = load_site(reference_site(), Diagnostics())
+    loaded = None if site is None else load_ecm(_TEMPLATE, site, Diagnostics())
+    if site is None or loaded is None:
+        raise SystemExit("the reference site or `ecms/clean_table` cannot be read")
+    ecm = loaded.ecm
+    skill, task = ecm.skills["wipe"], ecm.tasks["clean_table"]
+    measured = site.state["table_wiped"]
+    done = [t.Variable(f"done_{index}", BOOL, t.Role.STATE) for index in range(steps)]
+    skills, rules = {}, []
+    for index, variable in enumerate(done):
+        name = f"step_{index}"
+        before = Clause(done[index - 1], "", skill.span) if index else None
+        outcomes = {
+            "done": Outcome("done", {variable.name: True}, failure=False, probability=None, duration=None),
+            "failed": Outcome("failed", {}, failure=True, probability=None, duration=None),
+        }
+        skills[name] = replace(skill, id=name, inputs={}, precondition=before, outcomes=outcomes)
+        rules.append(PlanningRule(variable, variable.name, name, {}, 1, None, skill.span))
+    initial = {variable.name: False for variable in done}
+    long = replace(task, goal=t.And(tuple(done)), rules=tuple(rules), initial=initial, invariants=())
+    state = {variable.name: replace(measured, variable=variable) for variable in done}
+    return replace(ecm, skills=skills, tasks={long.id: long}), long, replace(site, state=state)
+
+
+def measure(steps: int) -> dict[str, Any]:
+    """Seconds for exploring, safety and progress, and how much was explored."""
+    ecm, task, site = loop_of(steps)
+    before = transition_system.MOST_STEPS
+    transition_system.MOST_STEPS = steps  # type: ignore[misc]
+    try:
+        started = time.perf_counter()
+        explored = explore(ecm, task, site)
+        explored_at = time.perf_counter()
+        safe = not any(explored.system.hindered(node) for node in explored.graph)
+        safe_at = time.perf_counter()
+        progress = next(explored.without_way_to_goal(), None) is None
+        ended = time.perf_counter()
+    finally:
+        transition_system.MOST_STEPS = before  # type: ignore[misc]
+    if not (safe and progress and _states(explored) == steps + 1):
+        raise SystemExit("the loop was not what it is meant to be")
+    return {
+        "steps": steps,
+        "nodes": len(explored.graph),
+        "explored": explored_at - started,
+        "safety": safe_at - explored_at,
+        "progress": ended - safe_at,
+    }
+
+
+def _states(explored: Exploration) -> int:
+    return len({node.state for node in explored.graph})
+
+
+def main() -> None:
+    """Measure, and print a table or JSON."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--steps", type=int, nargs="+", default=[10, 100, 1000])
+    parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("--format", choices=("text", "json"), default="text")
+    parser.add_argument("--quick", action="store_true", help="one small loop, to see that it works")
+    arguments = parser.parse_args()
+    rows = []
+    for steps in [5] if arguments.quick else arguments.steps:
+        runs = [measure(steps) for _ in range(1 if arguments.quick else arguments.runs)]
+        rows.append({key: statistics.median(run[key] for run in runs) for key in runs[0]})
+    if arguments.format == "json":
+        json.dump(rows, sys.stdout, indent=1)
+        print()
+        return
+    print("| steps | nodes | exploring, s | safety, s | progress, s |\n|--:|--:|--:|--:|--:|")
+    for row in rows:
+        seconds = " | ".join(f"{row[key]:.3f}" for key in ("explored", "safety", "progress"))
+        print(f"| {row['steps']} | {row['nodes']} | {seconds} |")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,65 @@
+"""What isolation costs: `python benchmarks/isolation.py` prints medians."""
+
+from __future__ import annotations
+
+import os
+import platform
+import statistics
+import time
+
+from aeros.runtime.isolation.isolated_run import IsolatedRun
+from aeros.runtime.isolation.lockdown import PUT_ON, Layer
+from aeros.runtime.isolation.nursery import Nursery
+from aeros.runtime.skill_code import execute_skill
+from aeros.runtime.skill_run import SkillRun
+from aeros.runtime.skills import CertifiedCode
+from aeros.spec.obligations.skill_reach import HARMLESS
+
+ACTIONS = 500
+CODE = f"""
+from aeros.skill import act
+def lift(observed, inputs):
+    for n in range({ACTIONS}):
+        x, y, z = observed["tool_position"]
+        observed = yield act("move", target=(x, y, z), speed=0.1, count=n)
+"""
+OBSERVED = {"tool_position": (0.3, 0.0, 0.5), "human_distance": 20.0, "holding": False}
+
+
+def main() -> None:
+    """Measure and print."""
+    print(f"{platform.platform()}, Python {platform.python_version()}, load {os.getloadavg()[0]:.1f}")
+    code = CertifiedCode("bench", "skills.py", "/skills.py", CODE.encode(), "lift")
+    began = time.perf_counter()
+    nursery = Nursery(sorted(HARMLESS))
+    wrapped = "in bubblewrap" if nursery.missing[Layer.BUBBLEWRAP] is None else "without bubblewrap"
+    print(f"first zygote, started and probed, {wrapped}: {1e3 * (time.perf_counter() - began):.0f} ms")
+    opened, trips, closed = [], [], []
+    for _ in range(30):
+        began = time.perf_counter()
+        run = IsolatedRun(nursery, PUT_ON, code, {}, 60.0)
+        opened.append(time.perf_counter() - began)
+        run.resume(OBSERVED, 60.0)
+        for _ in range(ACTIONS - 1):
+            began = time.perf_counter()
+            run.resume(OBSERVED, 60.0)
+            trips.append(time.perf_counter() - began)
+        began = time.perf_counter()
+        run.close()
+        closed.append(time.perf_counter() - began)
+    nursery.close()
+    here = []
+    run_here = SkillRun(execute_skill(code.module, code.name, code.content, code.path, "lift"), {})
+    for _ in range(ACTIONS):
+        began = time.perf_counter()
+        run_here.resume(OBSERVED, 60.0)
+        here.append(time.perf_counter() - began)
+    print(f"an invocation: opened in {1e3 * statistics.median(opened):.2f} ms, ", end="")
+    print(f"closed in {1e3 * statistics.median(closed):.2f} ms")
+    spread = statistics.quantiles(trips, n=100)
+    print(f"an action: {1e6 * statistics.median(trips):.0f} µs, p99 {1e6 * spread[98]:.0f} µs; ", end="")
+    print(f"in this process {1e6 * statistics.median(here):.1f} µs")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,114 @@
+"""Synthetic modules of ten skills each under the reference site: the same for a number for ever.
+
+No two skills have the same numbers, so no question about one answers another's.  Three skills in ten
+take an input, one in two starts under a precondition, one module in four has a task, one in ten depends on
+its predecessor; rules that speak of the state are left to the gate, as in real modules.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+SKILLS = 10
+
+_PREDICATES = ("table_wiped", "table_organized", "dumpling_wrapped", "dumpling_cooked", "wrapper_aligned")
+
+
+def write_modules(folder: Path, count: int) -> list[Path]:
+    """`count` modules below `folder`, which is made."""
+    return [write_module(folder, number) for number in range(count)]
+
+
+def write_module(folder: Path, number: int, version: str = "1.0.0") -> Path:
+    """Module `number`; any other `version` is a change of it that stays proved."""
+    module = folder / f"module_{number:04}"
+    module.mkdir(parents=True, exist_ok=True)
+    (module / "ecm.yaml").write_text(_manifest(number, version), encoding="utf-8")
+    bodies = (
+        f"def skill_{index}(inputs, observation):\n    yield act('grip', width=0.03, force=1.0)\n"
+        for index in range(SKILLS)
+    )
+    (module / "skills.py").write_text(
+        "from aeros.skill import act\n\n\n" + "\n\n".join(bodies), encoding="utf-8"
+    )
+    return module
+
+
+def _manifest(number: int, version: str) -> str:
+    skills = "".join(_skill(number, index) for index in range(SKILLS))
+    provided = ", ".join(f"skill_{index}" for index in range(SKILLS))
+    depends = f"\n  modules:\n    module_{number - 1:04}: '>=1.0'" if number % 10 == 9 else ""
+    return f"""\
+schema: aeros/ecm/1
+id: module_{number:04}
+version: {version}
+description: Synthetic module {number}, for benchmarks.
+license: Apache-2.0
+capabilities:
+  capability_{number:04}:
+    description: what module {number} makes the robot able to do
+    provided_by: [{provided}]
+skills:
+{skills}{_task(number) if number % 4 == 0 else ""}permissions:
+  actuators: [arm, gripper]
+  sensors: [joint_encoders, gripper, scene_tracker, wheel_odometry]
+  actions:
+    move_tool: target in table_area and speed <= 250 mm/s
+    grip: width <= 81 mm and force <= 15 N
+    slide: target in table_area and force <= 15 N and speed <= 210 mm/s
+    wait: duration <= 20 s
+dependencies:
+  aeros: ">=0.1,<0.2"{depends}
+"""
+
+
+def _skill(number: int, index: int) -> str:
+    """Skill `index`, whose numbers are its own."""
+    own = number * SKILLS + index
+    speed, force, width = 100 + own / 100, 5 + own / 2000, 40 + own / 500
+    inputs, most = "", f"{speed:.2f} mm/s"
+    if index % 3 == 2:
+        range_ = f"range: [0, {speed / 1000:.5f}]"
+        inputs = f"    inputs:\n      pace: {{type: real, unit: m/s, {range_}, default: 50 mm/s}}\n"
+        most = "inputs.pace"
+    precondition = f"    precondition: not {_PREDICATES[(own + 1) % 5]}\n" if index % 2 else ""
+    last = f"wait: duration <= {1 + own / 1000:.3f} s"
+    if index % 2:
+        last = (
+            "slide: >-\n        target in table_area and target - base_position in workspace"
+            "\n        and target - base_position not in own_base"
+            f"\n        and force <= {force:.4f} N and speed <= {speed:.2f} mm/s"
+        )
+    return f"""\
+  skill_{index}:
+    description: synthetic skill {index}
+    entry: skills:skill_{index}
+{inputs}{precondition}    outcomes:
+      done: {{effects: {{{_PREDICATES[own % 5]}: true}}, probability: 0.9, duration: 10 s}}
+      failed: {{failure: true, probability: 0.1, duration: 10 s}}
+    envelope:
+      move_tool: >-
+        target in table_area and target - base_position in workspace
+        and target - base_position not in own_base and speed <= {most}
+      grip: width <= {width:.3f} mm and force <= {force:.4f} N
+      {last}
+    actuators: [arm, gripper]
+    resources: [arm, gripper]
+    risk: medium
+    timeout: 60 s
+"""
+
+
+def _task(number: int) -> str:
+    first, second = (_PREDICATES[(number * SKILLS + index) % 5] for index in (0, 2))
+    return f"""\
+tasks:
+  task_{number:04}:
+    description: two skills in order
+    words: [errand{number:04}]
+    goal: {first} and {second}
+    rules:
+      - {{unless: {first}, do: skill_0, retry: 1, on_failure: skill_4}}
+      - {{unless: {second}, do: skill_2}}
+    initial: {{{first}: false, {second}: false}}
+"""

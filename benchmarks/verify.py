@@ -1,0 +1,176 @@
+"""How long `aeros verify` takes, cold and warm: `python -m benchmarks.verify`.
+
+Every figure is of a whole process, from start to exit.  *Cold* is `--no-cache`; *warm* finds what an
+earlier run proved in a store of its own, in a temporary folder.  Byte code is compiled beforehand, as an
+installer does.  Runs of all kinds take turns, so that what else the machine does falls on all of them.
+Beside seconds stand those of processors, of all processes together, which depend less on what else the
+machine does, and the ratio to a bare `python -c pass` of the same run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import platform
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from benchmarks.synthetic import write_module, write_modules
+
+_ROOT = Path(__file__).parents[1]
+_PYTHON = (sys.executable,)
+_VERIFY = (sys.executable, "-m", "aeros", "verify")
+
+
+def _environment(folder: Path) -> dict[str, str]:
+    kept = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
+    return kept | {
+        "AEROS_CACHE": str(folder / "cache"),
+        "PYTHONPATH": str(_ROOT),
+        "PYTHONPYCACHEPREFIX": str(folder / "bytecode"),
+    }
+
+
+def _seconds(command: Sequence[str], environment: Mapping[str, str]) -> tuple[float, float]:
+    """Seconds on the clock and of processors."""
+    started, used = time.perf_counter(), _used()
+    subprocess.run(command, env=environment, stdout=subprocess.DEVNULL, check=True)
+    return time.perf_counter() - started, _used() - used
+
+
+def _used() -> float:
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return children.ru_utime + children.ru_stime
+
+
+def reference(folder: Path, runs: int) -> dict[str, dict[str, float]]:
+    """Median seconds of the three reference modules, and of what to compare them with."""
+    environment = _environment(folder)
+    ecms = str(_ROOT / "ecms")
+    commands = {
+        "python -c pass": (*_PYTHON, "-c", "pass"),
+        "python -c 'import z3'": (*_PYTHON, "-c", "import z3"),
+        "cold": (*_VERIFY, ecms, "--no-lock", "--no-cache"),
+        "warm": (*_VERIFY, ecms, "--no-lock"),
+    }
+    for command in commands.values():
+        _seconds(command, environment)
+    taken: dict[str, list[tuple[float, float]]] = {name: [] for name in commands}
+    for _ in range(runs):
+        for name, command in commands.items():
+            taken[name].append(_seconds(command, environment))
+    return {
+        name: dict(
+            zip(("clock", "processor"), map(statistics.median, zip(*values, strict=True)), strict=True)
+        )
+        for name, values in taken.items()
+    }
+
+
+def synthetic(folder: Path, count: int, jobs: int) -> dict[str, Any]:
+    """Seconds of `count` synthetic modules cold, warm, and with one changed; and the memory of the first."""
+    environment = _environment(folder)
+    modules = folder / f"site_{count}"
+    write_modules(modules, count)
+    row: dict[str, Any] = {"modules": count}
+    cold = (*_VERIFY, str(modules), "--no-cache", "--jobs", str(jobs))
+    used = _used()
+    row["cold"], row["memory"] = _watched(cold, environment)
+    row["processor"] = _used() - used
+    again = (*_VERIFY, str(modules), "--jobs", str(jobs))
+    _seconds(again, environment)
+    row["warm"] = statistics.median(_seconds(again, environment)[0] for _ in range(3))
+    changed = []
+    for number in range(3):
+        write_module(modules, count // 2, version=f"1.0.{number + 1}")
+        changed.append(_seconds(again, environment)[0])
+    row["one changed"] = statistics.median(changed)
+    return row
+
+
+def _watched(command: Sequence[str], environment: Mapping[str, str]) -> tuple[float, int]:
+    """Seconds, and the most bytes that the process and its children held together, sampled."""
+    started, most = time.perf_counter(), 0
+    process = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL)
+    while process.poll() is None:
+        most = max(most, sum(map(_held, _family(process.pid))))
+        time.sleep(0.02)
+    if process.returncode != 0:
+        raise SystemExit(f"{' '.join(command)} ended with {process.returncode}")
+    return time.perf_counter() - started, most
+
+
+def _family(pid: int) -> Iterator[int]:
+    """A process and its children, where the system tells (Linux)."""
+    yield pid
+    try:
+        children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    except OSError:
+        return
+    for child in children:
+        yield from _family(int(child))
+
+
+def _held(pid: int) -> int:
+    """The bytes that a process holds; what several share counts for a part of each."""
+    try:
+        lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
+    except OSError:
+        return 0
+    return next((int(line.split()[1]) * 1024 for line in lines if line.startswith("Pss:")), 0)
+
+
+def exponent(rows: Sequence[Mapping[str, Any]]) -> float:
+    """The k of the least-squares fit of seconds ~ modules^k."""
+    points = [(math.log(row["modules"]), math.log(row["processor"])) for row in rows]
+    x, y = (statistics.fmean(point[axis] for point in points) for axis in (0, 1))
+    return sum((a - x) * (b - y) for a, b in points) / sum((a - x) ** 2 for a, _ in points)
+
+
+def main() -> None:
+    """Measure, and print tables or JSON."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--sizes", type=int, nargs="+", default=[10, 50, 200, 1000])
+    parser.add_argument("--runs", type=int, default=11)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--format", choices=("text", "json"), default="text")
+    parser.add_argument("--quick", action="store_true", help="few and small runs, to see that it works")
+    arguments = parser.parse_args()
+    sizes, runs = ([2, 4], 1) if arguments.quick else (arguments.sizes, arguments.runs)
+    with tempfile.TemporaryDirectory() as folder:
+        medians = reference(Path(folder), runs)
+        rows = [synthetic(Path(folder), size, arguments.jobs) for size in sizes]
+    found = {
+        "python": platform.python_version(),
+        "reference": medians,
+        "synthetic": rows,
+        "exponent": exponent(rows),
+    }
+    if arguments.format == "json":
+        print(json.dumps(found, indent=1))
+        return
+    bare = medians["python -c pass"]["clock"]
+    print("| the three modules | s | processor, s | × bare Python |\n|:--|--:|--:|--:|")
+    for name, one in medians.items():
+        print(f"| {name} | {one['clock']:.3f} | {one['processor']:.3f} | {one['clock'] / bare:.1f} |")
+    print("\n| modules | cold, s | processor, s | warm, s | one changed, s | memory, MiB |")
+    print("|--:|--:|--:|--:|--:|--:|")
+    for row in rows:
+        shown = " | ".join(f"{row[key]:.2f}" for key in ("cold", "processor", "warm", "one changed"))
+        print(f"| {row['modules']} | {shown} | {row['memory'] / 2**20:.0f} |")
+    print(f"\nprocessor ~ modules^{found['exponent']:.2f}")
+
+
+if __name__ == "__main__":
+    main()

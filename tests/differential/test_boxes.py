@@ -1,0 +1,155 @@
+"""What bounds alone decide is what Z3 decides, for random questions and for those of real sites."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from aeros.spec.backends import boxes as boxes_module
+from aeros.spec.backends.answers import Answer, Result
+from aeros.spec.backends.boxes import Boxes, Interval
+from aeros.spec.backends.smt import Session
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.check import check
+from aeros.spec.expr.conformance import VARIABLES, Ranges, conditions, vocabulary_ranges
+from aeros.spec.expr.lower import lower, scalar_variables
+from aeros.spec.expr.parser import parse
+from aeros.spec.expr.scope import Box, Scope
+from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.types import BOOL, IntegerType
+from aeros.spec.loading import reference_site
+from aeros.spec.verify import verify
+
+REPOSITORY = Path(__file__).parents[2]
+TEN = Fraction(10)
+_SETTINGS = settings(
+    max_examples=150, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
+)
+
+
+def _agrees(
+    variables: Sequence[t.Variable], ranges: Mapping[str, tuple[Fraction, Fraction]], terms: Sequence[t.Term]
+) -> Answer | None:
+    """What bounds say of a question, after comparing it with Z3 and with the definition."""
+    found = Boxes().decide(variables, ranges, terms)
+    if found is None:
+        return None
+    if found.result is Result.SAT:
+        assert all(holds(lower(term), found.model) for term in terms)
+        for name, (low, high) in ranges.items():
+            value = found.model.get(name, low)
+            assert not isinstance(value, Fraction) or low <= value <= high
+    else:
+        assert Session(variables, ranges).ask(*terms).result is Result.UNSAT
+    return found
+
+
+@_SETTINGS
+@given(st.lists(conditions(), min_size=1, max_size=4), vocabulary_ranges())
+def test_bounds_never_contradict_the_solver(terms: list[t.Term], ranges: Ranges) -> None:
+    _agrees(list(VARIABLES.values()), ranges, terms)
+
+
+_ASKED = [
+    ("x > 1 m and x < 1 m", Result.UNSAT),
+    ("x >= 1 m and x <= 1 m", Result.SAT),
+    ("x >= 1 m and x < 1 m", Result.UNSAT),
+    ("x == 1 m and x != 1 m", Result.UNSAT),
+    ("x > 10 m", Result.UNSAT),
+    ("x >= 10 m", Result.SAT),
+    ("-2 * x < -18 m and x <= 9 m", Result.UNSAT),
+    ("abs(x) <= 1 m and x >= -1 m and x <= -1 m", Result.SAT),
+    ("abs(x) > 1 m and x >= -1 m and x <= 1 m", Result.UNSAT),
+    ("2 m < abs(x) and x < 0 m", Result.SAT),
+    ("not abs(x) < 1 m and x > -1 m and x < 1 m", Result.UNSAT),
+    ("x + y <= 2 m and x > 1 m and y > 1 m", Result.UNSAT),
+    ("x + y <= 2 m and x >= 1 m and y >= 1 m", Result.SAT),
+    ("x - y < 0 m and y - x <= 0 m", Result.UNSAT),
+    ("x - y <= 0 m and y - x <= 0 m and x > 9 m", Result.SAT),
+    ("(x > 1 m or y > 1 m) and x <= 1 m and y <= 1 m", Result.UNSAT),
+    ("(x > 1 m or y > 1 m) and x <= 1 m", Result.SAT),
+    ("x > 1 m implies y > 1 m", Result.SAT),
+    ("mode in {idle, stop} and mode != idle and not mode == stop", Result.UNSAT),
+    ("mode in {idle, stop} and mode != idle", Result.SAT),
+    ("p in cell and norm(p) > 2 m", Result.UNSAT),
+    ("p in cell and p.x > 1 m", Result.UNSAT),
+    ("all(joint[j] <= 1 m for j in Joint) and any(joint[j] > 1 m for j in Joint)", Result.UNSAT),
+    ("max(x, y) < 1 m and min(x, y) > 9 m and x >= 9 m", Result.UNSAT),
+]
+
+
+@pytest.mark.parametrize(("text", "expected"), _ASKED)
+def test_what_bounds_decide(text: str, expected: Result) -> None:
+    scope = Scope(
+        VARIABLES,
+        enums={"Joint": VARIABLES["arm"].type, "Mode": VARIABLES["mode"].type},  # type: ignore[dict-item]
+        volumes={"cell": Box((-Fraction(1),) * 3, (Fraction(1),) * 3)},
+    )
+    term = check(parse(text), scope, BOOL)
+    variables = list(t.variables_of(term).values())
+    names = [scalar.name for variable in variables for scalar in scalar_variables(variable)]
+    ranges = dict.fromkeys(names, (-TEN, TEN))
+    found = _agrees(variables, ranges, [term])
+    assert found is not None
+    assert found.result is expected
+    assert Session(variables, ranges).ask(term).result is expected
+
+
+@pytest.mark.parametrize("text", ["x * y == 2 m", "x * x == 2 m"])
+def test_what_bounds_do_not_tell_is_left_to_the_solver(text: str) -> None:
+    term = check(parse(text.replace("2 m", "2 m * 1 m")), Scope(VARIABLES), BOOL)
+    variables = list(t.variables_of(term).values())
+    assert Boxes().decide(variables, dict.fromkeys(("x", "y"), (-TEN, TEN)), [term]) is None
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "expected"), [(1, 4, Result.SAT), (1, 2, None), (5, 2, Result.UNSAT)]
+)
+def test_a_whole_number_is_found_or_left_to_the_solver(low: int, high: int, expected: Result | None) -> None:
+    count = t.Variable("n", IntegerType(), t.Role.STATE)
+    third = [t.Literal(Fraction(one, 3), IntegerType()) for one in (low, high)]
+    found = _agrees([count], {}, [t.Compare("<=", third[0], count), t.Compare("<=", count, third[1])])
+    assert (None if found is None else found.result) is expected
+
+
+def test_a_question_of_too_many_boxes_is_left_to_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
+    x, y = VARIABLES["x"], VARIABLES["y"]
+    either = check(parse("x > 1 m or y > 1 m"), Scope(VARIABLES), BOOL)
+    ranges = {"x": (-TEN, TEN), "y": (-TEN, TEN)}
+    assert Boxes().decide([x, y], ranges, [either]) is not None
+    monkeypatch.setattr(boxes_module, "MOST_BOXES", 1)
+    assert Boxes().decide([x, y], ranges, [either]) is None
+
+
+def test_every_answer_about_the_reference_modules_is_the_solvers(monkeypatch: pytest.MonkeyPatch) -> None:
+    honest, results = Boxes.decide, []
+
+    def compared(
+        self: Boxes,
+        variables: Sequence[t.Variable],
+        ranges: Mapping[str, tuple[Fraction, Fraction]],
+        terms: Sequence[t.Term],
+    ) -> Answer | None:
+        found = honest(self, variables, ranges, terms)
+        if found is not None:
+            assert Session(variables, ranges).ask(*terms).result is found.result
+            results.append(found.result)
+        return found
+
+    monkeypatch.setattr(Boxes, "decide", compared)
+    verify([REPOSITORY / "ecms"], reference_site())
+    assert min(results.count(one) for one in (Result.SAT, Result.UNSAT)) > 10
+
+
+def test_the_comparison_refuses_a_broken_twin(monkeypatch: pytest.MonkeyPatch) -> None:
+    def closed(self: Interval) -> bool:
+        return self.low is not None and self.high is not None and self.low >= self.high
+
+    monkeypatch.setattr(Interval, "is_empty", property(closed))
+    with pytest.raises(AssertionError):
+        test_what_bounds_decide("x >= 1 m and x <= 1 m", Result.SAT)

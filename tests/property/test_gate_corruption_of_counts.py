@@ -1,0 +1,153 @@
+"""Whole numbers and histories, corrupted: never ALLOW, always a reason, never an exception.
+
+A history is a reading like any other, under the text of its condition as a name.
+`AEROS_FUZZ=1000000 pytest tests/property/test_gate_corruption_of_counts.py` corrupts a million.
+"""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.decision import Caller, Verdict
+from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.history import Histories
+from aeros.runtime.ports import Reading
+from aeros.runtime.proving import prove
+from aeros.skill import Action
+from tests.differential.gate_oracle import admits
+from tests.differential.test_gate_straight import differs
+from tests.property.test_gate_corruption import ALIEN, COUNT, EvilInt
+from tests.unit.runtime.bench import NOW, Request
+
+DATA = Path(__file__).parents[1] / "unit" / "runtime" / "data"
+WHOLE = (0, 1, 2, 2.0, -0.0, 3, 5, 6, 9, 9.0)
+NOT_WHOLE = (2.5, 0.5, 5e-324, 1e-9, 1.9999999999999998, 9.5, -1, -1.0, 10, 2**53, 1e300)
+PRESSES = "count within 60 s (pressed and (not (previously pressed)))"
+NEAR = "once within 5 s (human_distance < 1 m)"
+
+
+@cache
+def counting() -> Configuration:
+    return prove([DATA / "counting"], DATA / "counts.yaml", certified=False)[0]
+
+
+@cache
+def gate(mode: GateMode = GateMode.COMPILED) -> Gate:
+    return Gate(counting(), mode)
+
+
+def state(now: float = NOW, **changed: Any) -> dict[str, Reading]:
+    """What is measured, and the histories that a runtime keeps of it."""
+    values = {"human_distance": 3.0, "pressed": False, "pieces": 2, "filled": (1, 2), **changed}
+    measured = {name: Reading(value, now) for name, value in values.items()}
+    return measured | Histories(counting().site).advance(measured, now)
+
+
+def request(many: Any = 2, most: Any = 5, **changed: Any) -> Request:
+    caller = Caller("counting", "feed", {"most": most})
+    return Request(caller, state(**changed), Action("feed", {"many": many, "speed": 0.25}), usage={})
+
+
+def places(base: Request, value: Any) -> list[Request]:
+    """The request with `value` in each place of a whole number or a history."""
+    readings, (left, right) = base.readings, base.readings["filled"].value
+    found = [replace(base, action=base.action._replace(parameters={**base.action.parameters, "many": value}))]
+    found += [replace(base, caller=replace(base.caller, inputs={"most": value}))]
+    for name in ("pieces", *sorted(Histories(counting().site).names)):
+        found.append(replace(base, readings={**readings, name: Reading(value, NOW)}))
+    for pair in ((value, right), [left, value]):
+        found.append(replace(base, readings={**readings, "filled": Reading(pair, NOW)}))
+    return found
+
+
+def denied(asked: Request) -> None:
+    for mode in GateMode:
+        decision = asked.decided_by(gate(mode))
+        assert decision.verdict is Verdict.DENY, asked
+        assert decision.reasons
+        assert decision.action is None
+
+
+def test_the_base_is_allowed_and_has_the_histories_that_it_should() -> None:
+    assert {PRESSES, NEAR} <= set(request().readings)
+    for mode in GateMode:
+        assert request().decided_by(gate(mode)).verdict is Verdict.ALLOW
+
+
+@pytest.mark.parametrize("many", [2, 2.0])
+def test_a_whole_number_is_taken_as_either_type_and_executed_as_a_double(many: Any) -> None:
+    decision = request(many=many, pieces=many).decided_by(gate())
+    assert decision.action is not None
+    assert repr(decision.action.parameters["many"]) == "2.0"
+
+
+@pytest.mark.parametrize("value", [2.5, True, False, EvilInt(2), "2", None, 5e-324, float("nan")], ids=repr)
+def test_what_is_no_whole_number_is_taken_nowhere(value: Any) -> None:
+    for asked in places(request(), value):
+        is_truth = asked.readings.get(NEAR) == Reading(value, NOW) and type(value) is bool
+        previous = asked.readings.get("previously pressed") == Reading(value, NOW) and type(value) is bool
+        if not is_truth and not previous:
+            denied(asked)
+
+
+@pytest.mark.parametrize("alien", ALIEN, ids=lambda one: type(one).__name__)
+def test_no_alien_is_taken_for_a_count_or_a_history(alien: Any) -> None:
+    for asked in places(request(), alien):
+        denied(asked)
+
+
+@pytest.mark.parametrize("history", [PRESSES, NEAR])
+def test_a_history_must_be_there_of_now_and_under_its_own_name(history: str) -> None:
+    asked = request()
+    rest = {name: one for name, one in asked.readings.items() if name != history}
+    kept = asked.readings[history]
+    for readings in (
+        rest,
+        {**rest, history: Reading(kept.value, NOW + 0.001)},
+        {**rest, history: Reading(kept.value, None)},  # type: ignore[arg-type]
+        {**rest, history.replace("within", "Within"): kept},
+        {**rest, history: kept.value},
+        {**rest, history: kept, "once within 6 s (human_distance < 1 m)": kept},
+    ):
+        denied(replace(asked, readings=readings))
+
+
+def test_after_a_clock_that_goes_back_the_gate_lacks_the_histories() -> None:
+    histories = Histories(counting().site)
+    asked = request()
+    measured = {name: one for name, one in asked.readings.items() if name not in histories.names}
+    assert histories.advance(measured, NOW).keys() == histories.names
+    earlier = {name: Reading(one.value, NOW - 1.0) for name, one in measured.items()}
+    for now in (NOW - 1.0, NOW - 2.0, float("nan")):
+        readings = earlier | histories.advance(earlier, now)
+        decision = replace(asked, readings=readings, now=now).decided_by(gate())
+        assert decision.verdict is Verdict.DENY
+        assert decision.reasons
+
+
+def test_no_corrupted_count_or_history_is_allowed_unless_the_definition_says_so() -> None:
+    chance = random.Random(5)  # noqa: S311 - repeats, and guards nothing
+    bases = [request(), request(many=0, most=0), request(human_distance=0.5), request(pieces=4, pressed=True)]
+    seen: Counter[str] = Counter()
+    for _ in range(COUNT):
+        base = chance.choice(bases)
+        kind = chance.choice([ALIEN, WHOLE, NOT_WHOLE, (True, False)])
+        asked = chance.choice(places(base, chance.choice(kind)))
+        if chance.random() < 0.2:
+            now = chance.choice([NOW - 0.05, NOW + 0.05, NOW + 0.2, float("inf"), True])
+            asked = replace(asked, now=now)
+        decision = asked.decided_by(gate())
+        seen[decision.verdict.value] += 1
+        assert (decision.verdict is Verdict.ALLOW) is admits(counting(), asked), asked
+        assert bool(decision.reasons) is (decision.verdict is not Verdict.ALLOW)
+        assert not differs(gate(), asked)
+    assert seen["DENY"] > COUNT / 2
+    assert seen["ALLOW"] > COUNT / 20

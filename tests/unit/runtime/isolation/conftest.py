@@ -1,0 +1,117 @@
+"""Zygotes of this host, and hostile code to run in their workers."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.runtime.isolation import nursery as module
+from aeros.runtime.isolation.bubblewrap import find_bubblewrap
+from aeros.runtime.isolation.isolated_run import IsolatedRun
+from aeros.runtime.isolation.lockdown import PUT_ON, Layer
+from aeros.runtime.isolation.nursery import Nursery
+from aeros.runtime.skills import CertifiedCode
+from aeros.spec.obligations.skill_reach import HARMLESS
+from tests.unit.runtime.isolation.surroundings import Surroundings, surroundings
+
+PROBES = Path(__file__).with_name("probes")
+_HELP = "from tests.unit.runtime.isolation.hostile import"
+_FUTURE = "from __future__ import annotations\n"
+_ATTACK = """
+
+def probe(observed, inputs):
+    try:
+        got = attack(inputs)
+    except BaseException as failure:
+        yield act("blocked", why=f"{type(failure).__name__}: {failure}"[:500])
+    else:
+        yield act("harmed", got=str(got)[:500])
+"""
+
+Start = Callable[..., IsolatedRun]
+
+
+@cache
+def probe_code(name: str) -> CertifiedCode:
+    """The hostile file `name`, made self-contained: a worker can import nothing of the tests."""
+    text = (PROBES / f"{name}.py").read_text()
+    lines = [line for line in text.splitlines() if not line.startswith((_HELP, _FUTURE.strip()))]
+    helpers = Path(__file__).with_name("hostile.py").read_text() if _HELP in text else _FUTURE
+    body = "\n".join([helpers, "from aeros.skill import act", *lines]) + "\n"
+    if "def attack(" in text:
+        body += _ATTACK
+    return CertifiedCode("hostile", f"{name}.py", f"/hostile/{name}.py", body.encode(), "probe")
+
+
+def _nursery(bubblewrap: bool) -> Iterator[Nursery]:
+    patch = pytest.MonkeyPatch()
+    if not bubblewrap:
+        patch.setattr(module, "find_bubblewrap", lambda: None)
+    patch.setenv("AEROS_PROBE_SECRET", "the runtime's own")
+    with patch.context():
+        made = Nursery([*sorted(HARMLESS), "numpy"])
+    patch.undo()
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="session")
+def bare() -> Iterator[Nursery]:
+    """Zygotes without bubblewrap, whether or not there is one."""
+    yield from _nursery(bubblewrap=False)
+
+
+@pytest.fixture(scope="session")
+def wrapped() -> Iterator[Nursery]:
+    """Zygotes in bubblewrap."""
+    if find_bubblewrap() is None:
+        pytest.skip("this host has no bubblewrap")
+    yield from _nursery(bubblewrap=True)
+
+
+@pytest.fixture(params=["alone", "in bubblewrap"])
+def nursery(request: pytest.FixtureRequest) -> Nursery:
+    """Zygotes whose workers can put on every layer; skipped where they cannot."""
+    found: Nursery = request.getfixturevalue("bare" if request.param == "alone" else "wrapped")
+    lacking = {layer.value: found.missing[layer] for layer in PUT_ON if found.missing[layer] is not None}
+    if request.param != "alone" and found.missing[Layer.BUBBLEWRAP] is not None:
+        lacking["bubblewrap"] = found.missing[Layer.BUBBLEWRAP]
+    if lacking:
+        pytest.skip(f"this host lacks {lacking}")
+    return found
+
+
+@pytest.fixture
+def around(tmp_path: Path) -> Iterator[Surroundings]:
+    with surroundings(tmp_path) as made:
+        yield made
+
+
+@pytest.fixture
+def start() -> Iterator[Start]:
+    """Starts hostile code by name in a worker, and sees it to its end."""
+    started: list[IsolatedRun] = []
+
+    def run(
+        nursery: Nursery,
+        name: str,
+        inputs: Mapping[str, Any],
+        layers: Iterable[Layer] = PUT_ON,
+        answer_within: float = 20.0,
+    ) -> IsolatedRun:
+        one = IsolatedRun(nursery, layers, probe_code(name), inputs, answer_within)
+        started.append(one)
+        return one
+
+    yield run
+    for one in started:
+        one.close()
+
+
+def is_root() -> bool:
+    return os.geteuid() == 0

@@ -1,0 +1,14 @@
+"""Asks for an action with a value that no vocabulary has."""
+
+from __future__ import annotations
+
+import time
+
+from aeros.skill import Inputs, Observation, SkillBody, act
+from tests.unit.runtime.isolation.hostile import question, send
+
+
+def probe(observed: Observation, inputs: Inputs) -> SkillBody:
+    send({"type": "Asked", "token": question().token, "kind": "ask", "parameters": {"speed": b"0.1"}})
+    time.sleep(60)
+    yield act("never")

@@ -1,0 +1,16 @@
+"""Says more than it was asked, without end."""
+
+from __future__ import annotations
+
+import os
+
+from aeros.runtime.isolation.frames import Asked, encode
+from aeros.skill import Inputs, Observation, SkillBody, act
+from tests.unit.runtime.isolation.hostile import channel, question
+
+
+def probe(observed: Observation, inputs: Inputs) -> SkillBody:
+    frame = encode(Asked(question().token, "ask", {}))
+    while True:
+        os.write(channel(), frame * 100)
+    yield act("never")

@@ -1,0 +1,15 @@
+"""Closes its channel and lives on."""
+
+from __future__ import annotations
+
+import os
+import time
+
+from aeros.skill import Inputs, Observation, SkillBody, act
+from tests.unit.runtime.isolation.hostile import channel
+
+
+def probe(observed: Observation, inputs: Inputs) -> SkillBody:
+    os.close(channel())
+    time.sleep(60)
+    yield act("never")

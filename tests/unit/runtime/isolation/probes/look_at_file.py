@@ -1,0 +1,11 @@
+"""Learns size and times of a file of the host."""
+
+from __future__ import annotations
+
+import os
+
+from aeros.skill import Inputs
+
+
+def attack(inputs: Inputs) -> object:
+    return os.stat(inputs["canary"])

@@ -1,0 +1,21 @@
+"""Asks for an action with a thousand parameters."""
+
+from __future__ import annotations
+
+import time
+
+from aeros.skill import Inputs, Observation, SkillBody, act
+from tests.unit.runtime.isolation.hostile import question, send
+
+
+def probe(observed: Observation, inputs: Inputs) -> SkillBody:
+    send(
+        {
+            "type": "Asked",
+            "token": question().token,
+            "kind": "ask",
+            "parameters": {f"p{i}": i for i in range(1000)},
+        }
+    )
+    time.sleep(60)
+    yield act("never")

@@ -1,0 +1,15 @@
+"""Announces two gigabytes."""
+
+from __future__ import annotations
+
+import os
+import time
+
+from aeros.skill import Inputs, Observation, SkillBody, act
+from tests.unit.runtime.isolation.hostile import channel
+
+
+def probe(observed: Observation, inputs: Inputs) -> SkillBody:
+    os.write(channel(), (1 << 31).to_bytes(4, "big"))
+    time.sleep(60)
+    yield act("never")

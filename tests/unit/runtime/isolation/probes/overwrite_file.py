@@ -1,0 +1,12 @@
+"""Cuts off a file of the host."""
+
+from __future__ import annotations
+
+import os
+
+from aeros.skill import Inputs
+
+
+def attack(inputs: Inputs) -> object:
+    os.truncate(inputs["canary"], 0)
+    return "emptied"

@@ -1,0 +1,16 @@
+"""Answers the second question with its answer to the first."""
+
+from __future__ import annotations
+
+import time
+
+from aeros.skill import Inputs, Observation, SkillBody, act
+from tests.unit.runtime.isolation.hostile import question, send
+
+
+def probe(observed: Observation, inputs: Inputs) -> SkillBody:
+    first = question().token
+    yield act("ask")
+    send({"type": "Asked", "token": first, "kind": "ask", "parameters": {}})
+    time.sleep(60)
+    yield act("never")

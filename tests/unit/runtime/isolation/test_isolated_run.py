@@ -1,0 +1,234 @@
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from aeros.runtime.isolation import nursery as module
+from aeros.runtime.isolation.isolated_run import LEAST_ANSWER, IsolatedRun
+from aeros.runtime.isolation.lockdown import PUT_ON, Layer
+from aeros.runtime.isolation.nursery import Nursery, ZygoteError
+from aeros.runtime.ports import StepStatus
+from aeros.runtime.skill_code import SkillRefusedError
+from aeros.runtime.skill_run import Ending
+from aeros.runtime.skills import CertifiedCode
+from aeros.skill import Action, act
+from tests.unit.runtime.isolation.surroundings import below
+
+HEAD = "from aeros.skill import act\n"
+
+
+def code(text: str, function: str = "lift") -> CertifiedCode:
+    return CertifiedCode("handling", "skills.py", "/ecms/handling/skills.py", text.encode(), function)
+
+
+STARTED: list[IsolatedRun] = []
+
+
+def run(
+    nursery: Nursery, text: str, inputs: dict[str, Any] | None = None, within: float = 20.0
+) -> IsolatedRun:
+    """A run that is closed after the test."""
+    STARTED.append(IsolatedRun(nursery, PUT_ON, code(text), inputs or {}, within))
+    return STARTED[-1]
+
+
+@pytest.fixture(autouse=True)
+def _closed() -> Iterator[None]:
+    yield
+    while STARTED:
+        STARTED.pop().close()
+
+
+def test_observations_and_inputs_arrive_as_they_were_sent(nursery: Nursery) -> None:
+    text = HEAD + (
+        "def lift(o, i):\n"
+        "    while True:\n"
+        "        kinds = [type(v).__name__ for v in (*o.values(), *i.values())]\n"
+        "        x = o['tool'][0] + i['height']\n"
+        "        o = yield act('say', kinds=kinds, x=x, tool=o['tool'], side=i['side'])\n"
+    )
+    skill = run(nursery, text, {"height": 0.1, "side": "left", "count": 3, "careful": True})
+    observed = {"tool": (0.1, 0.2, 0.3), "human_distance": 2.5, "holding": False}
+    for _ in range(3):
+        action = skill.resume(observed, 60.0)
+        assert action == act(
+            "say",
+            kinds=("tuple", "float", "bool", "float", "str", "int", "bool"),
+            x=0.1 + 0.1,
+            tool=(0.1, 0.2, 0.3),
+            side="left",
+        )
+    assert skill.close() is None
+
+
+def test_a_skill_that_finishes_and_one_that_fails(nursery: Nursery) -> None:
+    done = run(nursery, HEAD + "def lift(o, i):\n    yield act('move')\n")
+    assert [done.resume({}, 1.0), done.resume({}, 1.0)] == [act("move"), Ending(StepStatus.FINISHED, "")]
+    assert done.close() is None
+    failed = run(nursery, HEAD + "def lift(o, i):\n    yield act('move')\n    1 / 0\n")
+    assert failed.resume({}, 1.0) == act("move")
+    assert failed.resume({}, 1.0) == Ending(StepStatus.RAISED, "ZeroDivisionError: division by zero")
+    assert failed.close() is None
+
+
+def test_a_skills_own_clean_up_runs_and_is_heard(nursery: Nursery) -> None:
+    text = HEAD + (
+        "def lift(o, i):\n"
+        "    try:\n"
+        "        yield act('move')\n"
+        "    finally:\n"
+        "        raise ValueError('mine')\n"
+    )
+    skill = run(nursery, text)
+    skill.resume({}, 1.0)
+    assert skill.close() == "ValueError: mine"
+    assert skill.close() is None
+
+
+def test_a_skill_that_never_started_is_closed(nursery: Nursery) -> None:
+    assert run(nursery, HEAD + "def lift(o, i):\n    yield act('move')\n").close() is None
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("", "no generator function `lift`"),
+        ("def lift(o, i):\n    return None\n", "no generator function `lift`"),
+        ("raise ValueError('no')", "fails to load: ValueError: no"),
+        ("raise KeyboardInterrupt", "KeyboardInterrupt"),
+        ("def lift(:", "fails to load: SyntaxError"),
+        ("import socketserver", "fails to load: ModuleNotFoundError: No module named 'socketserver'"),
+    ],
+)
+def test_what_is_no_skill_is_refused(nursery: Nursery, text: str, why: str) -> None:
+    with pytest.raises(SkillRefusedError, match=why):
+        run(nursery, text)
+
+
+def test_numpy_computes_in_a_worker(nursery: Nursery) -> None:
+    text = (
+        "import numpy as np\n" + HEAD + "def lift(o, i):\n"
+        "    matrix = np.linalg.inv(np.array([[2.0, 0.0], [0.0, 4.0]]))\n"
+        "    yield act('move', x=float(matrix[0, 0] + np.linalg.norm(np.ones(4))))\n"
+        "    yield act('move', x=matrix[0, 0])\n"
+    )
+    skill = run(nursery, text)
+    assert skill.resume({}, 60.0) == act("move", x=2.5)
+    ending = skill.resume({}, 60.0)
+    assert isinstance(ending, Ending)
+    assert ending.status is StepStatus.RAISED  # a NumPy scalar is a float with operators of its own
+    skill.close()
+
+
+def test_what_is_left_of_the_time_out_is_a_bound_too(nursery: Nursery) -> None:
+    skill = run(nursery, HEAD + "def lift(o, i):\n    while True: pass\n    yield\n", within=60.0)
+    began = time.monotonic()
+    ending = skill.resume({}, 0.01)
+    assert isinstance(ending, Ending)
+    assert ending.status is StepStatus.TIMED_OUT
+    assert LEAST_ANSWER <= time.monotonic() - began < 10
+
+
+def test_several_skills_in_flight_are_apart(nursery: Nursery) -> None:
+    text = HEAD + "def lift(o, i):\n    for n in range(3):\n        yield act('say', who=i['who'], n=n)\n"
+    skills = [run(nursery, text, {"who": who}) for who in "abc"]
+    for n in range(3):
+        assert [skill.resume({}, 60.0) for skill in skills] == [act("say", who=who, n=n) for who in "abc"]
+    for skill in skills:
+        skill.close()
+
+
+def test_values_that_no_frame_holds_refuse_the_skill(nursery: Nursery) -> None:
+    with pytest.raises(SkillRefusedError, match="fails to load"):
+        run(nursery, HEAD + "def lift(o, i):\n    yield act('move')\n", {"count": 10**30})
+    assert isinstance(run(nursery, HEAD + "def lift(o, i):\n    yield act('move')\n").resume({}, 1.0), Action)
+
+
+def test_a_zygote_that_was_killed_is_replaced(bare: Nursery) -> None:
+    text = HEAD + "def lift(o, i):\n    yield act('move')\n"
+    first = run(bare, text)
+    first._zygote.kill()
+    ending = first.resume({}, 60.0)
+    assert isinstance(ending, Ending)
+    assert ending.status is StepStatus.RAISED
+    second = run(bare, text)
+    assert second.resume({}, 60.0) == act("move")
+    second.close()
+
+
+def test_an_idle_zygote_that_was_killed_is_replaced(bare: Nursery) -> None:
+    text = HEAD + "def lift(o, i):\n    yield act('move')\n"
+    first = run(bare, text)
+    first.close()
+    assert first._zygote._process is not None
+    os.kill(first._zygote._process.pid, signal.SIGKILL)
+    first._zygote._process.wait()
+    second = run(bare, text)
+    assert second.resume({}, 60.0) == act("move")
+    second.close()
+
+
+def test_a_bubblewrap_that_does_not_work_is_done_without_and_recorded() -> None:
+    nursery = Nursery([], bubblewrap="/bin/false")
+    try:
+        assert "does not work here" in str(nursery.missing[Layer.BUBBLEWRAP])
+        skill = run(nursery, HEAD + "def lift(o, i):\n    yield act('move')\n")
+        assert skill.resume({}, 60.0) == act("move")
+        skill.close()
+    finally:
+        nursery.close()
+
+
+def test_a_zygote_that_cannot_start_says_why() -> None:
+    with pytest.raises(ZygoteError, match=r"No module named 'json\.absent_module'"):
+        Nursery(["json.absent_module"])
+
+
+_RUNTIME = """
+import sys, time
+from aeros.runtime.isolation.isolated_run import IsolatedRun
+from aeros.runtime.isolation.lockdown import PUT_ON
+from aeros.runtime.isolation.nursery import Nursery
+from aeros.runtime.skills import CertifiedCode
+text = b"def lift(o, i):\\n    while True: pass\\n    yield\\n"
+run = IsolatedRun(Nursery([]), (), CertifiedCode("m", "s.py", "/s.py", text, "lift"), {}, 600.0)
+print("running", flush=True)
+run.resume({}, 600.0)
+"""
+
+
+@pytest.mark.usefixtures("nursery")
+def test_when_the_runtime_is_killed_its_workers_are_gone() -> None:
+    with subprocess.Popen([sys.executable, "-c", _RUNTIME], stdout=subprocess.PIPE) as runtime:
+        assert runtime.stdout is not None
+        assert runtime.stdout.readline() == b"running\n"
+        time.sleep(0.3)
+        family = below(runtime.pid)
+        assert len(family) >= 2
+        runtime.kill()
+    deadline = time.monotonic() + 20
+    while (left := {pid for pid in family if _lives(pid)}) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not left
+
+
+def _lives(pid: int) -> bool:
+    try:
+        with open(f"/proc/{pid}/stat") as file:
+            return file.read().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def test_a_host_without_bubblewrap_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "find_bubblewrap", lambda: None)
+    nursery = Nursery([])
+    nursery.close()
+    assert nursery.missing[Layer.BUBBLEWRAP] == "there is no program `bwrap`"

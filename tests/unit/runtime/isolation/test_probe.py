@@ -1,0 +1,84 @@
+from __future__ import annotations
+
+import os
+import socket
+from pathlib import Path
+
+import pytest
+
+from aeros.runtime.isolation.lockdown import PUT_ON, Layer
+from aeros.runtime.isolation.nursery import Nursery
+from aeros.runtime.isolation.probe import probe_layer, probe_surroundings
+from aeros.runtime.isolation.seccomp import ARCHITECTURES
+
+
+@pytest.mark.parametrize("layer", PUT_ON)
+def test_a_layer_that_has_no_effect_is_missing(layer: Layer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(PUT_ON, layer, lambda: None)
+    assert probe_layer(layer) == "it was put on and has no effect"
+
+
+def test_a_layer_that_cannot_be_put_on_is_missing_with_the_kernels_words(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def absent() -> None:
+        raise OSError(38, "Function not implemented")
+
+    monkeypatch.setitem(PUT_ON, Layer.LANDLOCK, absent)
+    assert probe_layer(Layer.LANDLOCK) == "[Errno 38] Function not implemented"
+
+
+def test_a_layer_that_kills_its_probe_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(PUT_ON, Layer.SECCOMP, lambda: os.kill(os.getpid(), 9))
+    assert probe_layer(Layer.SECCOMP) == "its probe ended with -9"
+
+
+def test_a_process_that_is_not_closed_off_finds_the_runtime(tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.touch()
+    nobody = 2**22 + 1  # beyond the largest number a process can have
+    assert probe_surroundings(os.getpid(), str(file), "x") == "the runtime's process can be seen"
+    assert probe_surroundings(nobody, str(file), "x") == "the runtime's files can be opened"
+    file.unlink()
+    with socket.socket(socket.AF_UNIX) as listening:
+        name = f"aeros-test-{os.getpid()}"
+        listening.bind(f"\0{name}")
+        listening.listen()
+        assert probe_surroundings(nobody, str(file), name) == "the runtime's network can be reached"
+    assert probe_surroundings(nobody, str(file), name) is None
+
+
+def test_a_zygote_without_bubblewrap_is_found_to_have_none(bare: Nursery) -> None:
+    zygote, channel = bare.spawn()
+    channel.close()
+    zygote.end_worker()
+    assert zygote.probe()[Layer.BUBBLEWRAP] == "the runtime's process can be seen"
+    bare.give_back(zygote)
+
+
+def test_the_same_system_calls_are_allowed_on_every_machine() -> None:
+    names = [frozenset(one.calls) for one in ARCHITECTURES.values()]
+    assert len(set(names)) == 1
+    for one in ARCHITECTURES.values():
+        assert len(set(one.calls.values())) == len(one.calls)
+
+
+@pytest.mark.parametrize(
+    ("machine", "header"),
+    [
+        ("x86_64", "/usr/include/x86_64-linux-gnu/asm/unistd_64.h"),
+        ("aarch64", "/usr/include/asm-generic/unistd.h"),
+    ],
+)
+def test_the_numbers_are_those_of_the_kernels_headers(machine: str, header: str) -> None:
+    if not Path(header).exists():
+        pytest.skip(f"this host has no {header}")
+    words = [
+        line.split() for line in Path(header).read_text().splitlines() if line.startswith("#define __NR")
+    ]
+    numbers = {
+        line[1].removeprefix("__NR_").removeprefix("__NR3264_"): int(line[2])
+        for line in words
+        if len(line) >= 3 and line[2].isdigit()
+    }
+    assert {name: numbers[name] for name in ARCHITECTURES[machine].calls} == ARCHITECTURES[machine].calls

@@ -1,0 +1,89 @@
+"""A writer is killed at random moments: whatever it acknowledged is in the log, which goes on.
+
+The writer's writes are slow and in pieces, so that kills leave torn records: by itself the kernel writes
+a record of this size at once.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import struct
+import time
+import warnings
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+
+from aeros.runtime.audit import AuditLog, verify_log
+from aeros.runtime.audit_checkpoints import TAIL_MENDED, Signing, verify_signed
+from aeros.runtime.audit_keys import make_key, read_signing_key
+
+KILLS = 100
+LONGEST = 0.08
+PIECE = 60
+ACKNOWLEDGED = struct.Struct("<QQ")
+
+
+def append_for_ever(log: Path, signing: Signing | None, acknowledge: int, first: int) -> None:
+    pwrite = os.pwrite
+
+    def slow(file: int, data: Any, at: int) -> int:
+        time.sleep(0.0002)
+        return pwrite(file, data[:PIECE], at)
+
+    os.pwrite = slow
+    opened = AuditLog(log, signing=signing)
+    number = first
+    while True:
+        sequence = opened.append("event", {"number": number, "filler": "x" * 300})
+        os.write(acknowledge, ACKNOWLEDGED.pack(sequence, number))
+        number += 1
+
+
+def acknowledged_until_killed(log: Path, signing: Signing | None, first: int, lives: float) -> dict[int, int]:
+    """What a writer acknowledged, by sequence number, before it was killed."""
+    read, write = os.pipe()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # the child touches nothing that threads share
+        child = os.fork()
+    if child == 0:
+        try:
+            append_for_ever(log, signing, write, first)
+        finally:
+            os._exit(1)
+    os.close(write)
+    time.sleep(lives)
+    os.kill(child, signal.SIGKILL)
+    _, status = os.waitpid(child, 0)
+    with os.fdopen(read, "rb") as pipe:
+        said = pipe.read()
+    assert os.WIFSIGNALED(status), "the writer ended by itself"
+    return dict(ACKNOWLEDGED.iter_unpack(said))
+
+
+@pytest.mark.parametrize("signs", [False, True])
+def test_no_acknowledged_record_is_lost_in_a_hundred_kills(signs: bool, tmp_path: Path) -> None:
+    log, anchor = tmp_path / "audit.jsonl", tmp_path / "anchor"
+    make_key(tmp_path / "key")
+    signing = Signing(read_signing_key(tmp_path / "key"), anchor) if signs else None
+    chance = Random(4)  # noqa: S311 - a test, the same moments every time
+    acknowledged: dict[int, int] = {}
+    torn = 0
+    for kill in range(KILLS):
+        acknowledged |= acknowledged_until_killed(log, signing, kill << 32, chance.uniform(0, LONGEST))
+        torn += "cut short" in verify_log(log).why
+    AuditLog(log, signing=signing).close()
+    records = [json.loads(line) for line in log.read_bytes().splitlines()]
+    assert {number: records[number]["details"]["number"] for number in acknowledged} == acknowledged
+    # A kill may also tear the note that an earlier one tore a record.
+    assert torn >= sum(record["event"] == TAIL_MENDED for record in records) > 0
+    assert len(acknowledged) > KILLS // 2
+    if signing is None:
+        assert verify_log(log).sound
+    else:
+        report = verify_signed(log, signing.key.public, anchor)
+        assert (report.chain.why, report.anchored) == ("", len(records))

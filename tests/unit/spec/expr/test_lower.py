@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+import itertools
+from fractions import Fraction
+
+import pytest
+
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import lower, scalars_of
+from aeros.spec.expr.semantics import Value, evaluate
+from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, VectorType
+from aeros.spec.units import NUMBER
+
+REAL = RealType(NUMBER)
+SET = EnumType("Set", ("i", "j"))
+P = t.Variable("p", VectorType(NUMBER), t.Role.STATE)
+F = t.Variable("f", FamilyType(SET, REAL), t.Role.STATE)
+C = t.Variable("c", BOOL, t.Role.STATE)
+E = t.BoundVariable("e", SET)
+CHOSEN = t.Select(F, E)
+IS_I = t.Compare("==", E, t.Literal("i", SET))
+MADE = t.Vector(CHOSEN, t.Literal(Fraction(2), REAL), CHOSEN)  # of the bound variable, in two places
+VARIABLES = {"p": P, "f": F, "c": C}
+VECTORS: dict[str, t.Term] = {
+    "added on the left": t.Add(MADE, P),
+    "added on the right": t.Add(P, MADE),
+    "scaled": t.Multiply(t.Literal(Fraction(3), REAL), MADE),
+    "scaled by": t.Multiply(CHOSEN, P),
+    "chosen": t.Conditional(C, MADE, P),
+    "chosen instead": t.Conditional(C, P, MADE),
+    "chosen by": t.Conditional(IS_I, P, MADE),
+}
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("vector", VECTORS.values(), ids=VECTORS)
+def test_a_bound_variable_keeps_its_member_anywhere_in_a_vector(vector: t.Term, axis: int) -> None:
+    sum_ = t.Aggregate("sum", E, t.Component(vector, axis))
+    same = t.Quantified("any", E, t.Compare("==", vector, P))
+    other = t.Quantified("all", E, t.Compare("==", P, vector))
+    for c, f in itertools.product((False, True), itertools.product((Fraction(1), Fraction(2)), repeat=2)):
+        for p in itertools.product((Fraction(1), Fraction(2)), repeat=3):
+            env: dict[str, Value] = {"p": p, "f": f, "c": c}
+            for term in (sum_, same, other):
+                assert evaluate(lower(term), scalars_of(VARIABLES, env)) == evaluate(term, env)
+
+
+@pytest.mark.parametrize(
+    "term",
+    [MADE, t.Previously(C), t.Since(C, C, None)],
+    ids=["vector", "before", "since"],
+)
+def test_what_no_back_end_has_a_meaning_for_is_not_lowered(term: t.Term) -> None:
+    with pytest.raises(AssertionError, match=r"^not a (scalar|condition on one state): "):
+        lower(term)

@@ -1,0 +1,54 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import aeros
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.loading import load_ecm, load_site
+from aeros.spec.model import Ecm
+from aeros.spec.obligations.dependencies import dependency_obligations
+from aeros.spec.presence import presence_of
+
+CORPUS = Path(__file__).parents[3] / "corpus"
+
+
+@pytest.fixture(scope="module")
+def ecm() -> Ecm:
+    site = load_site(CORPUS / "site" / "table.yaml", Diagnostics())
+    assert site is not None
+    found = load_ecm(CORPUS / "accepted" / "always_slow", site, Diagnostics())
+    assert found is not None
+    return found.ecm
+
+
+def faults(ecm: Ecm, *around: Ecm) -> list[str]:
+    found = dependency_obligations(presence_of(ecm), {one.id: presence_of(one) for one in around})
+    return [one.diagnostic.code for one in found if one.diagnostic is not None]
+
+
+def needing(ecm: Ecm, **requires: str) -> Ecm:
+    return replace(ecm, requires=requires, requires_spans=dict.fromkeys(requires, ecm.span))
+
+
+def test_a_version_before_its_release_counts(ecm: Ecm, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(aeros, "__version__", "0.5.0.dev3")
+    assert faults(replace(ecm, runtime=">=0.4")) == []
+    assert faults(replace(ecm, runtime=">=0.5")) == ["AE304"]
+    helper = replace(ecm, id="helper", version="2.0.0rc1")
+    assert faults(needing(ecm, helper=">=1.5"), helper) == []
+    assert faults(needing(ecm, helper=">=2"), helper) == ["AE302"]
+
+
+def test_a_circle_is_found_wherever_in_it_the_module_stands(ecm: Ecm) -> None:
+    first, second = needing(replace(ecm, id="first"), second=""), needing(replace(ecm, id="second"), first="")
+    outside = needing(replace(ecm, id="outside"), first="")
+    assert faults(first, second) == ["AE303"]
+    assert faults(second, first) == ["AE303"]
+    assert faults(outside, first, second) == []  # the circle is theirs, and told of them
+    assert faults(needing(outside, third="", first=""), first, second, replace(ecm, id="third")) == []
+    tail = needing(replace(ecm, id="tail"), leaf="", head="")
+    head, leaf = needing(replace(ecm, id="head"), tail=""), replace(ecm, id="leaf")
+    assert faults(tail, head, leaf) == ["AE303"]  # though the first that it needs leads nowhere

@@ -1,0 +1,184 @@
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from aeros.cli.reports.json_report import as_json
+from aeros.cli.reports.result import Result
+from aeros.spec import keeping
+from aeros.spec import verify as verify_module
+from aeros.spec.backends.store import Store
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.loading import load_site, reference_site
+from aeros.spec.verify import Conclusion, Report, verify
+from benchmarks.synthetic import write_module, write_modules
+
+REPOSITORY = Path(__file__).parents[3]
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Store:
+    return Store(tmp_path / "answers")
+
+
+@pytest.fixture
+def modules(tmp_path: Path) -> Path:
+    folder = tmp_path / "modules"
+    return shutil.copytree(REPOSITORY / "ecms", folder, ignore=shutil.ignore_patterns("__pycache__"))
+
+
+def _told(report: Report) -> tuple[str, list[str]]:
+    """Everything that a run says and writes: the JSON report and the certificates."""
+    locks = [one.certificate.text() for one in report.modules if one.certificate is not None]
+    return as_json(Result(report)), locks
+
+
+def _brief(folder: Path, store: Store | None, site: Path | None = None, jobs: int = 1) -> Report:
+    return verify([folder], site or reference_site(), store=store, in_full=False, jobs=jobs)
+
+
+def _examined(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The names of the modules that are examined from now on."""
+    names: list[str] = []
+    honest = verify_module._examine
+
+    def noted(folder: Path, *rest: object) -> object:
+        names.append(folder.name)
+        return honest(folder, *rest)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(verify_module, "_examine", noted)
+    return names
+
+
+def test_what_is_kept_says_the_same_and_examines_nothing(
+    modules: Path, store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    in_full = _told(verify([modules], reference_site()))
+    cold = _told(_brief(modules, store))
+    examined = _examined(monkeypatch)
+    assert _told(_brief(modules, store)) == cold == in_full
+    assert examined == []
+    assert len(cold[1]) == 3
+
+
+def _edit(name: str, old: str, new: str) -> Callable[[Path], object]:
+    def edit(folder: Path) -> None:
+        path = folder / name
+        text = path.read_text(encoding="utf-8")
+        assert old in text
+        path.write_text(text.replace(old, new, 1), encoding="utf-8")
+
+    return edit
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        _edit("ecm.yaml", "version: 1.0.0", "version: 1.0.1"),
+        _edit("ecm.yaml", "# Probabilities", "# The probabilities"),
+        _edit("skills.py", "Cleaning a table", "Cleaning the table"),
+        lambda folder: (folder / "more.py").write_text("", encoding="utf-8"),
+    ],
+    ids=["version", "comment", "code", "new file of code"],
+)
+def test_a_change_of_the_module_is_examined(
+    change: Callable[[Path], object], modules: Path, store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _brief(modules, store)
+    change(modules / "clean_table")
+    examined = _examined(monkeypatch)
+    report = _brief(modules, store)
+    assert examined == ["clean_table"]
+    assert _told(report) == _told(verify([modules], reference_site()))
+
+
+def test_another_site_budget_program_or_place_is_examined(
+    modules: Path, store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _brief(modules, store)
+    examined = _examined(monkeypatch)
+    site = tmp_path / "site.yaml"
+    site.write_text(reference_site().read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
+    _brief(modules, store, site)
+    verify([modules], reference_site(), 7, store=store, in_full=False)
+    _brief(modules.rename(tmp_path / "moved"), store)
+    assert len(examined) == 9
+    monkeypatch.setattr(keeping, "_program", lambda: "another program")
+    _brief(tmp_path / "moved", store)
+    assert len(examined) == 12
+
+
+def test_a_file_that_the_module_needs_is_looked_for_each_time(modules: Path, store: Store) -> None:
+    folder = modules / "clean_table"
+    (folder / "net.onnx").write_bytes(b"weights")
+    _edit(
+        "ecm.yaml",
+        "tasks:\n",
+        "models:\n  net: {description: a net, kind: model, file: net.onnx}\n\ntasks:\n",
+    )(folder)
+    assert _brief(folder, store).conclusion is Conclusion.PROVED
+    assert _brief(folder, store).conclusion is Conclusion.PROVED
+    (folder / "net.onnx").unlink()
+    assert {one.code for one in _brief(folder, store).modules[0].diagnostics} == {"AE131"}
+
+
+def test_what_depends_on_other_modules_is_never_kept(tmp_path: Path, store: Store) -> None:
+    needed = write_module(tmp_path / "modules", 8)
+    write_module(tmp_path / "modules", 9)
+    assert _brief(tmp_path / "modules", store).conclusion is Conclusion.PROVED
+    shutil.rmtree(needed)
+    report = _brief(tmp_path / "modules", store)
+    assert {one.code for one in report.modules[0].diagnostics} == {"AE301"}
+    assert report.modules[0].certificate is None
+
+
+def test_what_is_refuted_or_leaves_something_to_say_is_not_kept(
+    modules: Path, store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _edit(
+        "ecm.yaml", "slide: target in table_area and force <= 10 N", "slide: force <= 10 N and force >= 11 N"
+    )(modules / "clean_table")
+    first = _told(_brief(modules, store))
+    examined = _examined(monkeypatch)
+    second = _brief(modules, store)
+    assert second.conclusion is Conclusion.REJECTED
+    assert examined == ["clean_table"]
+    assert _told(second) == first
+
+
+@pytest.mark.parametrize("content", ["", "null", "{}", "[1", '{"presence": {}, "before": [], "after": []}'])
+def test_a_report_that_cannot_be_read_is_not_there(content: str, modules: Path, store: Store) -> None:
+    _brief(modules, store)
+    store._connection.execute("UPDATE reports SET report = ?", (content,))
+    assert _told(_brief(modules, store)) == _told(verify([modules], reference_site()))
+
+
+def test_a_report_on_other_bytes_is_not_believed(modules: Path, store: Store) -> None:
+    site = load_site(reference_site(), Diagnostics())
+    assert site is not None
+    _brief(modules, store)
+    keeper = keeping.Keeper(store, site, 1_000_000)
+    kept = keeper.find(modules / "clean_table")
+    assert kept is not None
+    forged = replace(kept, presence=replace(kept.presence, code_digest="0" * 64))
+    key = keeper._key(modules / "clean_table", kept.presence.manifest_digest, kept.presence.code_digest)
+    keeper.keep(modules / "clean_table", forged)
+    store.put_reports({key: next(iter(keeper._new.values()))})
+    assert keeper.find(modules / "clean_table") is None
+
+
+def test_several_processes_say_the_same_in_the_same_order(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(verify_module, "MANY", 2)
+    modules = write_modules(tmp_path / "modules", 6)
+    (modules[3] / "ecm.yaml").write_text("nonsense: true\n", encoding="utf-8")
+    _edit("ecm.yaml", "force <= 15 N", "force <= 1 N")(modules[1])
+    alone = _brief(tmp_path / "modules", None)
+    assert alone.conclusion is Conclusion.REJECTED
+    assert _told(_brief(tmp_path / "modules", None, jobs=2)) == _told(alone)
+    assert _told(verify([tmp_path / "modules"], reference_site())) == _told(alone)
