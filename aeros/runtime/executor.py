@@ -39,7 +39,13 @@ from aeros.runtime.ports import (
     StepResult,
     StepStatus,
 )
-from aeros.runtime.records import caller_details, decision_details, session_details, spell_reasons
+from aeros.runtime.records import (
+    caller_details,
+    decision_details,
+    motion_details,
+    session_details,
+    spell_reasons,
+)
 from aeros.runtime.skill_code import SkillRefusedError, told
 from aeros.runtime.skill_run import Ending, OpenRun, Run
 from aeros.runtime.trajectory import MotionDecider, motion_digest
@@ -240,8 +246,8 @@ class Executor:
         decision, plan = self._decide_motion(gated, readings)
         step.counts = step.counts.plus(decision.verdict)
         digest = self._configuration.digest
-        motion = motion_digest(plan)
-        details = decision_details(decision, digest, now, readings, step.caller, asked, usage, motion)
+        details = decision_details(decision, digest, now, readings, step.caller, asked, usage)
+        details = {**motion_details(gated, decision, motion_digest(plan)), **details}
         self._audit.append("decision", details)
         if decision.verdict is Verdict.DENY:
             return Ending(StepStatus.DENIED, spell_reasons(decision.reasons))

@@ -43,19 +43,16 @@ def decision_details(
     caller: Caller,
     asked: Action,
     usage: Mapping[str, int] | None,
-    motion: str | None,
 ) -> dict[str, Any]:
-    """Everything that was decided on, and what was decided: enough to decide it again.
+    """Everything the gate decided on, and what it decided: enough to decide it again.
 
     usage: by quota, what was used up; None where the clock was wrong and the gate was not asked.
-    motion: the digest of the motion that the action becomes, which is decided after the action.
     """
     state = {name: [reading.value, reading.time] for name, reading in readings.items()}
     return {
         **outcome_details(decision),
         "configuration": configuration_digest,
         "time": now,
-        "motion": motion,
         "state_digest": digest_of(state),
         "state": state,
         "usage": None if usage is None else dict(usage),
@@ -71,6 +68,11 @@ def outcome_details(decision: Decision) -> dict[str, Any]:
         "reasons": [[reason.code, reason.rule, reason.text] for reason in decision.reasons],
         "decided": None if decision.action is None else _action_details(decision.action),
     }
+
+
+def motion_details(gated: Decision, decision: Decision, motion: str | None) -> dict[str, Any]:
+    """The digest of the motion that the action becomes; where that was denied, what the gate had said."""
+    return {"motion": motion} if decision is gated else {"motion": motion, "gate": outcome_details(gated)}
 
 
 def caller_details(caller: Caller) -> dict[str, Any]:

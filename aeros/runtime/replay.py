@@ -2,11 +2,11 @@
 
 Compared are verdict, the action that may be executed, and all reasons, in whatever order: a record
 keeps state and parameters by name, not in the order in which they arrived.  Of a request that held
-what a record cannot, the verdict alone is compared.  Of a motion the record holds a digest and not the
-paths: of an action that was denied for its motion, compared is that the gate had allowed it.
+what a record cannot, the verdict alone is compared.
 
-Histories and the use of quotas are taken as recorded; that they are what the log's own past adds up to is
-not checked.
+Where the gate allowed an action and its motion was denied, what the gate said is decided again, the
+motion is not: the record holds its digest alone.  Histories and the use of quotas are taken as
+recorded; that they are what the log's own past adds up to is not checked.
 """
 
 from __future__ import annotations
@@ -20,11 +20,10 @@ from typing import Any, Final
 from aeros.runtime.audit_check import Record
 from aeros.runtime.canonical import Unencodable, restored
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.decision import Caller, Decision, Verdict
+from aeros.runtime.decision import Caller, Decision
 from aeros.runtime.gate import Gate, GateDisagreementError
 from aeros.runtime.ports import Reading
 from aeros.runtime.records import outcome_details
-from aeros.runtime.trajectory import MOTION_CODES
 from aeros.runtime.usage import ClockError, Usage, denied_by_clock
 from aeros.skill import Action
 
@@ -72,22 +71,18 @@ class Replay:
         if record["event"] != "decision":
             return
         details = record["details"]
-        recorded = {name: details.get(name) for name in ("verdict", "decided", "reasons")}
+        # Where the motion was denied, what the gate had said stands apart; the motion is not in the record.
+        outcome = details.get("gate", details)
+        recorded = {name: outcome.get(name) for name in ("verdict", "decided", "reasons")}
         why, again = "", None
         try:
             again = outcome_details(self._decide(details))
         except (_UnheldError, GateDisagreementError) as fault:
             why = str(fault)
-        by_motion = _is_about_motion(recorded["reasons"])
-        whole = not by_motion and not _has_lost(restored(details))
-        if again is None:
-            same = False
-        elif by_motion:
-            same = again["verdict"] != Verdict.DENY.value and recorded["verdict"] == Verdict.DENY.value
-        elif whole:
-            same = _unordered(again) == _unordered(recorded)
-        else:
-            same = again["verdict"] == recorded["verdict"]
+        whole = not _has_lost(restored(details))
+        same = again is not None and (
+            _unordered(again) == _unordered(recorded) if whole else again["verdict"] == recorded["verdict"]
+        )
         if same:
             self.agreed += 1
             self.verdict_only += not whole
@@ -127,12 +122,6 @@ class Replay:
         except ClockError as wrong:
             return wrong
         return None
-
-
-def _is_about_motion(reasons: Any) -> bool:
-    """Whether it was the motion that was denied, after the gate had allowed the action."""
-    listed = reasons if type(reasons) is list else []
-    return any(type(one) is list and one[:1] and one[0] in MOTION_CODES for one in listed)
 
 
 def _unordered(outcome: Mapping[str, Any]) -> tuple[bytes, list[bytes]]:

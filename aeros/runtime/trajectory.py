@@ -28,9 +28,6 @@ from aeros.runtime.sweep import Box, breach_of
 from aeros.skill import Action
 from aeros.spec.model import Barrier, MotionKind, MotionPolicy
 
-MOTION_CODES = frozenset(("AE760", "AE761", "AE762", "AE763"))
-"""What a motion is denied for, whose action the gate has allowed."""
-
 _RATES = ("speed", "acceleration", "jerk")
 
 

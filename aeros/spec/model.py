@@ -325,9 +325,9 @@ class Site:
     grant_spans: Mapping[str, Span] = field(default_factory=dict)
     histories: tuple[History, ...] = ()
     policy_spans: Mapping[str, Span] = field(default_factory=dict)
+    motion: MotionPolicy | None = None
     durability: Durability = Durability.EVERY_RECORD
     isolation: Isolation = Isolation()
-    motion: MotionPolicy | None = None
 
     @cached_property
     def observed(self) -> Mapping[str, Declared]:

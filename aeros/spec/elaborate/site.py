@@ -110,9 +110,9 @@ class _SiteElaborator:
             joint=joint,
             histories=self._histories.kept,
             policy_spans=_policy_spans(site),
+            motion=elaborate_motion(site.motion, self, self._sink) if whole and site.motion else None,
             durability=Durability(policy.audit.durability.value if policy.audit else "every-record"),
             isolation=self._isolation(policy.isolation),
-            motion=elaborate_motion(site.motion, self, self._sink) if whole and site.motion else None,
         )
 
     def _enum(self, name: Text, members: tuple[Text, ...]) -> None:
@@ -404,7 +404,6 @@ def _policy_spans(site: declared.Site) -> dict[str, Span]:
         "policy/limits/skill_timeout": limits.skill_timeout.span,
         "policy/limits/retries": limits.retries.span,
         "policy/limits/replans": limits.replans.span,
-        **({} if policy.isolation is None else {"policy/isolation": policy.isolation.span}),
         **{f"resources/{name.value}": count.span for name, count in site.resources},
     }
 

@@ -216,9 +216,7 @@ def decided(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             usage = {"carry-rate": 3 if place == 4 else 0}
             decision = bench.gate().decide(one.caller, one.readings, one.action, one.now, usage)
             digest = bench.configuration().digest
-            details = decision_details(
-                decision, digest, one.now, one.readings, one.caller, one.action, usage, None
-            )
+            details = decision_details(decision, digest, one.now, one.readings, one.caller, one.action, usage)
             log.append("decision", details)
         log.append("step-ended", {"module": "handling", "skill": "slowly", "status": "denied", "reason": "r"})
         log.append("note", {"event": "plan\x1b[2J"})

@@ -638,6 +638,7 @@ def test_a_motion_that_is_not_in_order_is_denied_recorded_and_not_made(
     (record,) = bench.records("decision")
     assert record["details"]["verdict"] == "DENY"
     assert record["details"]["motion"] == motion_digest(_PLAN)
+    assert record["details"]["gate"]["verdict"] == "ALLOW"
     bench.assert_cleaned_up(finished=False)
     bench.audit.close()
 

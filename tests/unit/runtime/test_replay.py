@@ -30,7 +30,7 @@ def decided(parameters: Mapping[str, Any], **state: Any) -> tuple[Decision, dict
     usage = dict.fromkeys((quota.id for quota in bench.configuration().site.quotas), 0)
     decision = bench.gate().decide(CALLER, readings, action, bench.NOW, usage)
     digest = bench.configuration().digest
-    return decision, decision_details(decision, digest, bench.NOW, readings, CALLER, action, usage, None)
+    return decision, decision_details(decision, digest, bench.NOW, readings, CALLER, action, usage)
 
 
 def replayed(*records: tuple[str, Mapping[str, Any]], gate: Gate | None = None, path: Path) -> Replay:
@@ -142,7 +142,7 @@ def test_a_clock_that_went_back_denies_again_and_a_new_session_has_a_new_clock(l
     readings = bench.measured(bench.STATE)
     denied = decision_details(
         denied_by_clock(wrong.value), details["configuration"], bench.NOW - 1, readings, CALLER,
-        Action("move", {}), None, None,
+        Action("move", {}), None,
     )  # fmt: skip
     opened = session_details(bench.configuration())
     records = [("decision", details), ("decision", denied)]
