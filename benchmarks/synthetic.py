@@ -92,6 +92,7 @@ def _skill(number: int, index: int) -> str:
         and target - base_position not in own_base and speed <= {most}
       grip: width <= {width:.3f} mm and force <= {force:.4f} N
       {last}
+    gated: [arm-separation]
     actuators: [arm, gripper]
     resources: [arm, gripper]
     risk: medium
