@@ -6,7 +6,7 @@ two, a condition is neither true nor false there, and a history is unknown for a
 make a difference; the gate denies what depends on it.  What was before the first moment is not looked at.
 
 The definition is `semantics.evaluate` along the trace of moments; where a history is known it is
-what that says (tests/differential/test_history.py).
+what that says (tests/differential/test_past_time.py).
 """
 
 from __future__ import annotations
