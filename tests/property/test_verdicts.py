@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any, cast
@@ -105,6 +105,33 @@ def environments(*terms: t.Term) -> Iterator[Environment]:
 def possible(*terms: t.Term) -> bool:
     """Whether all `terms` hold somewhere."""
     return any(all(holds(term, env) for term in terms) for env in environments(*terms))
+
+
+def state_matters(rule: t.Term) -> bool:
+    """Whether some action is allowed by `rule` in one state and denied in another.
+
+    For halves as values of y, the quarters hold one x of every order among x, y, -y, -1, 0 and 1.
+    """
+    finer: Mapping[str, Sequence[Value]] = {
+        "x": [Fraction(n, 4) for n in range(-4, 5)],
+        "y": [Fraction(n, 2) for n in range(-2, 3)],
+    }
+    mentioned = [one for one in EVERYTHING if one.name in t.variables_of(rule)]
+    values = {one.name: finer.get(one.name) or _values(one) for one in mentioned}
+    measured = [one.name for one in mentioned if one.variable.role is t.Role.STATE]
+    asked = [name for name in values if name not in measured]
+    return any(
+        len(
+            {
+                holds(
+                    rule, {**dict(zip(asked, action, strict=True)), **dict(zip(measured, state, strict=True))}
+                )
+                for state in itertools.product(*(values[name] for name in measured))
+            }
+        )
+        == 2
+        for action in itertools.product(*(values[name] for name in asked))
+    )
 
 
 def conditions(*roles: t.Role) -> st.SearchStrategy[t.Term]:
@@ -356,8 +383,10 @@ def _module_is_judged_by_its_words(
         MODULES.compare("guarded", proved=one.guarded, expected=expected)
     settled = {one.id: one.verdict for one in claims if isinstance(one, Settled)}
     for i in (i for i in range(len(rules)) if f"r{i}" in gated):
-        verdict = settled[f"safety/skill/gated-r{i}"]
-        MODULES.compare("AE506", proved=verdict is Verdict.PROVED, expected=t.Role.STATE in roles[i])
+        if t.Role.STATE in roles[i]:
+            judge("AE506", f"safety/skill/gated-r{i}/move", state_matters(rules[i]))
+        else:
+            MODULES.compare("AE506", proved=f"safety/skill/gated-r{i}" not in settled, expected=False)
     # What no action can help: rules that read the state and nothing of the action.
     of_states = [rule for rule, read in zip(rules, roles, strict=True) if read == {t.Role.STATE}]
     judge("AE504", "safety/skill/can-start", possible(precondition, *of_states))
