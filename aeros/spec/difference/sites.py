@@ -23,7 +23,7 @@ from aeros.spec.difference.change import (
 from aeros.spec.difference.modules import ACCESS
 from aeros.spec.difference.sets import Condition, Side, compare_sets
 from aeros.spec.expr import terms as t
-from aeros.spec.model import Access, ActionKind, Block, Declared, Isolation, JointRule, Quota, Site
+from aeros.spec.model import Access, ActionKind, Block, Declared, JointRule, Quota, Site
 from aeros.spec.obligations.joint import joint_variables
 from aeros.spec.source import Span
 from aeros.spec.units import show_number
@@ -47,7 +47,7 @@ def site_changes(old: Site, new: Site, rlimit: int) -> Iterator[Change]:
     yield from _number_changes(old, new)
     yield from _block_changes(old.blocks, new.blocks)
     yield from _quota_changes(old.quotas, new.quotas)
-    yield from _isolation_changes(old.isolation, new.isolation)
+    yield from _isolation_changes(old, new)
     yield _motion_change(old, new)
 
 
@@ -188,20 +188,25 @@ def _quota_changes(old: Sequence[Quota], new: Sequence[Quota]) -> Iterator[Chang
         yield finite(f"policy/quotas/{name}", relation, headline, *spans)
 
 
-def _isolation_changes(old: Isolation, new: Isolation) -> Iterator[Change]:
+def _isolation_changes(old: Site, new: Site) -> Iterator[Change]:
     """More trust and fewer required layers allow more of what code does beside asking."""
-    headline = listed_change("modules trusted to run in the runtime's own process", old.trusted, new.trusted)
-    yield finite("policy/isolation/trusted", sets_relation(old.trusted, new.trusted), headline)
-    headline = listed_change("required layers of isolation", old.require, new.require)
-    yield finite("policy/isolation/require", sets_relation(new.require, old.require), headline)
-    relation = bounds_relation(old.refuses and not new.refuses, new.refuses and not old.refuses)
-    words = ["refuse" if one.refuses else "warn" for one in (old, new)]
+    before, after = old.isolation, new.isolation
+    places = [site.policy_spans.get("policy/isolation") for site in (old, new)]
+    headline = listed_change("modules trusted to run in the runtime's process", before.trusted, after.trusted)
+    relation = sets_relation(before.trusted, after.trusted)
+    yield finite("policy/isolation/trusted", relation, headline, *places)
+    headline = listed_change("required layers of isolation", before.require, after.require)
+    relation = sets_relation(after.require, before.require)
+    yield finite("policy/isolation/require", relation, headline, *places)
+    words = ["refuse" if one.refuses else "warn" for one in (before, after)]
     headline = f"where a layer of isolation is missing, the answer was `{words[0]}` and is `{words[1]}`"
-    yield finite("policy/isolation/missing", relation, headline)
-    longer = bounds_relation(new.answer_within > old.answer_within, new.answer_within < old.answer_within)
-    shown = [show_number(one.answer_within) for one in (old, new)]
-    headline = f"skill code may compute for {shown[1]} s before each action, and was for {shown[0]} s"
-    yield finite("policy/isolation/answer_within", longer, headline)
+    relation = bounds_relation(before.refuses and not after.refuses, after.refuses and not before.refuses)
+    yield finite("policy/isolation/missing", relation, headline, *places)
+    shown = [show_number(one.answer_within) for one in (before, after)]
+    headline = f"skill code may compute for {shown[1]} s before each action, and {shown[0]} s before"
+    longer = after.answer_within > before.answer_within
+    relation = bounds_relation(longer, after.answer_within < before.answer_within)
+    yield finite("policy/isolation/answer_within", relation, headline, *places)
 
 
 def _shown(quota: Quota) -> str:

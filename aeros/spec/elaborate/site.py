@@ -404,6 +404,7 @@ def _policy_spans(site: declared.Site) -> dict[str, Span]:
         "policy/limits/skill_timeout": limits.skill_timeout.span,
         "policy/limits/retries": limits.retries.span,
         "policy/limits/replans": limits.replans.span,
+        **({} if policy.isolation is None else {"policy/isolation": policy.isolation.span}),
         **{f"resources/{name.value}": count.span for name, count in site.resources},
     }
 
