@@ -108,16 +108,19 @@ def _command(arguments: argparse.Namespace) -> Exit:
         return Exit.USAGE
     registry = Registry(arguments.state)
     installed = arguments.ecms is None and arguments.site is None and registry.exists
+    governor: Governing | Steered
     if installed:
-        configuration, report = registry.configuration()
+        governor = Governing(registry)
+        (_, configuration), report = governor.configuration(), governor.report
     else:
         site = arguments.site or reference_site()
         configuration, report = prove([arguments.ecms or Path("ecms")], site, certified=True)
+        governor = Steered(configuration, registry)
     try:
         signing = None if key_file is None else Signing(read_signing_key(key_file), arguments.anchor)
         routed = route(arguments.instruction, configuration.modules)
         out = _output_folder(arguments.out, routed.task.id)
-        with Governing(registry) if installed else Steered(configuration, registry) as governor:
+        with governor:
             return _run(arguments, configuration, governor, report, routed, out, signing)
     except (
         RefusedError,

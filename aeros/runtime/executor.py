@@ -100,7 +100,8 @@ class Executor:
         governor: Governor | None = None,
     ) -> None:
         self._governor = Fixed(configuration) if governor is None else governor
-        self._generation = self._governor.generation
+        # Of no generation yet: what was loaded before may have changed since, so the first look follows.
+        self._generation: int | None = None
         self._configuration = configuration
         self._gate = gate
         self._plant = plant
@@ -228,10 +229,10 @@ class Executor:
             self._pause()
             if self._governor.command is Command.STOP:
                 return Ending(StepStatus.STOPPED, "the operator stops it")
-            self._follow()
+            generation = self._follow()
             if not self._is_active(step.ecm):
                 return Ending(StepStatus.STOPPED, f"revoked: `{step.ecm.id}` is not active as it was")
-            with self._governor.acting(self._generation) as in_force:
+            with self._governor.acting(generation) as in_force:
                 if in_force:
                     return self._act_now(step, asked)
 
@@ -276,13 +277,15 @@ class Executor:
 
     # Whoever governs.
 
-    def _follow(self) -> None:
-        """Take over the configuration that is in force, if it is another than before."""
-        if self._governor.generation == self._generation:
-            return
-        self._generation, configuration = self._governor.configuration()
+    def _follow(self) -> int:
+        """Take over the configuration that is in force, if it is another than before; its generation."""
+        generation = self._governor.generation
+        if generation == self._generation:
+            return generation
+        generation, configuration = self._governor.configuration()
+        self._generation = generation
         if configuration.digest == self._configuration.digest:
-            return
+            return generation
         if configuration.site.digest != self._configuration.site.digest:
             self._histories = Histories(configuration.site)
             self._usage = self._usage.under(configuration.site.quotas)
@@ -291,6 +294,7 @@ class Executor:
         self._configuration = configuration
         self._gate = self._gate.under(configuration)
         self._audit.append("configuration-changed", session_details(configuration))
+        return generation
 
     def _is_active(self, ecm: Ecm) -> bool:
         """Whether the same module, of the same code, is active now."""

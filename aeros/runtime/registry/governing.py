@@ -12,6 +12,7 @@ from aeros.runtime.registry.lifecycle import State
 from aeros.runtime.registry.live import Live
 from aeros.runtime.registry.records import Snapshot
 from aeros.runtime.registry.registry import Registry
+from aeros.spec.verify import Report
 
 
 class Governing:
@@ -21,7 +22,7 @@ class Governing:
         self._registry = registry
         self._live = Live(registry.folder)
         _forget_stop(self._live)
-        self._loaded = Snapshot()
+        self._loaded, self._current = self._load()
         self._looked: tuple[int, Snapshot] = (-1, Snapshot())
 
     @property
@@ -35,12 +36,16 @@ class Governing:
         return self._live.command
 
     def configuration(self) -> tuple[int, Configuration]:
-        """See `Governor`."""
-        generation = self._live.generation
-        snapshot = self._registry.snapshot()
-        configuration, _ = self._registry.configuration(snapshot)
-        self._loaded = snapshot
+        """See `Governor`; proved once for each generation."""
+        if self._current[0] != self._live.generation:
+            self._loaded, self._current = self._load()
+        generation, configuration, _ = self._current
         return generation, configuration
+
+    @property
+    def report(self) -> Report:
+        """The proof of the configuration."""
+        return self._current[2]
 
     def acting(self, generation: int) -> AbstractContextManager[bool]:
         """See `Governor`."""
@@ -70,6 +75,11 @@ class Governing:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def _load(self) -> tuple[Snapshot, tuple[int, Configuration, Report]]:
+        """What is in force; the generation is looked at first, so a change meanwhile is noticed as one."""
+        generation, snapshot = self._live.generation, self._registry.snapshot()
+        return snapshot, (generation, *self._registry.configuration(snapshot))
 
     def _latest(self) -> Snapshot:
         """The snapshot of the generation that is published now, read once."""

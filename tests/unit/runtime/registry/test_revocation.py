@@ -56,8 +56,8 @@ class Robot:
 
     def __init__(self, registry: Registry, log: Path) -> None:
         self.registry = registry
+        configuration, _ = registry.configuration()
         self.governing = Governing(registry)
-        _, configuration = self.governing.configuration()
         self.plant = SlowPlant(initial_values(configuration.site, {}))
         self.plant.moving = threading.Event()
         self.audit = AuditLog(log)
@@ -123,12 +123,27 @@ def test_nothing_revoked_moves_after_the_change_returns(robot: Robot, change: st
     assert (again.status in (StepStatus.REFUSED, StepStatus.DENIED)) == (change != "another policy")
 
 
-def test_what_is_not_revoked_goes_on(robot: Robot) -> None:
+def test_a_change_between_loading_and_the_first_look_is_followed(
+    registry: Registry, write: Author, tmp_path: Path
+) -> None:
+    registry.install(write())
+    registry.configure("tidy")
+    registry.activate("tidy")
+    stale, _ = registry.configuration()
+    registry.deactivate("tidy")
+    with Governing(registry) as governing, AuditLog(tmp_path / "audit.jsonl") as log:
+        plant = FakePlant(initial_values(stale.site, {}))
+        executor = Executor(stale, Gate(stale), plant, log, run_in_process, governing)
+        assert executor.submit(StepRequest("tidy", "rest", {})).status is StepStatus.REFUSED
+        assert executor.active_modules() == {}
+
+
+def test_what_is_unrelated_stops_nothing_that_a_run_has_begun(robot: Robot) -> None:
+    """As `aeros run` opens it: nobody asks for the configuration but the executor."""
     thread = _under_way(robot)
-    robot.registry.block(Block("one", "why", None, None, "grip"))  # returns when the action ended
+    robot.registry.block(Block("one", "why", None, None, "grip"))
     thread.join(_LONG)
-    (result,) = robot.results
-    assert result.status is StepStatus.FINISHED
+    assert robot.results[0].status is StepStatus.FINISHED
 
 
 def test_a_change_made_by_one_who_was_killed_before_telling_is_seen_at_the_next_one(robot: Robot) -> None:
