@@ -18,6 +18,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
+from aeros.durable import replace_file
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.proving import prove
 from aeros.runtime.registry.bundle import bundle_digest, keep, module_files, sweep
@@ -61,8 +62,9 @@ class Registry:
 
     def capabilities(self, snapshot: Snapshot) -> dict[str, tuple[str, ...]]:
         """By module, what its skills provide.  Raises `UserError`."""
+        site = self._policy_of(snapshot)
         return {
-            name: tuple(sorted(self._read(snapshot, folder).capabilities))
+            name: tuple(sorted(_read(site, folder).capabilities))
             for name, folder in self._folders(snapshot).items()
         }
 
@@ -78,7 +80,8 @@ class Registry:
             digest = bundle_digest(files)
             if pinned is not None and pinned.removeprefix("sha256:") != digest:
                 raise _refused("AE963", f"`{source}` is not what was pinned: its digest is sha256:{digest}")
-            ecm = self._read(old, source)
+            site = self._policy_of(old)
+            ecm = _read(site, source)
             kept = old.modules.get(ecm.id)
             if kept is not None and kept.version == ecm.version and kept.digest != digest:
                 raise _refused(
@@ -91,7 +94,7 @@ class Registry:
             new = _with(old, one)
             self._proved(new, {ecm.id: source})
             folder = keep(files, self.folder / "modules", ecm.id)
-            if _digests(self._read(old, folder)) != _digests(ecm):
+            if _digests(_read(site, folder)) != _digests(ecm):
                 raise _refused("AE961", f"`{source}` changed while it was being proved")
             self._commit(old, new, f"install {ecm.id} {ecm.version} sha256:{digest}")
             return one
@@ -173,15 +176,6 @@ class Registry:
             raise _refused("AE965", f"the policy `{snapshot.site}` cannot be read")
         return site
 
-    def _read(self, snapshot: Snapshot, folder: Path) -> Ecm:
-        """The module in `folder`, read under the policy in force and not proved."""
-        sink = Diagnostics()
-        found = load_ecm(folder, self._policy_of(snapshot), sink)
-        sink.raise_if_errors()
-        if found is None:
-            raise _refused("AE961", f"`{folder}` holds no module")
-        return found.ecm
-
     def _proved(
         self, new: Snapshot, sources: Mapping[str, Path], site: Path | None = None
     ) -> tuple[Configuration, Report]:
@@ -235,12 +229,7 @@ class Registry:
     def _keep_policy(self, new: Snapshot, content: bytes) -> None:
         path = self.folder / new.site
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        beside = path.with_suffix(f".{os.getpid()}")
-        with beside.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        beside.replace(path)
+        replace_file(path, content)
 
     @contextmanager
     def _changing(self) -> Iterator[Snapshot]:
@@ -266,6 +255,16 @@ def _with(old: Snapshot, one: Installed) -> Snapshot:
     if one.state is not State.ABSENT:
         modules[one.name] = one
     return replace(old, modules=dict(sorted(modules.items())))
+
+
+def _read(site: Site, folder: Path) -> Ecm:
+    """The module in `folder`, read under the policy `site` and not proved."""
+    sink = Diagnostics()
+    found = load_ecm(folder, site, sink)
+    sink.raise_if_errors()
+    if found is None:
+        raise _refused("AE961", f"`{folder}` holds no module")
+    return found.ecm
 
 
 def _digests(ecm: Ecm) -> tuple[str, str]:
