@@ -1,4 +1,4 @@
-"""Laws of the layout: whatever the graph, nothing lies on anything else or outside, and arrows meet their nodes."""
+"""Laws of the layout: whatever the graph, nothing lies on anything else, and arrows meet their nodes."""
 
 from __future__ import annotations
 
