@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import Self
+from typing import Final, Self
 
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.governor import Command, Fixed
@@ -14,6 +15,8 @@ from aeros.runtime.registry.live import Live
 from aeros.runtime.registry.records import Snapshot
 from aeros.runtime.registry.registry import Registry
 from aeros.spec.verify import Report
+
+_LOOK_EVERY: Final = 0.002  # s, while a change is being made
 
 
 class _Steering:
@@ -48,7 +51,7 @@ class Governing(_Steering):
         super().__init__(registry.folder)
         self._registry = registry
         self._loaded, self._current = self._load()
-        self._looked: tuple[int, Snapshot] = (-1, Snapshot())
+        self._looked = self._loaded
 
     @property
     def generation(self) -> int:
@@ -87,16 +90,16 @@ class Governing(_Steering):
         return None
 
     def _load(self) -> tuple[Snapshot, tuple[int, Configuration, Report]]:
-        """What is in force; the generation is looked at first, so a change meanwhile is noticed as one."""
-        generation, snapshot = self._live.generation, self._registry.snapshot()
-        return snapshot, (generation, *self._registry.configuration(snapshot))
+        """What is in force; waits while a change is being made."""
+        while (snapshot := self._registry.agreed(self._live)) is None:
+            time.sleep(_LOOK_EVERY)
+        return snapshot, (snapshot.generation, *self._registry.configuration(snapshot))
 
     def _latest(self) -> Snapshot:
-        """The snapshot of the generation that is published now, read once."""
-        generation = self._live.generation
-        if self._looked[0] != generation:
-            self._looked = (generation, self._registry.snapshot())
-        return self._looked[1]
+        """What is kept, read once for each generation; read again as long as a change is being made."""
+        if self._looked.generation != self._live.generation:
+            self._looked = self._registry.agreed(self._live) or self._looked
+        return self._looked
 
 
 class Steered(_Steering, Fixed):

@@ -84,13 +84,6 @@ class Records:
             raise self._damaged(str(failure)) from failure
         return Snapshot(generation, site, kept, {row[0]: Block(*row) for row in blocks})
 
-    def generation(self) -> int:
-        """How many changes there were: a quick look before an action.  Raises `UserError`."""
-        with self._open() as database:
-            if database is None:
-                return 0
-            return int(database.execute("SELECT generation FROM policy").fetchone()[0])
-
     def replace(self, new: Snapshot, said: str, written: str) -> None:
         """Make it say `new`, whole or not at all.  Raises `UserError`."""
         with self._open(create=True) as database:

@@ -2,9 +2,11 @@
 
 Every change is proved before it is made.  The new set of modules is verified whole, under the
 policy and the operator's blocks; what is refused has changed nothing.  Then the record is replaced
-in one transaction, executors are told, and the change returns when no action of the old
-configuration moves any more.  So after `deactivate`, `remove` or `block` has returned, no further
-action of that skill is executed.
+in one transaction, and the change returns when no action of the old configuration moves any more.
+So after `deactivate`, `remove` or `block` has returned, no further action of that skill is executed.
+
+Executors are told before the record is replaced, and begin nothing until it is: so there is no
+instant at which a change is kept and an executor does not know of it, whoever is killed.
 """
 
 from __future__ import annotations
@@ -33,6 +35,7 @@ from aeros.spec.model import Block, Ecm, Site
 from aeros.spec.verify import Report
 
 _FOLDER: Final = "registry"
+_LOCK: Final = "change.lock"
 _PATIENCE: Final = 30.0  # s that a change waits for motions of the old configuration to end
 
 
@@ -67,6 +70,19 @@ class Registry:
             name: tuple(sorted(_read(site, folder).capabilities))
             for name, folder in self._folders(snapshot).items()
         }
+
+    def agreed(self, live: Live) -> Snapshot | None:
+        """What is kept, or None while executors were told of a change that is not kept.
+
+        Where whoever made that change is no more, they are told otherwise.  Raises `UserError`.
+        """
+        snapshot = self.snapshot()
+        if snapshot.generation == live.generation:
+            return snapshot
+        with _opened(self.folder / _LOCK) as lock, suppress(BlockingIOError):
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            live.publish(self.snapshot().generation)
+        return None
 
     # Changes.
 
@@ -214,8 +230,12 @@ class Registry:
         new = replace(new, generation=old.generation + 1)
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         with Live(self.folder) as live:
-            self._records.replace(new, said, datetime.now(UTC).isoformat(timespec="milliseconds"))
             live.publish(new.generation)
+            try:
+                self._records.replace(new, said, datetime.now(UTC).isoformat(timespec="milliseconds"))
+            except BaseException:
+                live.publish(self.snapshot().generation)
+                raise
             try:
                 live.wait_until_still(old.generation, _PATIENCE)
             except StillMovingError as late:
@@ -236,17 +256,24 @@ class Registry:
         """One change at a time; what stood in the folder before stays if it is refused."""
         was_there = self.folder.exists()
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        lock = os.open(self.folder / "change.lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            yield self.snapshot()
-        except BaseException:
-            if not was_there:
-                (self.folder / "change.lock").unlink(missing_ok=True)
-                _remove_if_empty(self.folder)
-            raise
-        finally:
-            os.close(lock)
+        with _opened(self.folder / _LOCK) as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX)
+                yield self.snapshot()
+            except BaseException:
+                if not was_there:
+                    (self.folder / _LOCK).unlink(missing_ok=True)
+                    _remove_if_empty(self.folder)
+                raise
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[int]:
+    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    try:
+        yield descriptor
+    finally:
+        os.close(descriptor)
 
 
 def _with(old: Snapshot, one: Installed) -> Snapshot:
