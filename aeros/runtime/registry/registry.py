@@ -16,7 +16,6 @@ import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
@@ -24,6 +23,7 @@ from aeros.durable import replace_file
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.proving import prove
 from aeros.runtime.registry.bundle import bundle_digest, keep, module_files, sweep
+from aeros.runtime.registry.change_log import record_change
 from aeros.runtime.registry.lifecycle import State, Verb, after, before
 from aeros.runtime.registry.live import Live, StillMovingError
 from aeros.runtime.registry.records import Installed, Records, Snapshot
@@ -44,6 +44,7 @@ class Registry:
 
     def __init__(self, state: Path) -> None:
         self.folder = state / _FOLDER
+        self._key = state / "audit.key"
         self._records = Records(self.folder)
 
     @property
@@ -54,10 +55,6 @@ class Registry:
     def snapshot(self) -> Snapshot:
         """What it says now.  Raises `UserError`."""
         return self._records.read()
-
-    def history(self) -> list[tuple[int, str, str]]:
-        """Every change there was: its number, when, and what.  Raises `UserError`."""
-        return self._records.events()
 
     def configuration(self, snapshot: Snapshot | None = None) -> tuple[Configuration, Report]:
         """The configuration of the active modules, proved here and now.  Raises `UserError`."""
@@ -108,11 +105,11 @@ class Registry:
             state = self._next(old, ecm.id, Verb.INSTALL)
             one = Installed(ecm.id, ecm.version, digest, f"modules/{digest}/{ecm.id}", state)
             new = _with(old, one)
-            self._proved(new, {ecm.id: source})
+            configuration, _ = self._proved(new, {ecm.id: source})
             folder = keep(files, self.folder / "modules", ecm.id)
             if _digests(_read(site, folder)) != _digests(ecm):
                 raise _refused("AE961", f"`{source}` changed while it was being proved")
-            self._commit(old, new, f"install {ecm.id} {ecm.version} sha256:{digest}")
+            self._commit(old, new, f"install {ecm.id} {ecm.version} sha256:{digest}", configuration)
             return one
 
     def configure(self, name: str) -> Installed:
@@ -154,9 +151,10 @@ class Registry:
         with self._changing() as old:
             content = _read_bytes(site)
             new = replace(old, site=f"policies/{file_digest(content)}.yaml")
-            _, report = self._proved(new, {}, site)
+            configuration, report = self._proved(new, {}, site)
             self._keep_policy(new, content)
-            self._commit(old, new, f"policy {site.name} sha256:{file_digest(content)}")
+            said = f"policy {site.name} sha256:{file_digest(content)}"
+            self._commit(old, new, said, configuration)
             return report
 
     # Inside.
@@ -180,8 +178,8 @@ class Registry:
         return reached
 
     def _change(self, old: Snapshot, new: Snapshot, said: str) -> None:
-        self._proved(new, {})
-        self._commit(old, new, said)
+        configuration, _ = self._proved(new, {})
+        self._commit(old, new, said, configuration)
 
     def _policy_of(self, snapshot: Snapshot) -> Site:
         """The site that is in force, as its file says."""
@@ -222,17 +220,18 @@ class Registry:
     def _site(self, snapshot: Snapshot) -> Path:
         return self.folder / snapshot.site if snapshot.site else reference_site()
 
-    def _commit(self, old: Snapshot, new: Snapshot, said: str) -> None:
+    def _commit(self, old: Snapshot, new: Snapshot, said: str, configuration: Configuration) -> None:
         if not new.site:
             content = reference_site().read_bytes()
             new = replace(new, site=f"policies/{file_digest(content)}.yaml")
             self._keep_policy(new, content)
         new = replace(new, generation=old.generation + 1)
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        record_change(self.folder, self._key, old, new, said, configuration.digest)
         with Live(self.folder) as live:
             live.publish(new.generation)
             try:
-                self._records.replace(new, said, datetime.now(UTC).isoformat(timespec="milliseconds"))
+                self._records.replace(new)
             except BaseException:
                 live.publish(self.snapshot().generation)
                 raise
