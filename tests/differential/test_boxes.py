@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 
 from aeros.spec.backends import boxes as boxes_module
 from aeros.spec.backends.answers import Answer, Result
-from aeros.spec.backends.boxes import Boxes, Interval
+from aeros.spec.backends.bounds import search
+from aeros.spec.backends.bounds.interval import Interval
+from aeros.spec.backends.boxes import Boxes
 from aeros.spec.backends.smt import Session
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.check import check
@@ -24,6 +26,7 @@ from aeros.spec.expr.semantics import holds
 from aeros.spec.expr.types import BOOL, IntegerType
 from aeros.spec.loading import reference_site
 from aeros.spec.verify import verify
+from tests.differential.box_questions import Asked, questions
 
 REPOSITORY = Path(__file__).parents[2]
 TEN = Fraction(10)
@@ -53,6 +56,26 @@ def _agrees(
 @given(st.lists(conditions(), min_size=1, max_size=4), vocabulary_ranges())
 def test_bounds_never_contradict_the_solver(terms: list[t.Term], ranges: Ranges) -> None:
     _agrees(list(VARIABLES.values()), ranges, terms)
+
+
+@settings(_SETTINGS, max_examples=400)
+@given(questions())
+def test_bounds_never_contradict_the_solver_nor_a_grid_where_they_are_busy(asked: Asked) -> None:
+    found = _agrees(asked.variables, asked.ranges, asked.terms)
+    if found is not None and found.result is Result.UNSAT:
+        every = t.And(asked.terms)
+        assert not any(holds(lower(every), point) for point in asked.points(24))
+
+
+@settings(_SETTINGS, max_examples=30)
+@given(st.lists(questions(), min_size=2, max_size=8))
+def test_an_answer_does_not_depend_on_what_was_asked_before(several: list[Asked]) -> None:
+    remembers = Boxes()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(boxes_module, "MOST_KEPT", 6)
+        for asked in several * 2:
+            question = (asked.variables, asked.ranges, asked.terms)
+            assert remembers.decide(*question) == Boxes().decide(*question)
 
 
 _ASKED = [
@@ -122,7 +145,7 @@ def test_a_question_of_too_many_boxes_is_left_to_the_solver(monkeypatch: pytest.
     either = check(parse("x > 1 m or y > 1 m"), Scope(VARIABLES), BOOL)
     ranges = {"x": (-TEN, TEN), "y": (-TEN, TEN)}
     assert Boxes().decide([x, y], ranges, [either]) is not None
-    monkeypatch.setattr(boxes_module, "MOST_BOXES", 1)
+    monkeypatch.setattr(search, "MOST_BOXES", 1)
     assert Boxes().decide([x, y], ranges, [either]) is None
 
 
