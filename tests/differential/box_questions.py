@@ -9,13 +9,23 @@ import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, TypeVar, cast
 
 from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import scalar_variables
-from aeros.spec.expr.types import BOOL, EnumType, FamilyType, IntegerType, RealType, Type, VectorType
+from aeros.spec.expr.semantics import Value, evaluate
+from aeros.spec.expr.types import (
+    BOOL,
+    BoolType,
+    EnumType,
+    FamilyType,
+    IntegerType,
+    RealType,
+    Type,
+    VectorType,
+)
 from aeros.spec.units import NUMBER
 
 _T = TypeVar("_T")
@@ -92,8 +102,9 @@ class Asked:
 
 
 class _Conditions:
-    def __init__(self, draw: st.DrawFn) -> None:
+    def __init__(self, draw: st.DrawFn, ranges: Ranges) -> None:
         self._draw = draw
+        self._ranges = ranges
 
     def pick(self, choices: Sequence[_T]) -> _T:
         return self._draw(st.sampled_from(choices))
@@ -102,7 +113,7 @@ class _Conditions:
         return self.pick(makers)()
 
     def condition(self, depth: int) -> t.Term:
-        leaves = [self.compared] * 5 + [self.named]
+        leaves = [self.compared] * 4 + [self.named, self.at_a_corner]
         if depth <= 0:
             return self.made(*leaves)
         below = depth - 1
@@ -168,6 +179,25 @@ class _Conditions:
             left, right = right, left
         return t.Compare(self.op(), left, right)
 
+    def at_a_corner(self) -> t.Term:
+        """A term compared with its value where variables are at ends of their ranges: often its extreme."""
+        term = self.real(self.pick((1, 1, 2)))
+        corner = {one.name: self.end_of(one) for one in t.variables_of(term).values()}
+        sides = term, t.Literal(cast("Fraction", evaluate(term, corner)), _REAL)
+        compared = t.Compare(self.op(), *(sides if self.pick("ny") == "y" else sides[::-1]))
+        return compared if self.pick("ny") == "y" else t.Not(compared)
+
+    def end_of(self, variable: t.Variable) -> Value:
+        match variable.type:
+            case BoolType():
+                return self.pick((False, True))
+            case EnumType(members=members):
+                return self.pick(members)
+            case VectorType() | FamilyType():
+                return tuple(cast("Fraction", self.end_of(one)) for one in scalar_variables(variable))
+            case _:
+                return self.pick(self._ranges.get(variable.name, (Fraction(0), Fraction(1))))
+
     def op(self) -> Literal["<", "<=", "=="]:
         return self._draw(st.sampled_from(("<", "<=", "<=", "==")))
 
@@ -205,18 +235,17 @@ class _Conditions:
 @st.composite
 def questions(draw: st.DrawFn) -> Asked:
     """One to five conditions, some of them the opposite of others."""
-    make = _Conditions(draw)
+    ranges = {}
+    for one in itertools.chain.from_iterable(map(scalar_variables, VARIABLES.values())):
+        if isinstance(one.type, RealType):
+            bounds = draw(st.sampled_from(_WHOLE if isinstance(one.type, IntegerType) else _RANGES))
+            if bounds is not None:
+                ranges[one.name] = (Fraction(bounds[0]), Fraction(bounds[1]))
+    make = _Conditions(draw, ranges)
     terms: list[t.Term] = []
-    for _ in range(make.pick((1, 2, 3, 3, 4, 5))):
+    for _ in range(make.pick((1, 1, 2, 3, 4, 5))):
         if terms and make.pick("nyn") == "y":
             terms.append(t.Not(make.pick(terms)))
         else:
             terms.append(make.condition(make.pick((0, 0, 1, 2))))
-    scalars = itertools.chain.from_iterable(map(scalar_variables, VARIABLES.values()))
-    ranges = {}
-    for one in scalars:
-        if isinstance(one.type, RealType):
-            bounds = make.pick(_WHOLE if isinstance(one.type, IntegerType) else _RANGES)
-            if bounds is not None:
-                ranges[one.name] = (Fraction(bounds[0]), Fraction(bounds[1]))
     return Asked(ranges, tuple(terms))

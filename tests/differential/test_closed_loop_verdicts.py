@@ -16,10 +16,10 @@ from hypothesis import strategies as st
 from aeros.spec.expr.semantics import holds
 from aeros.spec.model import TaskInvariant
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
-from tests.differential.small_tasks import NAMES, START, Case, cases
+from tests.differential.small_tasks import NAMES, START, Case, cases, loops, marking_loops
 from tests.differential.tree_expansion import State, _judged_a_failure, _shares, _Tree
 from tests.property.mix import Mix
-from tests.unit.agent.dumplings import SPAN, term
+from tests.unit.agent.dumplings import PREDICATES, SPAN, term
 
 SEEN = Mix()
 _KEPT = st.sampled_from(
@@ -132,9 +132,22 @@ def _judged(draw: st.DrawFn) -> tuple[Case, str]:
     named = draw(st.sets(st.sampled_from(NAMES)))
     kept = draw(_KEPT)
     initial = {name: case.start[name] for name in named} | {"area": "table"}
+    return _keeping(replace(case, task=replace(case.task, initial=initial)), kept), kept
+
+
+@st.composite
+def _turning(draw: st.DrawFn) -> tuple[Case, str]:
+    """Of a loop that does something, what its later turns may break."""
+    case = draw(loops() | marking_loops())
+    some = draw(st.lists(st.sampled_from(PREDICATES), min_size=1, max_size=3, unique=True))
+    kept = draw(st.sampled_from([f"not ({' and '.join(some)})", "area == table"]))
+    return _keeping(case, kept), kept
+
+
+def _keeping(case: Case, kept: str) -> Case:
     invariant = TaskInvariant("kept", term(kept), kept, SPAN)
-    task = replace(case.task, initial=initial, invariants=(invariant,))
-    return replace(case, task=task, ecm=replace(case.ecm, tasks={task.id: task})), kept
+    task = replace(case.task, invariants=(invariant,))
+    return replace(case, task=task, ecm=replace(case.ecm, tasks={task.id: task}))
 
 
 def test_a_loop_is_refused_exactly_where_some_run_goes_wrong() -> None:
@@ -143,9 +156,9 @@ def test_a_loop_is_refused_exactly_where_some_run_goes_wrong() -> None:
 
 
 @settings(
-    max_examples=500, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
+    max_examples=1200, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
 )
-@given(_judged())
+@given(_judged() | _turning() | _turning())
 def _loops_are_judged(judged: tuple[Case, str]) -> None:
     case, kept = judged
     found = {one.id.split("/", 2)[2]: one.diagnostic for one in closed_loop_obligations(case.ecm, case.site)}
