@@ -113,7 +113,7 @@ class _Conditions:
         return self.pick(makers)()
 
     def condition(self, depth: int) -> t.Term:
-        leaves = [self.compared] * 4 + [self.named, self.at_a_corner]
+        leaves = [self.compared] * 4 + [self.named, self.at_a_corner, self.branching]
         if depth <= 0:
             return self.made(*leaves)
         below = depth - 1
@@ -154,6 +154,21 @@ class _Conditions:
         sides = [t.Multiply(factor, VARIABLES[name]) for factor, name in zip(factors, "xy", strict=True)]
         return t.Compare(self.op(), t.Add(*sides), self.real(0))
 
+    def branching(self) -> t.Term:
+        """Alternatives of which each is possible by itself, but for a condition on two of its variables."""
+        names = [self.pick(_REALS) for _ in range(2)]
+        sides = [VARIABLES[name] for name in names]
+        corners = [
+            t.And(tuple(t.Compare("<=", *self.turned(side, self.literal())) for side in sides))
+            for _ in range(self.pick((2, 2, 3)))
+        ]
+        join = self.made(lambda: t.Add(sides[0], sides[1]), lambda: t.Multiply(sides[0], sides[1]))
+        bound = t.Compare(self.op(), *self.turned(join, self.literal()))
+        return t.And((t.Or(tuple(corners)), bound))
+
+    def turned(self, left: t.Term, right: t.Term) -> tuple[t.Term, t.Term]:
+        return (left, right) if self.pick("ny") == "y" else (right, left)
+
     def between(self) -> t.Term:
         """That a whole number lies between two constants, of which there may be none."""
         ends = sorted((self.pick(_CONSTANTS), self.pick(_CONSTANTS)))
@@ -175,16 +190,14 @@ class _Conditions:
 
     def compared(self) -> t.Term:
         left, right = self.real(self.pick((0, 0, 1, 1, 2))), self.real(self.pick((0, 0, 0, 1)))
-        if self.pick("ny") == "y":
-            left, right = right, left
-        return t.Compare(self.op(), left, right)
+        return t.Compare(self.op(), *self.turned(left, right))
 
     def at_a_corner(self) -> t.Term:
         """A term compared with its value where variables are at ends of their ranges: often its extreme."""
         term = self.real(self.pick((1, 1, 2)))
         corner = {one.name: self.end_of(one) for one in t.variables_of(term).values()}
-        sides = term, t.Literal(cast("Fraction", evaluate(term, corner)), _REAL)
-        compared = t.Compare(self.op(), *(sides if self.pick("ny") == "y" else sides[::-1]))
+        there = t.Literal(cast("Fraction", evaluate(term, corner)), _REAL)
+        compared = t.Compare(self.op(), *self.turned(term, there))
         return compared if self.pick("ny") == "y" else t.Not(compared)
 
     def end_of(self, variable: t.Variable) -> Value:

@@ -98,16 +98,16 @@ _HARM: list[dict[str, Any]] = [
     {"area": "pot"},
     {_TARGETS[0]: False, _MARKS[0]: True},
 ]
-_GOOD: list[dict[str, Any]] = [{name: True} for name in PREDICATES] + [{"area": "table"}, {"area": "pot"}]
 _AT = ["area == table", "area == pot", *(f"not {name}" for name in PREDICATES), *PREDICATES]
 
 
 @st.composite
-def _turns(draw: st.DrawFn, name: str, target: str | None) -> Skill:
-    """A skill that brings its target about, or leaves a mark; one without a target is run after failures."""
-    wanted = draw(st.sampled_from(_GOOD if target is None else [{target: True}]))
-    outcomes = [Outcome("done", wanted | draw(st.sampled_from([{}, {}, *_HARM])), False, None, None)]
-    for number, effects in enumerate(draw(st.lists(st.sampled_from(_HARM), max_size=3))):
+def _turns(draw: st.DrawFn, name: str, target: str, needed: str) -> Skill:
+    """A skill that brings its target about, or leaves a mark, and may undo what it or another needs."""
+    undone: dict[str, Any] = {needed: False}
+    harm = st.sampled_from([*_HARM, undone, undone | {target: True}, undone | {target: True}])
+    outcomes = [Outcome("done", {target: True} | draw(st.just({}) | harm), False, None, None)]
+    for number, effects in enumerate(draw(st.lists(harm, max_size=3))):
         outcomes.append(
             Outcome(f"failed_{number}", effects, draw(st.integers(0, 3)) > 0, None, None),
         )
@@ -120,9 +120,9 @@ def _turns(draw: st.DrawFn, name: str, target: str | None) -> Skill:
         ]
     elif draw(st.integers(0, 3)) == 0:
         outcomes[-1] = replace(outcomes[-1], probability=Fraction(len(outcomes) == 1))
-    precondition = draw(st.sampled_from([None, None, *_AT]))
+    precondition = draw(st.sampled_from([None, None, needed, *_AT[:2]]))
     inputs: dict[str, Declared] = {}
-    if draw(st.integers(0, 3)) == 0:
+    if draw(st.integers(0, 2)) == 0:
         inputs["force"] = given_input(
             "force", draw(st.sampled_from([Fraction(1, 4), Fraction(1, 2)])), _RANGE
         )
@@ -132,11 +132,12 @@ def _turns(draw: st.DrawFn, name: str, target: str | None) -> Skill:
 
 @st.composite
 def loops(draw: st.DrawFn) -> Case:
-    """A module with one task, which starts where all predicates are known and most are false."""
-    steps = [draw(_turns(f"skill_{number}", name)) for number, name in enumerate((*_TARGETS, _MARKS[0]))]
-    cures = [draw(_turns(f"cure_{number}", None)) for number in range(2)]
+    """A module with one task, which starts where all predicates are known."""
+    targets = (*_TARGETS, _MARKS[0])
+    steps = [draw(_turns(f"skill_{at}", name, targets[at - 1])) for at, name in enumerate(targets)]
+    cures = [draw(_turns(f"cure_{at}", *draw(st.permutations(PREDICATES))[:2])) for at in range(2)]
     rules = []
-    for run, target in draw(st.permutations(list(zip(steps, (*_TARGETS, _MARKS[0]), strict=True)))):
+    for run, target in draw(st.permutations(list(zip(steps, targets, strict=True)))):
         unless = draw(st.sampled_from([target, target, f"{target} or {{}}", f"{target} and {{}}", "{}"]))
         cure = draw(st.sampled_from([None, cures[0].id, cures[0].id, cures[1].id]))
         rule = dumplings.rule(
@@ -146,7 +147,7 @@ def loops(draw: st.DrawFn) -> Case:
         rules.append(replace(rule, inputs={"force": force} if run.inputs else {}))
     rules = rules[: draw(st.integers(1, 3))]
     goal = draw(st.sampled_from([*_TARGETS, " and ".join(_TARGETS), *_MARKS[:2], "area == pot"]))
-    start = START | {name: draw(st.integers(0, 4)) == 0 for name in PREDICATES}
+    start = START | {name: draw(st.integers(0, 2)) == 0 for name in PREDICATES}
     pursued = replace(task("task", ("word",), goal, *rules), initial=start)
     skills = (*steps, *cures)
     limits = site(retries=draw(st.sampled_from([1, 2, 3, 3])), replans=0)
