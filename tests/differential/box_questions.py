@@ -158,10 +158,10 @@ class _Conditions:
         """Alternatives of which each is possible by itself, but for a condition on two of its variables."""
         names = [self.pick(_REALS) for _ in range(2)]
         sides = [VARIABLES[name] for name in names]
-        corners = [
-            t.And(tuple(t.Compare("<=", *self.turned(side, self.literal())) for side in sides))
-            for _ in range(self.pick((2, 2, 3)))
-        ]
+        corners = []
+        for _ in range(self.pick((2, 2, 3))):
+            both = tuple(t.Compare("<=", *self.turned(side, self.literal())) for side in sides)
+            corners.append(t.And((*both, *self.pick([(), (), (self.condition(1),)]))))
         join = self.made(lambda: t.Add(sides[0], sides[1]), lambda: t.Multiply(sides[0], sides[1]))
         bound = t.Compare(self.op(), *self.turned(join, self.literal()))
         return t.And((t.Or(tuple(corners)), bound))

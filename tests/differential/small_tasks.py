@@ -105,7 +105,8 @@ _AT = ["area == table", "area == pot", *(f"not {name}" for name in PREDICATES), 
 def _turns(draw: st.DrawFn, name: str, target: str, needed: str) -> Skill:
     """A skill that brings its target about, or leaves a mark, and may undo what it or another needs."""
     undone: dict[str, Any] = {needed: False}
-    harm = st.sampled_from([*_HARM, undone, undone | {target: True}, undone | {target: True}])
+    more = [{needed: True}, {needed: True}, undone, undone | {target: True}, undone | {target: True}]
+    harm = st.sampled_from([*_HARM, *more])
     outcomes = [Outcome("done", {target: True} | draw(st.just({}) | harm), False, None, None)]
     for number, effects in enumerate(draw(st.lists(harm, max_size=3))):
         outcomes.append(

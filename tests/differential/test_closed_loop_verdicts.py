@@ -127,26 +127,25 @@ class Walk:
 
 
 @st.composite
-def _judged(draw: st.DrawFn) -> tuple[Case, str]:
+def _judged(draw: st.DrawFn) -> Case:
     case = draw(cases(most_rules=3, most_retries=2, most_replans=0))
     named = draw(st.sets(st.sampled_from(NAMES)))
-    kept = draw(_KEPT)
     initial = {name: case.start[name] for name in named} | {"area": "table"}
-    return _keeping(replace(case, task=replace(case.task, initial=initial)), kept), kept
+    return _keeping(replace(case, task=replace(case.task, initial=initial)), draw(_KEPT))
 
 
 @st.composite
-def _turning(draw: st.DrawFn) -> tuple[Case, str]:
+def _turning(draw: st.DrawFn) -> Case:
     """Of a loop that does something, what its later turns may break."""
-    case = draw(loops() | marking_loops())
-    some = draw(st.lists(st.sampled_from(PREDICATES), min_size=1, max_size=3, unique=True))
-    kept = draw(st.sampled_from([f"not ({' and '.join(some)})", "area == table"]))
-    return _keeping(case, kept), kept
+    case = draw(st.one_of(loops(), loops(), loops(), marking_loops()))
+    some = draw(st.lists(st.sampled_from(PREDICATES), min_size=2, max_size=3, unique=True))
+    each = [f"not {name}" for name in PREDICATES if not case.task.initial[name]]
+    return _keeping(case, f"not ({' and '.join(some)})", "area == table", *each)
 
 
-def _keeping(case: Case, kept: str) -> Case:
-    invariant = TaskInvariant("kept", term(kept), kept, SPAN)
-    task = replace(case.task, invariants=(invariant,))
+def _keeping(case: Case, *kept: str) -> Case:
+    invariants = tuple(TaskInvariant(f"kept_{at}", term(one), one, SPAN) for at, one in enumerate(kept))
+    task = replace(case.task, invariants=invariants)
     return replace(case, task=task, ecm=replace(case.ecm, tasks={task.id: task}))
 
 
@@ -159,16 +158,17 @@ def test_a_loop_is_refused_exactly_where_some_run_goes_wrong() -> None:
     max_examples=1200, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
 )
 @given(_judged() | _turning() | _turning())
-def _loops_are_judged(judged: tuple[Case, str]) -> None:
-    case, kept = judged
+def _loops_are_judged(case: Case) -> None:
     found = {one.id.split("/", 2)[2]: one.diagnostic for one in closed_loop_obligations(case.ecm, case.site)}
     walk = Walk(case)
     expected = {
         "dispatch": ("AE801", not walk.hindered),
         "progress": ("AE802", not walk.stuck()),
-        "invariant/kept": ("AE804", all(holds(term(kept), dict(place.state)) for place in walk.edges)),
         "effective": ("AE805", not all(walk.is_goal(start) for start in walk.starts())),
     }
+    states = [dict(state) for state in {place.state for place in walk.edges}]
+    for kept in case.task.invariants:
+        expected[f"invariant/{kept.id}"] = "AE804", all(holds(kept.term, state) for state in states)
     assert found.keys() == expected.keys()
     for claim, (code, right) in expected.items():
         told = found[claim]
