@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 
 from aeros.spec.backends import boxes as boxes_module
 from aeros.spec.backends.answers import Answer, Result
-from aeros.spec.backends.boxes import Boxes, Interval
+from aeros.spec.backends.bounds import search
+from aeros.spec.backends.bounds.interval import Interval
+from aeros.spec.backends.boxes import Boxes
 from aeros.spec.backends.smt import Session
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.check import check
@@ -24,6 +26,7 @@ from aeros.spec.expr.semantics import holds
 from aeros.spec.expr.types import BOOL, IntegerType
 from aeros.spec.loading import reference_site
 from aeros.spec.verify import verify
+from tests.differential.box_questions import Asked, questions
 
 REPOSITORY = Path(__file__).parents[2]
 TEN = Fraction(10)
@@ -55,6 +58,26 @@ def test_bounds_never_contradict_the_solver(terms: list[t.Term], ranges: Ranges)
     _agrees(list(VARIABLES.values()), ranges, terms)
 
 
+@settings(_SETTINGS, max_examples=400)
+@given(questions())
+def test_bounds_never_contradict_the_solver_nor_a_grid_where_they_are_busy(asked: Asked) -> None:
+    found = _agrees(asked.variables, asked.ranges, asked.terms)
+    if found is not None and found.result is Result.UNSAT:
+        every = t.And(asked.terms)
+        assert not any(holds(lower(every), point) for point in asked.points(24))
+
+
+@settings(_SETTINGS, max_examples=30)
+@given(st.lists(questions(), min_size=2, max_size=8))
+def test_an_answer_does_not_depend_on_what_was_asked_before(several: list[Asked]) -> None:
+    remembers = Boxes()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(boxes_module, "MOST_KEPT", 6)
+        for asked in several * 2:
+            question = (asked.variables, asked.ranges, asked.terms)
+            assert remembers.decide(*question) == Boxes().decide(*question)
+
+
 _ASKED = [
     ("x > 1 m and x < 1 m", Result.UNSAT),
     ("x >= 1 m and x <= 1 m", Result.SAT),
@@ -67,6 +90,11 @@ _ASKED = [
     ("abs(x) > 1 m and x >= -1 m and x <= 1 m", Result.UNSAT),
     ("2 m < abs(x) and x < 0 m", Result.SAT),
     ("not abs(x) < 1 m and x > -1 m and x < 1 m", Result.UNSAT),
+    ("x <= 1 m and x >= 1 m and x > 1 m", Result.UNSAT),
+    ("x >= 1 m and x <= 1 m and x < 1 m", Result.UNSAT),
+    ("x + y > 2 m and x <= 1 m and y <= 1 m", Result.UNSAT),
+    ("x + y <= 2 m and x >= 1 m and y > 1 m", Result.UNSAT),
+    ("max(x, y) < 1 m and x >= 1 m", Result.UNSAT),
     ("x + y <= 2 m and x > 1 m and y > 1 m", Result.UNSAT),
     ("x + y <= 2 m and x >= 1 m and y >= 1 m", Result.SAT),
     ("x - y < 0 m and y - x <= 0 m", Result.UNSAT),
@@ -74,6 +102,15 @@ _ASKED = [
     ("(x > 1 m or y > 1 m) and x <= 1 m and y <= 1 m", Result.UNSAT),
     ("(x > 1 m or y > 1 m) and x <= 1 m", Result.SAT),
     ("x > 1 m implies y > 1 m", Result.SAT),
+    ("x < x", Result.UNSAT),
+    ("x - y <= x - y", Result.SAT),
+    ("not 1 m < abs(x) and x > 1 m", Result.UNSAT),
+    ("not 1 m < abs(x) and x < -1 m", Result.UNSAT),
+    # What is tried first is refuted, and none of it may be left when the next is tried.
+    ("(x >= 1 m and y >= 1 m or x <= 0 m and y <= 0 m) and x + y <= 1 m", Result.SAT),
+    ("(x >= 2 m and y >= 0 m and abs(x) + y <= 1 m) or (x >= 5 m and y >= 5 m)", Result.SAT),
+    ("(x >= 2 m and y >= 0 m and x + y <= 1 m and (y <= -9 m or y <= -8 m)) or y >= 5 m", Result.SAT),
+    ("max(x, y) <= 1 m and x >= 1 m and x <= 1 m and y <= 1 m", Result.SAT),
     ("mode in {idle, stop} and mode != idle and not mode == stop", Result.UNSAT),
     ("mode in {idle, stop} and mode != idle", Result.SAT),
     ("p in cell and norm(p) > 2 m", Result.UNSAT),
@@ -122,7 +159,7 @@ def test_a_question_of_too_many_boxes_is_left_to_the_solver(monkeypatch: pytest.
     either = check(parse("x > 1 m or y > 1 m"), Scope(VARIABLES), BOOL)
     ranges = {"x": (-TEN, TEN), "y": (-TEN, TEN)}
     assert Boxes().decide([x, y], ranges, [either]) is not None
-    monkeypatch.setattr(boxes_module, "MOST_BOXES", 1)
+    monkeypatch.setattr(search, "MOST_BOXES", 1)
     assert Boxes().decide([x, y], ranges, [either]) is None
 
 
