@@ -60,7 +60,9 @@ def test_the_others_share_equally_where_none_of_them_could_happen() -> None:
     ],
 )
 def test_what_is_no_distribution_is_refused(given: dict[str, Fraction]) -> None:
-    with pytest.raises(MisuseError):
+    with pytest.raises(
+        MisuseError, match="^(`boil` has no outcome `d`|the probabilities of .* distribution)$"
+    ):
         with_probabilities(three(None, None, None), given)
 
 
