@@ -1,0 +1,22 @@
+"""Names of topics, services and actions, as ROS 2 has them.
+
+Rules: https://design.ros2.org/articles/topic_and_service_names.html.  Names here are absolute.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+_PART: Final = r"(?!\d)[A-Za-z0-9]+(?:_[A-Za-z0-9]+)*_?|_(?:[A-Za-z0-9]+(?:_[A-Za-z0-9]+)*_?)?"
+_ABSOLUTE: Final = re.compile(rf"(?:/(?:{_PART}))+")
+
+
+def checked_name(name: str) -> str:
+    """`name`, if it is the absolute name of a topic, service or action; else raises `ValueError`."""
+    if not _ABSOLUTE.fullmatch(name):
+        raise ValueError(
+            f"`{name}` is no absolute ROS 2 name: tokens of letters, digits and single underscores, "
+            "none of which begins with a digit, each after a `/`"
+        )
+    return name
