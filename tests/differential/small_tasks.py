@@ -112,16 +112,17 @@ def _turns(draw: st.DrawFn, name: str, target: str, needed: str) -> Skill:
         outcomes.append(
             Outcome(f"failed_{number}", effects, draw(st.integers(0, 3)) > 0, None, None),
         )
-    certain = draw(st.sampled_from([None, None, None, *range(len(outcomes))]))
+    certain = draw(st.sampled_from([None] * 4 + [*range(len(outcomes))]))
     if certain is not None:
-        impossible = draw(st.sampled_from([Fraction(0), None]))
+        impossible = draw(st.sampled_from([Fraction(0), None, None]))
         outcomes = [
             replace(one, probability=Fraction(1) if at == certain else impossible)
             for at, one in enumerate(outcomes)
         ]
     elif draw(st.integers(0, 3)) == 0:
         outcomes[-1] = replace(outcomes[-1], probability=Fraction(len(outcomes) == 1))
-    precondition = draw(st.sampled_from([None, None, needed, *_AT[:2]]))
+    outcomes = draw(st.permutations(outcomes))
+    precondition = draw(st.sampled_from([None, None, None, None, needed, needed, *_AT[:2]]))
     inputs: dict[str, Declared] = {}
     if draw(st.integers(0, 2)) == 0:
         inputs["force"] = given_input(
@@ -133,22 +134,23 @@ def _turns(draw: st.DrawFn, name: str, target: str, needed: str) -> Skill:
 
 @st.composite
 def loops(draw: st.DrawFn) -> Case:
-    """A module with one task, which starts where all predicates are known."""
+    """A module with one task, which starts where all predicates are known and its goal is not reached."""
     targets = (*_TARGETS, _MARKS[0])
     steps = [draw(_turns(f"skill_{at}", name, targets[at - 1])) for at, name in enumerate(targets)]
     cures = [draw(_turns(f"cure_{at}", *draw(st.permutations(PREDICATES))[:2])) for at in range(2)]
+    order = list(zip(steps, targets, strict=True))[: draw(st.integers(1, 3))]
+    order = draw(st.sampled_from([order, order, draw(st.permutations(order))]))
     rules = []
-    for run, target in draw(st.permutations(list(zip(steps, targets, strict=True)))):
-        unless = draw(st.sampled_from([target, target, f"{target} or {{}}", f"{target} and {{}}", "{}"]))
+    for run, target in order:
+        unless = draw(st.sampled_from([target] * 3 + [f"{target} or {{}}", f"{target} and {{}}", "{}"]))
         cure = draw(st.sampled_from([None, cures[0].id, cures[0].id, cures[1].id]))
-        rule = dumplings.rule(
-            unless.format(draw(st.sampled_from(_AT))), run.id, draw(st.integers(0, 2)), cure
-        )
-        force = draw(st.sampled_from([Fraction(1, 4), Fraction(3, 4)]))
+        done = unless.format(draw(st.sampled_from(_AT)))
+        rule = dumplings.rule(done, run.id, draw(st.integers(0, 2)), cure)
+        force = draw(st.sampled_from([Fraction(1, 4), Fraction(3, 4), Fraction(3, 4)]))
         rules.append(replace(rule, inputs={"force": force} if run.inputs else {}))
-    rules = rules[: draw(st.integers(1, 3))]
-    goal = draw(st.sampled_from([*_TARGETS, " and ".join(_TARGETS), *_MARKS[:2], "area == pot"]))
-    start = START | {name: draw(st.integers(0, 2)) == 0 for name in PREDICATES}
+    last = order[-1][1]
+    goal = draw(st.sampled_from([last, last, last, f"{last} and {targets[0]}", _MARKS[1], "area == pot"]))
+    start = START | {name: draw(st.integers(0, 2)) == 0 and name not in goal for name in PREDICATES}
     pursued = replace(task("task", ("word",), goal, *rules), initial=start)
     skills = (*steps, *cures)
     limits = site(retries=draw(st.sampled_from([1, 2, 3, 3])), replans=0)
