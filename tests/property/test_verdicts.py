@@ -290,9 +290,8 @@ def _policy_is_judged_by_its_words(rules: list[t.Term], reduced: t.Term) -> None
         if i == 0:
             after = [{**env, "y": _number(reduced, env)} for env in alone]
             kept = all(holds(one, env) for env in after for one in rules)
-            smaller = all(
-                abs(_number(Y, env)) <= abs(_number(Y, old)) for env, old in zip(after, alone, strict=True)
-            )
+            pairs = [(_number(Y, env), _number(Y, old)) for env, old in zip(after, alone, strict=True)]
+            smaller = all(0 <= new <= old or old <= new <= 0 for new, old in pairs)
             judge("AE605", "attenuation-allowed/r0", kept)
             judge("AE606", "attenuation-shrinks/r0", smaller)
     for one in found.values():

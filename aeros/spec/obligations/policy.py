@@ -131,8 +131,8 @@ def _not_shadowed(site: Site, kind: ActionKind, rule: Rule, rules: tuple[Rule, .
 def _denied_by(rule: Rule, kind: ActionKind, kept: str, excluded: str) -> tuple[Member, ...]:
     """What together says that the rule is broken; one of these that is never so makes the rule idle."""
     return (
-        *members_of(rule.premises[kind.name], excluded),
-        *(Member(t.Not(one.term), Label(one.span, kept)) for one in rule.alternatives[kind.name]),
+        *members_of(rule.premises.get(kind.name, ()), excluded),
+        *(Member(t.Not(one.term), Label(one.span, kept)) for one in rule.alternatives.get(kind.name, ())),
     )
 
 
@@ -158,21 +158,24 @@ def _attenuation_obligations(
         claim=Claim.ALWAYS,
         space=space,
         conclusion=_no_larger(kind, reduced),
-        headline=f"the attenuation of `{rule.id}` can make a parameter of `{kind.name}` larger",
-        primary=Label(rule.span, "enlarges a parameter, or leaves its range"),
+        headline=f"the attenuation of `{rule.id}` can make a parameter of `{kind.name}` larger or turn it round",
+        primary=Label(rule.span, "enlarges a parameter, turns it round, or leaves its range"),
         help=("as in `speed: min(speed, 250 mm/s)`",),
     )
 
 
 def _no_larger(kind: ActionKind, reduced: Mapping[str, t.Term]) -> t.Term:
-    """Each reduced parameter stays in its range and does not grow in magnitude."""
+    """Each reduced parameter stays in its range, and between nothing and what was asked for."""
     parts: list[t.Term] = []
     for name, term in reduced.items():
         parameter = kind.parameters[name]
         low, high = parameter.range or (Fraction(0), Fraction(0))
         type_ = parameter.variable.type
         if isinstance(type_, RealType):
-            parts.append(t.Compare("<=", t.Absolute(term), t.Absolute(parameter.variable)))
+            zero, asked = t.Literal(Fraction(0), type_), parameter.variable
+            forwards = t.And((t.Compare("<=", zero, term), t.Compare("<=", term, asked)))
+            backwards = t.And((t.Compare("<=", asked, term), t.Compare("<=", term, zero)))
+            parts.append(t.Or((forwards, backwards)))
             parts.append(t.Compare("<=", t.Literal(low, type_), term))
             parts.append(t.Compare("<=", term, t.Literal(high, type_)))
     return t.conjunction(*parts)
