@@ -105,14 +105,14 @@ _AT = ["area == table", "area == pot", *(f"not {name}" for name in PREDICATES), 
 def _turns(draw: st.DrawFn, name: str, target: str, needed: str) -> Skill:
     """A skill that brings its target about, or leaves a mark, and may undo what it or another needs."""
     undone: dict[str, Any] = {needed: False}
-    more = [{needed: True}, {needed: True}, undone, undone | {target: True}, undone | {target: True}]
-    harm = st.sampled_from([*_HARM, *more])
+    more = [{needed: True}, undone, undone, undone | {target: True}]
+    harm = st.sampled_from([*_HARM, *more * 3])
     outcomes = [Outcome("done", {target: True} | draw(st.just({}) | harm), False, None, None)]
     for number, effects in enumerate(draw(st.lists(harm, max_size=3))):
         outcomes.append(
             Outcome(f"failed_{number}", effects, draw(st.integers(0, 3)) > 0, None, None),
         )
-    certain = draw(st.sampled_from([None] * 4 + [*range(len(outcomes))]))
+    certain = draw(st.sampled_from([None] * 6 + [*range(len(outcomes))]))
     if certain is not None:
         impossible = draw(st.sampled_from([Fraction(0), None, None]))
         outcomes = [
@@ -122,9 +122,9 @@ def _turns(draw: st.DrawFn, name: str, target: str, needed: str) -> Skill:
     elif draw(st.integers(0, 3)) == 0:
         outcomes[-1] = replace(outcomes[-1], probability=Fraction(len(outcomes) == 1))
     outcomes = draw(st.permutations(outcomes))
-    precondition = draw(st.sampled_from([None, None, None, None, needed, needed, *_AT[:2]]))
+    precondition = draw(st.sampled_from([None, None, None, needed, needed, needed, *_AT[:2]]))
     inputs: dict[str, Declared] = {}
-    if draw(st.integers(0, 2)) == 0:
+    if draw(st.integers(0, 4)) == 0:
         inputs["force"] = given_input(
             "force", draw(st.sampled_from([Fraction(1, 4), Fraction(1, 2)])), _RANGE
         )
@@ -149,7 +149,7 @@ def loops(draw: st.DrawFn) -> Case:
         force = draw(st.sampled_from([Fraction(1, 4), Fraction(3, 4), Fraction(3, 4)]))
         rules.append(replace(rule, inputs={"force": force} if run.inputs else {}))
     last = order[-1][1]
-    goal = draw(st.sampled_from([last, last, last, f"{last} and {targets[0]}", _MARKS[1], "area == pot"]))
+    goal = draw(st.sampled_from([last, last, *targets, f"{last} and {targets[0]}", "area == pot"]))
     start = START | {name: draw(st.integers(0, 2)) == 0 and name not in goal for name in PREDICATES}
     pursued = replace(task("task", ("word",), goal, *rules), initial=start)
     skills = (*steps, *cures)
