@@ -124,8 +124,10 @@ def test_an_unknown_is_not_left_to_the_gate() -> None:
 def test_an_irrational_witness_that_does_not_replay_is_unknown() -> None:
     # x * x == 2 holds of no rational number, so no witness can be shown.
     root = t.Compare("==", t.Multiply(X, X), number(2))
-    (found,) = discharge([obligation(t.Not(root))])
+    asked = obligation(t.Not(root))
+    (found,) = discharge([asked])
     assert found.verdict is Verdict.UNKNOWN
+    assert found.obligation is asked
     assert "irrational" in found.reason
     (found,) = discharge([obligation(root, claim=Claim.SOMETIMES)])
     assert found.verdict is Verdict.UNKNOWN
