@@ -133,6 +133,19 @@ def test_a_fault_says_what_and_where(text: str, code: str, message: str, underli
 
 
 @pytest.mark.parametrize(
+    ("text", "cure"),
+    [
+        ("once speed > 0 m/s", "use state variables of the vocabulary only"),
+        ("once within 0 s a", "as in `within 5 s`"),
+    ],
+)
+def test_a_fault_says_what_to_write_instead(text: str, cure: str) -> None:
+    with pytest.raises(ExpressionTypeError) as raised:
+        condition(text)
+    assert raised.value.cure == cure
+
+
+@pytest.mark.parametrize(
     "text", ["once within a", "count within (a)", "a since", "once within -1 s a", "previously"]
 )
 def test_what_is_half_written_is_no_expression(text: str) -> None:
