@@ -74,6 +74,8 @@ class MutationRun:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        if session.testsfailed:
+            raise session.Interrupted(f"{session.testsfailed} tests were not collected")
         self.items = {item.nodeid: item for item in session.items}
         self._measure_all()
         for mutant in self.mutants:
