@@ -189,6 +189,7 @@ FAULTS = [
         "norm(p)",
         None,
     ),
+    ("sum(a for j in Joint) <= 1", "AE203", "what is summed must be a real number, not bool", "a", None),
     ("min(a, x) <= x", "AE203", "`min` takes real numbers, not bool", "a", None),
     ("norm(p, q) <= x", "AE205", "`norm` takes 1 argument(s), not 2", "norm(p, q)", None),
     ("min() <= x", "AE205", "`min` takes 2 argument(s), not 0", "min()", None),
@@ -239,7 +240,7 @@ def test_what_a_type_fault_shows_is_labelled_with_its_type(text: str) -> None:
         "a", "true", "not a", "a and b", "a or b", "a implies b", "x < y", "x < y <= x", "norm(p) < x",
         "mode in {idle}", "p not in cell", "all(a for j in Joint)", "ready[j1]", "if a then a else b",
         "mode", "inputs.grip", "p", "vec(x, y, x)", "p + q", "2 * p", "if a then p else q",
-        "count(a for j in Joint)", "n", "n - 1", "n * n", "n / 2", "-n", "abs(n)", "dot(p, q) / 1 m^2",
+        "count(a for j in Joint)", "n", "n - 1", "n * n", "n / 2", "-n", "abs(n)", "dot(p, q)",
     ],
 )  # fmt: skip
 def test_whatever_is_of_another_type_is_underlined_from_end_to_end(written: str) -> None:
