@@ -190,6 +190,7 @@ FAULTS = [
         None,
     ),
     ("sum(a for j in Joint) <= 1", "AE203", "what is summed must be a real number, not bool", "a", None),
+    ("x / a <= x", "AE203", "a divisor must be a real number, not bool", "a", None),
     ("min(a, x) <= x", "AE203", "`min` takes real numbers, not bool", "a", None),
     ("norm(p, q) <= x", "AE205", "`norm` takes 1 argument(s), not 2", "norm(p, q)", None),
     ("min() <= x", "AE205", "`min` takes 2 argument(s), not 0", "min()", None),

@@ -116,6 +116,7 @@ def test_without_a_trace_the_present_is_the_first_moment() -> None:
         ("once speed > 0 m/s", "AE209", "`once` looks at what was measured, and `speed`", "speed > 0 m/s"),
         ("a since inputs.grip == open", "AE209", "`inputs.grip` is not measured", "inputs.grip == open"),
         ("once within 0 s a", "AE209", "a window is a constant time longer than nothing", "0 s"),
+        ("once within b a", "AE203", "a window must be a real number, not bool", "b"),
         ("once within k a", "AE204", "a window is a time, not real [1]", "k"),
         ("once within 5 m a", "AE204", "a window is a time, not real [m]", "5 m"),
         ("historically x", "AE203", "expected a condition, found real [m]", "x"),
