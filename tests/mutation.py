@@ -51,6 +51,7 @@ CASES = {
     **dict.fromkeys(("check", "sugar"), "rejected/expressions"),
     "policy": "rejected/site/",
     **dict.fromkeys(("chain", "chances", "exploration", "invocation", "transition_system"), "closed_loop"),
+    **dict.fromkeys(("box", "enclosure", "formula", "interval", "narrowing", "search"), "test_boxes"),
     "store": "test_oracle",
 }
 """Which tests are about a file that they are not named after: they are tried first."""
