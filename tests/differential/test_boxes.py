@@ -123,6 +123,8 @@ _ASKED = [
     ("all(joint[j] <= 1 m for j in Joint) and any(joint[j] > 1 m for j in Joint)", Result.UNSAT),
     ("x + y + p.x == 25 m", Result.SAT),  # not in the middle of what each of them may be
     ("max(x, y) == 11 m", Result.UNSAT),
+    ("max(x, y) <= -11 m", Result.UNSAT),
+    ("all(not joint[j] <= 1 m for j in Joint) and joint[j1] <= 1 m", Result.UNSAT),
     ("abs(x) + abs(y) < 0 m", Result.UNSAT),
     ("abs(x) + abs(y) < 9 m and x <= -9 m", Result.UNSAT),
     ("abs(x) + abs(y) > 2 m and abs(x) <= 1 m and abs(y) <= 1 m", Result.UNSAT),

@@ -108,8 +108,10 @@ def test_only_a_counterexample_that_is_read_is_worth_the_solver(more: Any, by_bo
 
 def test_a_spent_budget_is_unknown_and_says_which_budget() -> None:
     product = t.Multiply(X, t.Multiply(Y, Y))
-    (found,) = discharge([obligation(t.Compare("<=", product, number(999)))], Oracle(1))
+    asked = obligation(t.Compare("<=", product, number(999)))
+    (found,) = discharge([asked], Oracle(1))
     assert found.verdict is Verdict.UNKNOWN
+    assert found.obligation is asked
     assert found.witness is None
     assert not found.guarded
     assert found.reason.endswith("(rlimit 1)")
@@ -128,7 +130,7 @@ def test_an_irrational_witness_that_does_not_replay_is_unknown() -> None:
     (found,) = discharge([asked])
     assert found.verdict is Verdict.UNKNOWN
     assert found.obligation is asked
-    assert "irrational" in found.reason
+    assert found.reason == "the solver's witness is irrational and did not replay"
     (found,) = discharge([obligation(root, claim=Claim.SOMETIMES)])
     assert found.verdict is Verdict.UNKNOWN
 
