@@ -72,6 +72,12 @@ def test_the_witness_shows_the_variables_that_matter_and_no_other() -> None:
     assert [line.partition(" ")[0] for line in found.witness.lines()] == ["x"]
 
 
+def test_a_counterexample_is_shown_in_round_numbers() -> None:
+    (found,) = discharge([obligation(t.Compare("<=", X, number("20/3")))])
+    assert found.witness is not None
+    assert found.witness.lines() == ["x = 8"]  # not ≈7.66666667, which the solver found
+
+
 def test_guarded_is_refuted_with_a_guard() -> None:
     open_, gated = obligation(B), obligation(B, guard="r")
     assert [one.guarded for one in discharge([open_, gated, obligation(t.TRUE, guard="r")])] == [
