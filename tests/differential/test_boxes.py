@@ -122,6 +122,8 @@ _ASKED = [
     ("p in cell and p.x > 1 m", Result.UNSAT),
     ("all(joint[j] <= 1 m for j in Joint) and any(joint[j] > 1 m for j in Joint)", Result.UNSAT),
     ("x + y + p.x == 25 m", Result.SAT),  # not in the middle of what each of them may be
+    ("x - x < 0 m", Result.UNSAT),
+    ("x - x <= 0 m and not x < x", Result.SAT),
     ("max(x, y) == 11 m", Result.UNSAT),
     ("max(x, y) <= -11 m", Result.UNSAT),
     ("all(not joint[j] <= 1 m for j in Joint) and joint[j1] <= 1 m", Result.UNSAT),
