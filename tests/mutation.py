@@ -51,6 +51,7 @@ CASES = {
     **dict.fromkeys(("check", "sugar"), "rejected/expressions"),
     "policy": "rejected/site/",
     **dict.fromkeys(("chain", "chances", "exploration", "invocation", "transition_system"), "closed_loop"),
+    **dict.fromkeys(("box", "enclosure", "formula", "interval", "narrowing", "search"), "test_boxes"),
     "store": "test_oracle",
 }
 """Which tests are about a file that they are not named after: they are tried first."""
@@ -74,6 +75,8 @@ class MutationRun:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        if session.testsfailed:
+            raise session.Interrupted(f"{session.testsfailed} tests were not collected")
         self.items = {item.nodeid: item for item in session.items}
         self._measure_all()
         for mutant in self.mutants:

@@ -133,7 +133,15 @@ _ASKED = [
     ("p in cell and p.x > 1 m", Result.UNSAT),
     ("all(joint[j] <= 1 m for j in Joint) and any(joint[j] > 1 m for j in Joint)", Result.UNSAT),
     ("x + y + p.x == 25 m", Result.SAT),  # not in the middle of what each of them may be
+    ("x - x < 0 m", Result.UNSAT),
+    ("x - x <= 0 m and not x < x", Result.SAT),
     ("max(x, y) == 11 m", Result.UNSAT),
+    ("max(x, y) <= -11 m", Result.UNSAT),
+    ("all(not joint[j] <= 1 m for j in Joint) and joint[j1] <= 1 m", Result.UNSAT),
+    ("abs(x) + abs(y) < 0 m", Result.UNSAT),
+    ("abs(x) + abs(y) < 9 m and x <= -9 m", Result.UNSAT),
+    ("abs(x) + abs(y) > 2 m and abs(x) <= 1 m and abs(y) <= 1 m", Result.UNSAT),
+    ("abs(x) * 1 m <= x * x and x > 9 m", Result.SAT),
     ("max(x, y) < 1 m and min(x, y) > 9 m and x >= 9 m", Result.UNSAT),
     # what is settled, or leaves one alternative, takes no box of its own: here are more than there may be
     (" and ".join(["x >= 5 m", *(f"(x >= {n} cm or y > {n} cm)" for n in range(30))]), Result.SAT),

@@ -3,6 +3,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 
@@ -19,8 +20,9 @@ from aeros.spec.obligations.obligation import Claim, Member, Obligation, Space, 
 from aeros.spec.questions import impossible
 from aeros.spec.source import Source
 from aeros.spec.units import NUMBER
-from aeros.spec.verify import SubjectReport
+from aeros.spec.verify import SubjectReport, verify
 
+CORPUS = Path(__file__).parents[2] / "corpus"
 Judge = Callable[..., SubjectReport]
 
 TEXT = Source("ecm.yaml", "abcdefghijklmnopqrstuvwxyz")
@@ -164,6 +166,13 @@ def test_where_no_core_is_found_every_rule_on_the_action_is_underlined(
         "off-the-mast": "target not in camera_mast",
         "top-speed": "speed <= 250 mm/s",
     }
+
+
+def test_where_no_core_is_found_every_other_rule_is_underlined(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(answers, "core_of", lambda *_: None)
+    site = CORPUS / "rejected/site/rule_shadowed_by_another/site.yaml"
+    (found,) = verify([CORPUS / "site/idle"], site).subjects[0].diagnostics
+    assert [(label.text, label.span.text) for label in found.secondary] == [("top-speed", "speed <= 2 m/s")]
 
 
 def test_a_permission_that_clashes_is_underlined(judge: Judge) -> None:

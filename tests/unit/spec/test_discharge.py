@@ -72,6 +72,12 @@ def test_the_witness_shows_the_variables_that_matter_and_no_other() -> None:
     assert [line.partition(" ")[0] for line in found.witness.lines()] == ["x"]
 
 
+def test_a_counterexample_is_shown_in_round_numbers() -> None:
+    (found,) = discharge([obligation(t.Compare("<=", X, number("20/3")))])
+    assert found.witness is not None
+    assert found.witness.lines() == ["x = 8"]  # not ≈7.66666667, which the solver found
+
+
 def test_guarded_is_refuted_with_a_guard() -> None:
     open_, gated = obligation(B), obligation(B, guard="r")
     assert [one.guarded for one in discharge([open_, gated, obligation(t.TRUE, guard="r")])] == [
@@ -108,8 +114,10 @@ def test_only_a_counterexample_that_is_read_is_worth_the_solver(more: Any, by_bo
 
 def test_a_spent_budget_is_unknown_and_says_which_budget() -> None:
     product = t.Multiply(X, t.Multiply(Y, Y))
-    (found,) = discharge([obligation(t.Compare("<=", product, number(999)))], Oracle(1))
+    asked = obligation(t.Compare("<=", product, number(999)))
+    (found,) = discharge([asked], Oracle(1))
     assert found.verdict is Verdict.UNKNOWN
+    assert found.obligation is asked
     assert found.witness is None
     assert not found.guarded
     assert found.reason.endswith("(rlimit 1)")
@@ -124,9 +132,11 @@ def test_an_unknown_is_not_left_to_the_gate() -> None:
 def test_an_irrational_witness_that_does_not_replay_is_unknown() -> None:
     # x * x == 2 holds of no rational number, so no witness can be shown.
     root = t.Compare("==", t.Multiply(X, X), number(2))
-    (found,) = discharge([obligation(t.Not(root))])
+    asked = obligation(t.Not(root))
+    (found,) = discharge([asked])
     assert found.verdict is Verdict.UNKNOWN
-    assert "irrational" in found.reason
+    assert found.obligation is asked
+    assert found.reason == "the solver's witness is irrational and did not replay"
     (found,) = discharge([obligation(root, claim=Claim.SOMETIMES)])
     assert found.verdict is Verdict.UNKNOWN
 

@@ -87,6 +87,10 @@ def test_a_unit_ends_where_a_longer_word_begins() -> None:
     assert found is not None
     assert (found[0].text, found[1]) == ("m", 3)
     assert match_unit("mm5", 0) is None
+    for text in ("mm*load", "mm/load"):  # `load` is a name
+        found = match_unit(text, 0)
+        assert found is not None
+        assert (found[0].text, found[1]) == ("mm", 2)
 
 
 def test_a_degree_is_a_part_of_pi() -> None:

@@ -179,6 +179,14 @@ def test_generated_code_nests_no_deeper_than_cpython_reads() -> None:
     assert decide({"x": 0.5, "y": 0.25}) is True
 
 
+def test_generated_code_of_conditions_in_conditions_nests_no_deeper_either() -> None:
+    chosen: t.Term = X
+    for _ in range(50):  # three levels each, with four brackets
+        chosen = t.Conditional(t.Compare("<=", t.Add(chosen, t.Multiply(X, Y)), Y), X, Y)
+    decide = closure.compile_condition(t.Compare("<=", chosen, X), _unit_ranges())
+    assert decide({"x": 0.5, "y": 0.25}) is True
+
+
 def _height_limited(term: t.Term, height: int) -> t.Term:
     """The subterm of `term` that is about `height` high, found down its longest path."""
     path = [term]

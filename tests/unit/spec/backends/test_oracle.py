@@ -147,6 +147,16 @@ def test_unless_told_otherwise_answers_are_in_the_users_cache(
     assert (tmp_path / "elsewhere" / "aeros" / "answers.sqlite3").exists()
 
 
+def test_answers_are_kept_and_believed_only_where_nobody_else_writes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("AEROS_CACHE", str(tmp_path))
+    assert default_store() is not None
+    assert (tmp_path / "aeros").stat().st_mode & 0o077 == 0
+    monkeypatch.setattr(os, "getuid", lambda: (tmp_path / "aeros").stat().st_uid + 1)
+    assert default_store() is None
+
+
 def test_an_unchanged_module_is_verified_without_the_solver(tmp_path: Path) -> None:
     probe = (
         "import sys; from aeros.cli.main import main; from aeros.spec.backends.boxes import Boxes; "

@@ -166,7 +166,13 @@ FAULTS = [
     ("x[j1] <= x", "AE203", "real [m] cannot be indexed", "x", None),
     ("joint[mode] <= x", "AE203", "the index must be a member of Joint, not Mode", "mode", None),
     ("joint == joint", "AE203", "a whole family cannot be compared", "joint", "compare each"),
-    ("(if a then joint else limit)[j1] <= x", "AE203", "a whole family cannot be chosen", "joint", None),
+    (
+        "(if a then joint else limit)[j1] <= x",
+        "AE203",
+        "a whole family cannot be chosen",
+        "joint",
+        "its elements",
+    ),
     ("x in {idle}", "AE203", "real [m] is not an enumeration", "x", None),
     ("x in cell", "AE203", "a point must be a vec3, not real [m]", "x", None),
     ("norm(x) <= x", "AE203", "the argument of `norm` must be a vec3, not real [m]", "x", None),
@@ -189,6 +195,8 @@ FAULTS = [
         "norm(p)",
         None,
     ),
+    ("sum(a for j in Joint) <= 1", "AE203", "what is summed must be a real number, not bool", "a", None),
+    ("x / a <= x", "AE203", "a divisor must be a real number, not bool", "a", None),
     ("min(a, x) <= x", "AE203", "`min` takes real numbers, not bool", "a", None),
     ("norm(p, q) <= x", "AE205", "`norm` takes 1 argument(s), not 2", "norm(p, q)", None),
     ("min() <= x", "AE205", "`min` takes 2 argument(s), not 0", "min()", None),
@@ -239,7 +247,7 @@ def test_what_a_type_fault_shows_is_labelled_with_its_type(text: str) -> None:
         "a", "true", "not a", "a and b", "a or b", "a implies b", "x < y", "x < y <= x", "norm(p) < x",
         "mode in {idle}", "p not in cell", "all(a for j in Joint)", "ready[j1]", "if a then a else b",
         "mode", "inputs.grip", "p", "vec(x, y, x)", "p + q", "2 * p", "if a then p else q",
-        "count(a for j in Joint)", "n", "n - 1", "n * n", "n / 2", "-n", "abs(n)", "dot(p, q) / 1 m^2",
+        "count(a for j in Joint)", "n", "n - 1", "n * n", "n / 2", "-n", "abs(n)", "dot(p, q)",
     ],
 )  # fmt: skip
 def test_whatever_is_of_another_type_is_underlined_from_end_to_end(written: str) -> None:

@@ -116,6 +116,7 @@ def test_without_a_trace_the_present_is_the_first_moment() -> None:
         ("once speed > 0 m/s", "AE209", "`once` looks at what was measured, and `speed`", "speed > 0 m/s"),
         ("a since inputs.grip == open", "AE209", "`inputs.grip` is not measured", "inputs.grip == open"),
         ("once within 0 s a", "AE209", "a window is a constant time longer than nothing", "0 s"),
+        ("once within b a", "AE203", "a window must be a real number, not bool", "b"),
         ("once within k a", "AE204", "a window is a time, not real [1]", "k"),
         ("once within 5 m a", "AE204", "a window is a time, not real [m]", "5 m"),
         ("historically x", "AE203", "expected a condition, found real [m]", "x"),
@@ -130,6 +131,19 @@ def test_a_fault_says_what_and_where(text: str, code: str, message: str, underli
     assert fault.code == code
     assert message in fault.message
     assert text[fault.extent.start : fault.extent.end] == underlined
+
+
+@pytest.mark.parametrize(
+    ("text", "cure"),
+    [
+        ("once speed > 0 m/s", "use state variables of the vocabulary only"),
+        ("once within 0 s a", "as in `within 5 s`"),
+    ],
+)
+def test_a_fault_says_what_to_write_instead(text: str, cure: str) -> None:
+    with pytest.raises(ExpressionTypeError) as raised:
+        condition(text)
+    assert raised.value.cure == cure
 
 
 @pytest.mark.parametrize(

@@ -93,6 +93,16 @@ def test_a_name_that_is_bound_twice_hides_nothing(loaded: tuple[Ecm, Site], code
     assert "AE133" in _codes(loaded, HEAD + code)
 
 
+def test_a_claim_about_code_goes_by_one_name_whether_it_holds_or_not(loaded: tuple[Ecm, Site]) -> None:
+    def names(code: bytes) -> list[str]:
+        return [one.id for one in skill_code_obligations(*loaded, {"skills.py": code})]
+
+    whole = ["form/code/skills.py", "form/code/skills.py/asking", "form/wipe/asks"]
+    assert names(b"def wipe(o, i):\n    yield act('grip', width=0.0, force=1.0)\n") == whole
+    assert names(b"import os\nask = act\ndef wipe(o, i):\n    yield act('move_base')\n") == whole
+    assert names(b"def wipe(") == whole[:1]
+
+
 @pytest.mark.parametrize(
     "reach",
     [

@@ -76,8 +76,12 @@ def test_with_histories_a_condition_is_what_it_is_along_the_trace(text: str) -> 
 
 def test_a_history_is_kept_once_however_often_it_is_asked_for() -> None:
     histories = Histories()
-    for text in ("once a and not once a", "previously once a"):
+    for text in ("once a and not once a", "previously once a", "count within 5 s (a) <= 1"):
         histories.flat(check(parse(text), PAST, BOOL), SPAN)
-    assert [one.declared.name for one in histories.kept] == ["once a", "previously (once a)"]
+    assert [one.declared.name for one in histories.kept] == [
+        "once a",
+        "previously (once a)",
+        "count within 5 s (a)",
+    ]
     assert {one.declared.max_age for one in histories.kept} == {Fraction(0)}
     assert {one.declared.span for one in histories.kept} == {SPAN}
