@@ -80,6 +80,20 @@ _ASKED = [
     ("p in cell and p.x > 1 m", Result.UNSAT),
     ("all(joint[j] <= 1 m for j in Joint) and any(joint[j] > 1 m for j in Joint)", Result.UNSAT),
     ("max(x, y) < 1 m and min(x, y) > 9 m and x >= 9 m", Result.UNSAT),
+    ("max(x, 3 m) <= y and y < 3 m", Result.UNSAT),
+    ("max(x, 3 m) <= y and y <= 3 m", Result.SAT),
+    ("max(x, 3 m) < y and y <= 3 m", Result.UNSAT),
+    ("not max(x, 3 m) <= y and y >= 4 m and x <= 4 m", Result.UNSAT),
+    ("not max(x, 3 m) < y and y >= 4 m and x <= 4 m", Result.SAT),
+    ("y <= min(x, 3 m) and y > 3 m", Result.UNSAT),
+    ("y <= min(x, 3 m) and y >= 3 m", Result.SAT),
+    ("y < min(x, 3 m) and y >= 3 m", Result.UNSAT),
+    ("not y <= min(x, 3 m) and y <= -9 m and x >= -9 m", Result.UNSAT),
+    ("not y < min(x, 3 m) and y <= -9 m and x >= -9 m", Result.SAT),
+    ("x * x + y * y > 199 * (1 m * 1 m)", Result.SAT),
+    ("x * y < -80 * (1 m * 1 m) and x < 10 m and y > -10 m", Result.SAT),
+    ("p.x - x / 4 < 1 m and x - y <= 0 m and y <= 1 m and p.x >= 0 m", Result.SAT),
+    ("p.x - x > 1 m and x - y >= 0 m and y >= 9.5 m", Result.UNSAT),
 ]
 
 

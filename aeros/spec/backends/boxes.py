@@ -1,8 +1,8 @@
 """Questions that are decided by bounds alone, exactly and without a solver; most of them are.
 
 A box gives each scalar variable the interval, truth or members that it may still have.  What bounds one
-variable, or a sum of several, narrows the box, alternatives are tried one after another, and of everything
-else is asked only whether interval arithmetic refutes it.  So
+variable, or a sum of several, narrows the box, alternatives are tried one after another, and everything
+else narrows the one variable that it compares with something, or is refuted, by interval arithmetic.  So
 
 - UNSAT is answered only if each choice of alternatives leaves some variable without a value, or refutes
   a condition for every value in the box: what was not understood was assumed to hold;
@@ -14,10 +14,12 @@ An answer depends on the question alone.  A differential test compares with Z3.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import reduce
+from itertools import islice, product
 from math import ceil, floor
 from typing import Final, Literal, TypeAlias
 
@@ -30,10 +32,19 @@ from aeros.spec.expr.types import BoolType, EnumType, IntegerType, RealType
 MOST_BOXES: Final = 24
 """Boxes looked at for one question; what needs more is what solvers are good at."""
 
+MOST_CORNERS: Final = 16
+"""Points of a box that are tried near its corners, where conditions of other kinds fail in its middle."""
+
 MOST_KEPT: Final = 20_000
 """Answers about parts of questions that are remembered; then all are forgotten, which only costs time."""
 
 _ZERO, _ONE = Fraction(0), Fraction(1)
+
+
+_End: TypeAlias = Literal["low", "high"] | None
+"""Where in an interval a number is taken from; None: from its middle."""
+
+_ENDS: Final[tuple[_End, ...]] = ("low", "high")
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,9 +79,17 @@ class Interval:
             return Fraction(0) if self.high is None else self.high - 1
         return self.low + 1 if self.high is None else (self.low + self.high) / 2
 
-    def whole(self) -> Fraction:
-        """One of its whole numbers; if there is none near its middle, a real that is in it."""
-        middle = self.middle()
+    def near(self, end: _End) -> Fraction:
+        """One of its reals: that end if it is in it, else one an eighth of the way to the other end."""
+        if self.low is None or self.high is None or end is None:
+            return self.middle()
+        if end == "low":
+            return self.low + (self.high - self.low) / 8 if self.low_open else self.low
+        return self.high - (self.high - self.low) / 8 if self.high_open else self.high
+
+    def whole(self, end: _End = None) -> Fraction:
+        """One of its whole numbers; if there is none where a real is taken from, that real."""
+        middle = self.near(end)
         near = (Fraction(floor(middle)), Fraction(ceil(middle)))
         return next((one for one in near if not self.meet(Interval(one, one)).is_empty), middle)
 
@@ -407,26 +426,42 @@ class _Search:
         return Answer(Result.UNSAT, {}) if is_known else None
 
     def _model(self, open_: _Open) -> Answer | None:
-        """A point of the box: of each variable in turn the middle of what the sums leave it."""
-        box = open_.box
+        """A point of the box at which what is not settled of it holds too, if one is found."""
+        found = self._point(open_.box, {})
+        if found is None or _replays(open_.others, found):
+            return None if found is None else Answer(Result.SAT, found)
+        spoken = sorted(frozenset[str]().union(*(t.variables_of(other.term) for other in open_.others)))
+        real = [name for name in spoken if isinstance(open_.box[name], Interval)]
+        for ends in islice(product(_ENDS, repeat=len(real)), MOST_CORNERS):
+            found = self._point(open_.box, dict(zip(real, ends, strict=True)))
+            if found is not None and _replays(open_.others, found):
+                return Answer(Result.SAT, found)
+        return None
+
+    def _point(self, within: Box, ends: Mapping[str, _End]) -> dict[str, Scalar] | None:
+        """A point of the box: of each variable in turn a value that sums leave it, from its middle or end."""
+        box = dict(within)
         model: dict[str, Scalar] = {}
         summed = {name for of in box if isinstance(of, tuple) for name, _ in of}
         for scalar in sorted(self._scalars, key=lambda scalar: scalar.name not in summed):
             name = scalar.name
-            value = model[name] = _first(scalar, box[name])
+            value = model[name] = _first(scalar, box[name], ends.get(name))
             if isinstance(value, Fraction):
                 if isinstance(scalar.type, IntegerType) and value.denominator != 1:
                     return None
                 box[name] = Interval(value, value)
                 if name in summed and not _propagated(box):
                     return None
-        replayed = all(holds(other.term, model) is other.is_true for other in open_.others)
-        return Answer(Result.SAT, model) if replayed else None
+        return model
 
 
-def _first(scalar: t.Variable, values: Values) -> Scalar:
+def _replays(others: Iterable[Other], model: Mapping[str, Scalar]) -> bool:
+    return all(holds(other.term, model) is other.is_true for other in others)
+
+
+def _first(scalar: t.Variable, values: Values, end: _End = None) -> Scalar:
     if isinstance(values, Interval):
-        return values.whole() if isinstance(scalar.type, IntegerType) else values.middle()
+        return values.whole(end) if isinstance(scalar.type, IntegerType) else values.near(end)
     if isinstance(scalar.type, EnumType):
         return next(one for one in scalar.type.members if one in values)
     return False not in values
@@ -447,20 +482,47 @@ def _narrowed(open_: _Open, pending: list[Formula]) -> bool:
                 open_.choices.append(choice)
             case Other() as other:
                 open_.others.append(other)
-    if not _propagated(box):
+    if not _propagated(box) or not all(_bounded(other, box) for other in open_.others):
         return False
     return not any(_status(other, box) is False for other in open_.others)
 
 
+def _bounded(other: Other, box: Box) -> bool:
+    """Narrow the variable that `other` compares with something bounded; whether values are left."""
+    match other.term:
+        case t.Compare(op="<" | "<=" as op, left=left, right=t.Variable(name=name) as right):
+            is_above, bounds = other.is_true, _bounds(left, box)
+        case t.Compare(op="<" | "<=" as op, left=t.Variable(name=name) as right, right=left):
+            is_above, bounds = not other.is_true, _bounds(left, box)
+        case _:
+            return True
+    if bounds is None or not _is_real(right):
+        return True
+    # not (left <= right) is right < left
+    is_open = (op == "<") is other.is_true
+    values = (
+        Interval(low=bounds[0], low_open=is_open) if is_above else Interval(high=bounds[1], high_open=is_open)
+    )
+    box[name] = _meet(box[name], values)
+    return not _is_empty(box[name])
+
+
 def _propagated(box: Box) -> bool:
     """Narrow each variable of a sum to what the others leave it; whether values are left."""
-    for of in [of for of in box if isinstance(of, tuple)]:
-        total = box[of] = _interval(box[of]).meet(_total(of, box))
-        for place, (name, factor) in enumerate(of):
-            rest = _total((*of[:place], *of[place + 1 :]), box)
-            box[name] = _meet(box[name], total.plus(rest.times(-_ONE)).times(1 / factor))
-            if _is_empty(box[name]):
-                return False
+    sums = [of for of in box if isinstance(of, tuple)]
+    occurs = Counter(name for of in sums for name, _ in of)
+    for _ in sums:  # so often at most: what one sum leaves of a variable may narrow those of another
+        again = False
+        for of in sums:
+            total = box[of] = _interval(box[of]).meet(_total(of, box))
+            for place, (name, factor) in enumerate(of):
+                rest, before = _total((*of[:place], *of[place + 1 :]), box), box[name]
+                box[name] = _meet(before, total.plus(rest.times(-_ONE)).times(1 / factor))
+                if _is_empty(box[name]):
+                    return False
+                again |= occurs[name] > 1 and box[name] != before
+        if not again:
+            break
     return True
 
 
