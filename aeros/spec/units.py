@@ -12,6 +12,7 @@ import math
 import re
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 
 BASES = ("m", "kg", "s", "rad")
 _PI = Fraction("3.14159265358979323846264338327950288")
@@ -154,6 +155,7 @@ def show_quantity(value: Fraction, unit: Unit) -> str:
     return number if unit.text == "1" else f"{number} {unit.text}"
 
 
+@lru_cache(4096)  # witnesses repeat a few values
 def show_number(value: Fraction) -> str:
     """A decimal if the value has a short one, else a rounded decimal marked with `≈`."""
     if value.denominator == 1 and abs(value) < 10**12:

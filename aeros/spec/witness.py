@@ -44,8 +44,28 @@ def _show_part(part: Fraction | bool, unit: Unit) -> str:
     return str(part).lower() if isinstance(part, bool) else show_number(part / unit.factor)
 
 
+class Replay:
+    """Whether terms hold at values, each found once: most questions about a skill repeat its conditions."""
+
+    def __init__(self) -> None:
+        # By identity, as terms are large; each is held, so that it stays itself.
+        self._known: dict[tuple[int, tuple[Value, ...]], tuple[t.Term, bool]] = {}
+
+    def holds(self, term: t.Term, values: Mapping[str, Value]) -> bool:
+        """As `semantics.holds`."""
+        key = (id(term), tuple([values[name] for name in t.variables_of(term)]))
+        if key not in self._known:
+            self._known[key] = (term, holds(term, values))
+        return self._known[key][1]
+
+
 def witness_of(
-    model: Mapping[str, Scalar], declared: tuple[Declared, ...], wanted: tuple[t.Term, ...], *, shown: bool
+    model: Mapping[str, Scalar],
+    declared: tuple[Declared, ...],
+    wanted: tuple[t.Term, ...],
+    replay: Replay,
+    *,
+    shown: bool,
 ) -> Witness | None:
     """The witness that `model` is; None if it does not replay.
 
@@ -55,15 +75,15 @@ def witness_of(
     shown: whether a person will read it, so that rounded numbers are worth looking for.
     """
     values = _values(model, declared)
-    if not shown and _replays(values, declared, wanted):
+    if not shown and _replays(values, declared, wanted, replay):
         return Witness(declared, values)
     scalars = dict(model)
     for one in declared:
         for part in scalar_variables(one.variable):
             if isinstance(part.type, RealType):
-                scalars[part.name] = _shortest(part.name, scalars, one, declared, wanted)
+                scalars[part.name] = _shortest(part.name, scalars, one, declared, wanted, replay)
     values = _values(scalars, declared)
-    return Witness(declared, values) if _replays(values, declared, wanted) else None
+    return Witness(declared, values) if _replays(values, declared, wanted, replay) else None
 
 
 def _shortest(
@@ -72,13 +92,14 @@ def _shortest(
     one: Declared,
     declared: tuple[Declared, ...],
     wanted: tuple[t.Term, ...],
+    replay: Replay,
 ) -> Fraction:
     """The value with the fewest decimals, in the unit of its declaration, that still is a witness."""
     value = cast("Fraction", scalars[name])
     scaled = value / one.unit.factor
     for digits in range(7):
         candidate = round(scaled, digits) * one.unit.factor
-        if _replays(_values({**scalars, name: candidate}, declared), declared, wanted):
+        if _replays(_values({**scalars, name: candidate}, declared), declared, wanted, replay):
             return candidate
     return value
 
@@ -92,9 +113,11 @@ def _values(scalars: Mapping[str, Scalar], declared: tuple[Declared, ...]) -> di
     return values
 
 
-def _replays(values: Mapping[str, Value], declared: tuple[Declared, ...], wanted: tuple[t.Term, ...]) -> bool:
+def _replays(
+    values: Mapping[str, Value], declared: tuple[Declared, ...], wanted: tuple[t.Term, ...], replay: Replay
+) -> bool:
     return all(_in_range(values[one.name], one) for one in declared) and all(
-        holds(term, values) for term in wanted
+        replay.holds(term, values) for term in wanted
     )
 
 

@@ -38,7 +38,7 @@ MOST_CORNERS: Final = 16
 MOST_KEPT: Final = 20_000
 """Answers about parts of questions that are remembered; then all are forgotten, which only costs time."""
 
-_ZERO, _ONE = Fraction(0), Fraction(1)
+_ZERO = Fraction(0)
 
 
 _End: TypeAlias = Literal["low", "high"] | None
@@ -99,8 +99,16 @@ class Interval:
         high = None if self.high is None or other.high is None else self.high + other.high
         return Interval(low, high, self.low_open or other.low_open, self.high_open or other.high_open)
 
+    def minus(self, other: Interval) -> Interval:
+        """The differences of one of its reals and one of the other's."""
+        low = None if self.low is None or other.high is None else self.low - other.high
+        high = None if self.high is None or other.low is None else self.high - other.low
+        return Interval(low, high, self.low_open or other.high_open, self.high_open or other.low_open)
+
     def times(self, factor: Fraction) -> Interval:
         """Each of its reals times `factor`, which is not 0."""
+        if factor == 1:  # as most are, and fractions are slow
+            return self
         low = None if self.low is None else self.low * factor
         high = None if self.high is None else self.high * factor
         if factor > 0:
@@ -110,6 +118,8 @@ class Interval:
 
 Sum: TypeAlias = tuple[tuple[str, Fraction], ...]
 """Two or more scalar variables by name, each with a factor, the first of which is 1."""
+
+_Range: TypeAlias = tuple[Fraction, Fraction]
 
 Values: TypeAlias = Interval | frozenset[bool] | frozenset[str]
 Box: TypeAlias = dict[str | Sum, Values]
@@ -169,6 +179,8 @@ class Boxes:
         self._read: dict[tuple[int, bool], tuple[t.Term, Formula]] = {}  # by identity: terms are large
         self._parts: dict[tuple[int, bool], tuple[t.Term, tuple[_Part, ...]]] = {}
         self._numbers: dict[Formula, int] = {}
+        self._ranges: dict[int, tuple[_Range | None, int]] = {}
+        self._numbers_of_ranges: dict[_Range | None, int] = {}
         self._decided: dict[object, Answer | None] = {}
 
     def decide(
@@ -179,7 +191,14 @@ class Boxes:
     ) -> Answer | None:
         """Whether all `terms` can hold together, as `Oracle.ask` has it; None where bounds do not tell."""
         if len(self._decided) > MOST_KEPT:
-            for kept in (self._read, self._parts, self._numbers, self._decided):
+            for kept in (
+                self._read,
+                self._parts,
+                self._numbers,
+                self._ranges,
+                self._numbers_of_ranges,
+                self._decided,
+            ):
                 kept.clear()
         scalars = {scalar.name: scalar for one in variables for scalar in scalar_variables(one)}
         model: dict[str, Scalar] = {}
@@ -204,11 +223,20 @@ class Boxes:
     ) -> Answer | None:
         names = sorted(frozenset[str]().union(*(part.names for part in group)))
         own = [scalars[name] for name in names]
-        key = (tuple(part.number for part in group), *((one, ranges.get(one.name)) for one in own))
+        numbers = [part.number for part in group]
+        key = (*numbers, *own, *(self._number_of(ranges.get(name)) for name in names))
         if key not in self._decided:
             box: Box = {one.name: _values(one, ranges) for one in own}
             self._decided[key] = _Search(own).run([part.formula for part in group], box)
         return self._decided[key]
+
+    def _number_of(self, range_: _Range | None) -> int:
+        """A number for each range: to hash a fraction takes longer than to find most answers."""
+        known = self._ranges.get(id(range_))
+        if known is None:
+            number = self._numbers_of_ranges.setdefault(range_, len(self._numbers_of_ranges))
+            known = self._ranges[id(range_)] = (range_, number)
+        return known[1]
 
     def _parts_of(self, term: t.Term) -> tuple[_Part, ...]:
         is_true = True
@@ -517,7 +545,7 @@ def _propagated(box: Box) -> bool:
             total = box[of] = _interval(box[of]).meet(_total(of, box))
             for place, (name, factor) in enumerate(of):
                 rest, before = _total((*of[:place], *of[place + 1 :]), box), box[name]
-                box[name] = _meet(before, total.plus(rest.times(-_ONE)).times(1 / factor))
+                box[name] = _meet(before, total.minus(rest).times(factor if factor == 1 else 1 / factor))
                 if _is_empty(box[name]):
                     return False
                 again |= occurs[name] > 1 and box[name] != before

@@ -5,9 +5,10 @@ Building a query and running a solver are two things: this package builds, `disc
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 
 from aeros.spec.diagnostics import Label
 from aeros.spec.expr import terms as t
@@ -32,6 +33,11 @@ class Space:
 
     declared: tuple[Declared, ...]
     assumptions: tuple[t.Term, ...]
+
+    @cached_property
+    def by_name(self) -> Mapping[str, Declared]:
+        """The variables by name."""
+        return {one.name: one for one in self.declared}
 
 
 @dataclass(frozen=True)
