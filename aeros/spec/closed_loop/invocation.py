@@ -39,8 +39,8 @@ class Condition:
                 self._evaluated.append(_Evaluated(part, places, self._inputs))
 
     @property
-    def looked_up(self) -> int | None:
-        """The place of the one predicate that it is, if it is nothing else."""
+    def place(self) -> int | None:
+        """Of the one predicate that it is, if it is nothing else."""
         is_one = len(self._looked_up) == 1 and not self._evaluated
         return self._looked_up[0] if is_one else None
 

@@ -82,7 +82,9 @@ class TransitionSystem:
         self._tried_too_often = {n for n, rule in enumerate(task.rules) if rule.retry > self._most_retries}
         self._goal = self.condition(task.goal)
         self._unless = [self.condition(rule.unless) for rule in task.rules]
-        self._looked_up = [(condition, condition.looked_up) for condition in self._unless]
+        places = [condition.place for condition in self._unless]
+        self._looked_up = [(index, place) for index, place in enumerate(places) if place is not None]
+        self._decided = [index for index, place in enumerate(places) if place is None]
         self._steps = [Invocation(ecm.skills[rule.skill], rule.inputs, self.names) for rule in task.rules]
         self._recoveries = [
             None if rule.on_failure is None else Invocation(ecm.skills[rule.on_failure], {}, self.names)
@@ -125,13 +127,9 @@ class TransitionSystem:
 
     def plan(self, state: State) -> tuple[int, ...]:
         """The rules of the plan that is made in `state`."""
-        return tuple(
-            [
-                index
-                for index, (unless, place) in enumerate(self._looked_up)
-                if not (unless(state) if place is None else state[place])
-            ]
-        )
+        plan = [index for index, place in self._looked_up if not state[place]]
+        plan += [index for index in self._decided if not self._unless[index](state)]
+        return tuple(sorted(plan))
 
     def _planned(self, state: State) -> Node:
         plan = self.plan(state)
