@@ -48,15 +48,17 @@ class Replay:
     """Whether terms hold at values, each found once: most questions about a skill repeat its conditions."""
 
     def __init__(self) -> None:
-        # By identity, as terms are large; each is held, so that it stays itself.
-        self._known: dict[tuple[int, tuple[Value, ...]], tuple[t.Term, bool]] = {}
+        # By identity, as terms are large and fractions slow; all are held, so that they stay themselves.
+        self._known: dict[tuple[int, ...], tuple[t.Term, Mapping[str, Value], bool]] = {}
 
     def holds(self, term: t.Term, values: Mapping[str, Value]) -> bool:
         """As `semantics.holds`."""
-        key = (id(term), tuple([values[name] for name in t.variables_of(term)]))
+        read = [values[name] for name in t.variables_of(term)]
+        parts = [part for value in read for part in (value if isinstance(value, tuple) else (value,))]
+        key = (id(term), *map(id, parts))
         if key not in self._known:
-            self._known[key] = (term, holds(term, values))
-        return self._known[key][1]
+            self._known[key] = (term, values, holds(term, values))
+        return self._known[key][2]
 
 
 def witness_of(
