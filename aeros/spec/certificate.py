@@ -15,6 +15,7 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
+from json.encoder import encode_basestring_ascii
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -166,10 +167,10 @@ def _body(certificate: Certificate) -> dict[str, Any]:
 
 
 def _indented(value: Mapping[str, Any], margin: str) -> str:
-    """As `json.dumps` with `indent=1` and `sort_keys`, ten times as fast."""
+    """As `json.dumps` with `indent=1` and `sort_keys`, many times as fast, of texts and mappings of texts."""
     lines = [
-        f"{margin} {json.dumps(key)}: "
-        + (_indented(inner, margin + " ") if isinstance(inner, Mapping) else json.dumps(inner))
+        f"{margin} {encode_basestring_ascii(key)}: "
+        + (encode_basestring_ascii(inner) if isinstance(inner, str) else _indented(inner, margin + " "))
         for key, inner in sorted(value.items())
     ]
     return "{\n" + ",\n".join(lines) + f"\n{margin}}}" if lines else "{}"

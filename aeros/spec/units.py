@@ -148,10 +148,14 @@ def parse_quantity(text: str) -> tuple[Fraction, Unit] | None:
     return None if unit is None else (Fraction(number.group()), unit)
 
 
+def in_unit(value: Fraction, unit: Unit) -> Fraction:
+    """`value`, given in SI, as a number of `unit`."""
+    return value if unit.factor == 1 else value / unit.factor  # fractions are slow, and most units are SI
+
+
 def show_quantity(value: Fraction, unit: Unit) -> str:
     """`value`, given in SI, as a person would write it in `unit`; `≈` where digits were dropped."""
-    scaled = value / unit.factor
-    number = show_number(scaled)
+    number = show_number(in_unit(value, unit))
     return number if unit.text == "1" else f"{number} {unit.text}"
 
 

@@ -13,7 +13,7 @@ from aeros.spec.expr.lower import scalar_variables
 from aeros.spec.expr.semantics import Value, holds
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
 from aeros.spec.model import Declared
-from aeros.spec.units import Unit, show_number, show_quantity
+from aeros.spec.units import Unit, in_unit, show_number, show_quantity
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ def show_value(value: Value, declared: Declared) -> str:
 
 
 def _show_part(part: Fraction | bool, unit: Unit) -> str:
-    return str(part).lower() if isinstance(part, bool) else show_number(part / unit.factor)
+    return str(part).lower() if isinstance(part, bool) else show_number(in_unit(part, unit))
 
 
 class Replay:
