@@ -1,6 +1,6 @@
 """Mutation testing of `aeros/spec`: mutmut's mutants against the tests that reach them.
 
-    python tests/mutation.py [--sample N] [--seconds S] [--retry] [PATTERN...]
+    python tests/mutation.py [--sample N] [--seed TEXT] [--seconds S] [--retry] [PATTERN...]
 
 mutmut generates the mutants, as pyproject.toml says, and switches between them.  Its own runner collects
 the tests anew for each mutant; here they are collected once, and each mutant is tried in a fork of the
@@ -25,7 +25,6 @@ from collections import defaultdict
 from collections.abc import Callable
 from contextlib import redirect_stdout
 from functools import partial
-from itertools import zip_longest
 from math import ceil
 from pathlib import Path
 
@@ -45,12 +44,16 @@ from mutmut.utils.format_utils import mangled_name_from_mutant_name
 RESULTS = Path("results.json")
 REACHED = Path("reached.json")
 FRAMES = 3  # that one call of a mutated function takes
+TOO_LONG = 300  # seconds of the processor for one test on what is not mutated
 CASES = {
     **dict.fromkeys(("flows", "parallel", "joint"), "composition"),
     **dict.fromkeys(("skill_code", "skill_reach", "skill_source", "entry_points"), "form/"),
+    **dict.fromkeys(("check", "sugar"), "rejected/expressions"),
     "policy": "rejected/site/",
+    **dict.fromkeys(("chain", "chances", "exploration", "invocation", "transition_system"), "closed_loop"),
+    "store": "test_oracle",
 }
-"""Which cases of the corpus are about a file that they are not named after: they are tried first."""
+"""Which tests are about a file that they are not named after: they are tried first."""
 
 
 class MutationRun:
@@ -63,14 +66,16 @@ class MutationRun:
         self.seconds = seconds
         self.killer: dict[str, str] = {}
 
+    def pytest_configure(self) -> None:
+        from hypothesis import Phase, settings  # not before pytest has begun, which rewrites it
+
+        settings.register_profile("first", settings(), phases=(Phase.explicit, Phase.generate))
+        settings.load_profile("first")  # the first failure kills, and need not be made small
+
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         self.items = {item.nodeid: item for item in session.items}
-        self._recall(REACHED.read_text() if REACHED.exists() else '{"reached": {}, "duration": {}}')
-        if self.items.keys() - self.duration.keys():
-            _, said = self._forked(self._measure, 3_600)
-            REACHED.write_text(said)
-            self._recall(said)
+        self._measure_all()
         for mutant in self.mutants:
             function = mangled_name_from_mutant_name(mutant)
             tests = self._order(function)
@@ -83,11 +88,6 @@ class MutationRun:
             RESULTS.write_text(json.dumps(self.results, indent=0))
             sys.stdout.write(f"{status} {mutant} {killed_by}\n")
         return True
-
-    def _recall(self, measured: str) -> None:
-        kept = json.loads(measured)
-        self.reached: dict[str, list[str]] = kept["reached"]
-        self.duration: dict[str, float] = kept["duration"]
 
     def _order(self, function: str) -> list[str]:
         """The tests worth trying, best first, for as many seconds as there are."""
@@ -106,29 +106,39 @@ class MutationRun:
                 chosen.append(test)
         return chosen
 
-    def _measure(self) -> str:
-        """Which tests reach which functions, and how long they take; all of them pass."""
+    def _measure_all(self) -> None:
+        """Which tests reach which functions, and how long they take: each in a fork, as on a mutant."""
+        kept = json.loads(REACHED.read_text()) if REACHED.exists() else {"reached": {}, "duration": {}}
+        self.reached: dict[str, list[str]] = defaultdict(list, kept["reached"])
+        self.duration: dict[str, float] = kept["duration"]
+        missing = [test for test in self.items if test not in self.duration]
+        for measured, test in enumerate(missing, 1):
+            how, said = self._forked(partial(self._measure, test), TOO_LONG)
+            if how != "survived":
+                raise pytest.UsageError(f"{test}, on what is not mutated: {how}")
+            reached, self.duration[test] = json.loads(said)
+            for function in reached:
+                self.reached[function].append(test)
+            if measured % 100 == 0 or test == missing[-1]:
+                REACHED.write_text(json.dumps({"reached": self.reached, "duration": self.duration}))
+                sys.stdout.write(f"measured {measured} of {len(missing)} tests\n")
+
+    def _measure(self, test: str) -> str:
+        """The functions that `test` reaches, and how many seconds of the processor it takes."""
         reached: set[str] = set()
         trampoline.get_mutant_under_test = lambda: "stats"
         trampoline.record_trampoline_hit = lambda name, caller=None: reached.add(name)
-        hits = defaultdict(list, self.reached)
-        duration = dict(self.duration)
-        for name in [name for name in self.items if name not in duration]:
-            started = time.monotonic()
-            if self._fails(name):
-                raise SystemExit(f"{name} fails on what is not mutated")
-            duration[name] = time.monotonic() - started
-            for function in reached:
-                hits[function].append(name)
-            reached.clear()
-        return json.dumps({"reached": hits, "duration": duration})
+        started = time.process_time()
+        for report in self._failures(test):
+            raise AssertionError(report.longreprtext)
+        return json.dumps([sorted(reached), time.process_time() - started])
 
     def _try(self, mutant: str, tests: list[str]) -> str:
         """The first test that fails on `mutant`."""
         trampoline.get_mutant_under_test = lambda: mutant
-        return next((test for test in tests if self._fails(test)), "")
+        return next((test for test in tests if self._failures(test)), "")
 
-    def _fails(self, name: str) -> bool:
+    def _failures(self, name: str) -> list[pytest.TestReport]:
         item = self.items[name]
         reports: list[pytest.TestReport] = []
         watch = type(
@@ -138,7 +148,7 @@ class MutationRun:
         item.config.pluginmanager.register(plugin)
         item.config.hook.pytest_runtest_protocol(item=item, nextitem=None)
         item.config.pluginmanager.unregister(plugin)
-        return any(report.failed for report in reports)
+        return [report for report in reports if report.failed]
 
     def _forked(self, work: Callable[[], str], limit: float) -> tuple[str, str]:
         """How a fork that does `work` ended, and what it said.
@@ -154,7 +164,7 @@ class MutationRun:
                 with os.fdopen(writing, "w") as pipe:
                     pipe.write(work())
             except BaseException as error:  # a fork never returns into the loop of its parent
-                os.write(2, f"{error!r}\n".encode())
+                os.write(2, f"{error}\n".encode())
                 os._exit(1)
             os._exit(0)
         os.close(writing)
@@ -165,10 +175,10 @@ class MutationRun:
         return "timed out" if late else "survived" if code == 0 else f"crashed ({code})", said
 
 
-def generated(patterns: list[str], sample: int) -> list[str]:
-    """The names of the mutants that fit a pattern, at most `sample` of each file.
+def generated(patterns: list[str], sample: int, seed: str) -> list[str]:
+    """The names of `sample` mutants, drawn from all that fit a pattern; the same for the same seed.
 
-    The order is drawn, the same every time, and takes turns between files: so a part of it is a fair sample.
+    Any first part of them is a fair sample, too.
     """
     Path("mutants").mkdir(exist_ok=True)
     with redirect_stdout(sys.stderr):
@@ -176,30 +186,31 @@ def generated(patterns: list[str], sample: int) -> list[str]:
         copy_also_copy_files()
         setup_source_paths()
         tool.create_mutants(1)
-    files: list[list[str]] = []
+    names: list[str] = []
     for path in sorted(walk_mutatable_files()):
         data = SourceFileMutationData(path=path)
         data.load()
-        names = [
+        names += [
             name
             for name in data.exit_code_by_key
             if any(fnmatch.fnmatch(name, pattern) for pattern in patterns)
         ]
-        random.Random(path.name).shuffle(names)  # noqa: S311 - not a secret
-        files.append(names[: sample or None])
-    return [name for names in zip_longest(*files) for name in names if name is not None]
+    random.Random(seed).shuffle(names)  # noqa: S311 - not a secret
+    sys.stderr.write(f"{len(names)} mutants fit\n")
+    return names[: sample or None]
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("patterns", nargs="*", default=["*"])
-    parser.add_argument("--sample", type=int, default=0, help="mutants of each file; 0 for all")
+    parser.add_argument("--sample", type=int, default=0, help="mutants drawn; 0 for all")
+    parser.add_argument("--seed", default="", help="of what is drawn")
     parser.add_argument(
         "--seconds", type=float, default=60, help="of passing tests that are tried on a mutant"
     )
     parser.add_argument("--retry", action="store_true", help="try again what was not killed before")
     given = parser.parse_args()
-    mutants = generated(given.patterns or ["*"], given.sample)
+    mutants = generated(given.patterns or ["*"], given.sample, given.seed)
     sys.setrecursionlimit(FRAMES * sys.getrecursionlimit())
     chosen = [*config().pytest_add_cli_args, *config().pytest_add_cli_args_test_selection]
     os.chdir("mutants")

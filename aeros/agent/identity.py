@@ -20,6 +20,7 @@ from pathlib import Path
 from uuid import UUID, uuid4
 
 from aeros.agent.errors import RefusedError
+from aeros.durable import replace_file
 
 _LOCK = "agent.lock"
 _IDENTITY = "identity.json"
@@ -109,18 +110,8 @@ def _write(path: Path, identity: Identity) -> None:
         "created": identity.created,
         "sessions": identity.sessions,
     }
-    beside = path.with_suffix(".new")
     try:
-        with beside.open("w", encoding="utf-8") as file:
-            json.dump(kept, file, indent=2)
-            file.flush()
-            os.fsync(file.fileno())
-        beside.replace(path)
-        directory = os.open(path.parent, os.O_RDONLY)
-        try:
-            os.fsync(directory)
-        finally:
-            os.close(directory)
+        replace_file(path, json.dumps(kept, indent=2).encode())
     except OSError as error:
         raise RefusedError(f"the agent's identity {path} cannot be written: {error.strerror}") from error
 

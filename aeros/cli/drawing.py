@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
+from itertools import pairwise
 from typing import Literal
 
 import networkx as nx
 
+from aeros.cli.layering import Point, Size, Tie, laid_out
 from aeros.spec.render import safe
 
 Shape = Literal["step", "state", "start", "goal", "stuck", "choice", "bar"]
@@ -95,7 +97,7 @@ def _quoted(lines: Iterable[str]) -> str:
     return '"' + r"\n".join(parts) + '"'
 
 
-_LINE, _GLYPH, _GAP_X, _GAP_Y, _PAD = 18, 7.3, 80, 70, 12
+_LINE, _GLYPH, _PAD = 18, 7.3, 12
 _FILLS = {
     "step": "#fff",
     "state": "#fff",
@@ -107,19 +109,12 @@ _FILLS = {
 }
 
 
-@dataclass(frozen=True)
-class _Box:
-    """Where a node is drawn, in pixels: its centre and its size."""
-
-    x: float
-    y: float
-    width: float
-    height: float
-
-
 def svg(drawing: Drawing) -> str:
     """The drawing as an SVG image: layers from top to bottom, each below what leads to it where it can be."""
-    boxes, width, height = _layout(drawing)
+    sizes = {node.id: _size(node.lines) for node in drawing.nodes}
+    ties = [Tie(one.source, one.target, _size([one.label]) if one.label else (0, 0)) for one in drawing.edges]
+    layout = laid_out(_ranks(drawing), sizes, ties)
+    width, height = layout.size
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}"'
         f' width="{width:.0f}" height="{height:.0f}" font-family="sans-serif" font-size="13">',
@@ -128,36 +123,18 @@ def svg(drawing: Drawing) -> str:
         ' orient="auto"><path d="M0 0L8 4L0 8z" fill="#555"/></marker></defs>',
         f'<rect width="{width:.0f}" height="{height:.0f}" fill="#fff"/>',
     ]
-    parts += [_arrow(edge, boxes, width) for edge in drawing.edges]
-    parts += [_shape(node, boxes[node.id]) for node in drawing.nodes]
-    parts += [_label(edge, boxes, width) for edge in drawing.edges if edge.label]
+    parts += [_arrow(edge, way) for edge, way in zip(drawing.edges, layout.ways, strict=True)]
+    parts += [_shape(node, layout.nodes[node.id], sizes[node.id]) for node in drawing.nodes]
+    parts += [_label(drawing.edges[number].label, at) for number, at in layout.labels.items()]
     return "\n".join([*parts, "</svg>"]) + "\n"
 
 
-def _layout(drawing: Drawing) -> tuple[dict[str, _Box], float, float]:
-    """A box for each node, and the size of the whole."""
-    layers = _layers(drawing)
-    lines = {node.id: node.lines for node in drawing.nodes}
-    sizes = {
-        name: (max(map(len, text)) * _GLYPH + 2 * _PAD, len(text) * _LINE + _PAD)
-        for name, text in lines.items()
-    }
-    widths = [sum(sizes[name][0] + _GAP_X for name in layer) for layer in layers]
-    whole, top = max(widths) + _GAP_X, float(_GAP_Y) / 2
-    boxes: dict[str, _Box] = {}
-    for layer, layer_width in zip(layers, widths, strict=True):
-        tallest = max(sizes[name][1] for name in layer)
-        left = (whole - layer_width + _GAP_X) / 2
-        for name in layer:
-            width, height = sizes[name]
-            boxes[name] = _Box(left + width / 2, top + tallest / 2, width, height)
-            left += width + _GAP_X
-        top += tallest + _GAP_Y
-    return boxes, whole, top
+def _size(lines: Sequence[str]) -> Size:
+    return max(len(safe(line)) for line in lines) * _GLYPH + 2 * _PAD, len(lines) * _LINE + _PAD
 
 
-def _layers(drawing: Drawing) -> list[list[str]]:
-    """The nodes by their greatest distance from the first ones; by the least where arrows lead in circles.
+def _ranks(drawing: Drawing) -> dict[str, int]:
+    """The layer of each node: its greatest distance from the first; the least where arrows lead in circles.
 
     Dashed arrows count only for what nothing else leads to.
     """
@@ -180,47 +157,36 @@ def _layers(drawing: Drawing) -> list[list[str]]:
         if node.id not in ranks:
             last += 1
             ranks[node.id] = last
-    return [[node.id for node in drawing.nodes if ranks[node.id] == rank] for rank in range(last + 1)]
+    return {node.id: ranks[node.id] for node in drawing.nodes}
 
 
-def _way(edge: Edge, boxes: dict[str, _Box], width: float) -> tuple[str, float, float]:
-    """The path of an arrow, and where its label goes.
-
-    Down the layers it is a line; up, along a layer or back to itself a curve, at the nearer side.
-    """
-    a, b = boxes[edge.source], boxes[edge.target]
-    if b.y > a.y:
-        x0, y0, x1, y1 = a.x, a.y + a.height / 2, b.x, b.y - b.height / 2
-        return f"M{x0:.0f} {y0:.0f}L{x1:.0f} {y1:.0f}", (x0 + 2 * x1) / 3, (y0 + 2 * y1) / 3
-    side = -1 if a.x < width / 2 and edge.source != edge.target else 1
-    x0, x1 = a.x + side * a.width / 2, b.x + side * b.width / 2
-    y0, y1, bow = a.y - 8, b.y + 8, (max if side > 0 else min)(x0, x1) + side * _GAP_X * 0.8
-    curve = f"M{x0:.0f} {y0:.0f}C{bow:.0f} {y0:.0f} {bow:.0f} {y1:.0f} {x1:.0f} {y1:.0f}"
-    return curve, bow - side * _GAP_X / 4, (y0 + y1) / 2
-
-
-def _arrow(edge: Edge, boxes: dict[str, _Box], width: float) -> str:
-    path, _, _ = _way(edge, boxes, width)
+def _arrow(edge: Edge, way: Sequence[Point]) -> str:
+    """A curve through the points, upright at each."""
+    (x, y), *_ = way
+    path = f"M{x:.0f} {y:.0f}"
+    for (x0, y0), (x1, y1) in pairwise(way):
+        middle = (y0 + y1) / 2
+        path += f"C{x0:.0f} {middle:.0f} {x1:.0f} {middle:.0f} {x1:.0f} {y1:.0f}"
     dash = ' stroke-dasharray="5 4"' if edge.dashed else ""
     return f'<path d="{path}" fill="none" stroke="#555"{dash} marker-end="url(#head)"/>'
 
 
-def _label(edge: Edge, boxes: dict[str, _Box], width: float) -> str:
-    _, x, y = _way(edge, boxes, width)
-    wide = len(safe(edge.label)) * _GLYPH
+def _label(text: str, at: Point) -> str:
+    x, y = at
+    wide = len(safe(text)) * _GLYPH
     ground = f'<rect x="{x - wide / 2:.0f}" y="{y - 8:.0f}" width="{wide:.0f}" height="16" fill="#fff"/>'
-    return ground + _text(edge.label, x, y)
+    return ground + _text(text, x, y)
 
 
-def _shape(node: Node, box: _Box) -> str:
+def _shape(node: Node, at: Point, size: Size) -> str:
+    (x, y), (width, height) = at, size
     radius = 2 if node.shape == "step" else 12
-    left, top = box.x - box.width / 2, box.y - box.height / 2
     rect = (
-        f'<rect x="{left:.0f}" y="{top:.0f}" width="{box.width:.0f}" height="{box.height:.0f}" rx="{radius}"'
-        f' fill="{_FILLS[node.shape]}" stroke="#222"/>'
+        f'<rect x="{x - width / 2:.0f}" y="{y - height / 2:.0f}" width="{width:.0f}" height="{height:.0f}"'
+        f' rx="{radius}" fill="{_FILLS[node.shape]}" stroke="#222"/>'
     )
     middle = (len(node.lines) - 1) / 2
-    lines = (_text(line, box.x, box.y + (i - middle) * _LINE) for i, line in enumerate(node.lines))
+    lines = (_text(line, x, y + (i - middle) * _LINE) for i, line in enumerate(node.lines))
     return rect + "".join(lines)
 
 

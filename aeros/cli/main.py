@@ -25,6 +25,7 @@ _COMMANDS = {
     "explain": "explain a diagnostic code",
     "graph": "draw a task's planning rules, its closed loop or a composition",
     "predict": "compute a task's success probability and expected work exactly",
+    "bundle": "pack a module into one file",
     "install": "keep a module on this robot",
     "configure": "settle what an installed module needs around it",
     "activate": "let a module's skills be dispatched",
@@ -43,7 +44,7 @@ _COMMANDS = {
 """What each command does; the module of its name has the rest, and is imported only to run it."""
 
 _FAMILIES = {
-    "modules": ("install", "configure", "activate", "deactivate", "remove", "list"),
+    "modules": ("bundle", "install", "configure", "activate", "deactivate", "remove", "list"),
     "operator": ("policy", "block", "unblock", "pause", "resume", "stop"),
 }
 """Modules that have the rest of several commands."""

@@ -1,25 +1,27 @@
-"""Commands about modules on this robot: install, configure, activate, deactivate, remove, list."""
+"""Commands about modules on this robot: bundle, install, configure, activate, deactivate, remove, list."""
 
 from __future__ import annotations
 
 import argparse
 import json
 from collections.abc import Callable
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from aeros.cli.arguments import existing_path, writable_path
 from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.module_source import BUNDLE, module_source
+from aeros.durable import replace_file
+from aeros.runtime.registry.archive import packed
+from aeros.runtime.registry.bundle import bundle_digest, module_files
 from aeros.runtime.registry.records import Installed, Snapshot
 from aeros.runtime.registry.registry import Registry
 from aeros.spec.diagnostics import Diagnostic
 from aeros.spec.errors import UserError
+from aeros.spec.loading import MANIFEST
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
-
-_GROUP: Final = "aeros.ecms"
-"""The entry points under which an installed Python distribution offers its modules."""
 
 _LIFE: Final = """\
 A module is installed, then configured, then activated; `deactivate` withdraws it and `activate` brings
@@ -27,6 +29,7 @@ it back; `remove` forgets one that is not active.  Each change is proved for eve
 installed, and refused with the reason otherwise; a refused change has changed nothing.
 """
 _DESCRIPTIONS: Final = {
+    "bundle": "Pack a module's files into one, to be carried elsewhere and installed there by its digest.",
     "install": "Keep a module on this robot.  Over another version of it, that version's state is kept.",
     "configure": "Settle what a module needs around it.",
     "activate": "Let a module's skills be dispatched.",
@@ -35,10 +38,16 @@ _DESCRIPTIONS: Final = {
     "list": "Show what is installed, in which state, and what it can do.",
 }
 _EXAMPLES: Final = {
+    "bundle": """\
+  aeros bundle ecms/make_dumplings                  writes make_dumplings.ecm.zip and says its digest
+  aeros install make_dumplings.ecm.zip --digest sha256:1234…
+                                                    elsewhere
+""",
     "install": """\
   aeros install ecms/make_dumplings                 the module in a folder
   aeros install ecms/make_dumplings --digest sha256:1234…
                                                     and only if its files are these
+  aeros install make_dumplings.ecm.zip              a bundle
   aeros install make_dumplings                      of an installed Python distribution with an entry
                                                     point of that name in the group `aeros.ecms`
 """,
@@ -63,8 +72,15 @@ def add_to(commands: Subparsers, name: str) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     if name == "install":
-        parser.add_argument("module", help="a folder, or the name of an entry point")
+        parser.add_argument("module", help="a folder, a bundle, or the name of an entry point")
         parser.add_argument("--digest", metavar="sha256:HEX", help="what the module's files must be")
+    elif name == "bundle":
+        parser.add_argument("module", type=existing_path, help="the module's folder")
+        parser.add_argument(
+            "--out", type=writable_path, metavar="FILE", help="default: its name with .ecm.zip, here"
+        )
+        parser.set_defaults(command=_bundle)
+        return
     elif name == "list":
         parser.add_argument("--capability", help="only modules that provide it")
         parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
@@ -76,22 +92,27 @@ def add_to(commands: Subparsers, name: str) -> None:
     parser.set_defaults(command=_COMMANDS[name])
 
 
-def _install(arguments: argparse.Namespace) -> Exit:
-    one = Registry(arguments.state).install(_source(arguments.module), arguments.digest)
-    print(f"{one.name} {one.version} is {one.state.value}; sha256:{one.digest}")
+def _bundle(arguments: argparse.Namespace) -> Exit:
+    folder: Path = arguments.module.resolve()
+    out: Path = arguments.out or Path(f"{folder.name}{BUNDLE}")
+    files = module_files(folder)
+    if MANIFEST not in files:
+        raise UserError(
+            [Diagnostic("AE961", f"`{arguments.module}` holds no module: it has no `{MANIFEST}`")]
+        )
+    try:
+        replace_file(out, packed(files))
+    except OSError as failure:
+        raise UserError([Diagnostic("AE961", f"`{out}` cannot be written: {failure.strerror}")]) from failure
+    print(f"{out}: {len(files)} files, sha256:{bundle_digest(files)}")
     return Exit.PROVED
 
 
-def _source(given: str) -> Path:
-    """The folder `given`, or that of the entry point `given` where there is no such folder."""
-    path = Path(given)
-    if path.is_dir():
-        return path
-    for found in entry_points(group=_GROUP, name=given):
-        offered = found.load()
-        return Path(offered) if isinstance(offered, str | Path) else Path(str(offered.__path__[0]))
-    reason = f"`{given}` is neither a folder nor an entry point `{given}` of the group `{_GROUP}`"
-    raise UserError([Diagnostic("AE961", reason)])
+def _install(arguments: argparse.Namespace) -> Exit:
+    with module_source(arguments.module) as source:
+        one = Registry(arguments.state).install(source, arguments.digest)
+    print(f"{one.name} {one.version} is {one.state.value}; sha256:{one.digest}")
+    return Exit.PROVED
 
 
 def _moving(verb: str) -> Callable[[argparse.Namespace], Exit]:

@@ -31,6 +31,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Final, Self
 
+from aeros.durable import sync_folder
 from aeros.runtime.audit_check import GENESIS, AuditReport, DecisionCounts, end_record, scan, verify_log
 from aeros.runtime.audit_checkpoints import (
     CHECKPOINT,
@@ -41,7 +42,6 @@ from aeros.runtime.audit_checkpoints import (
     CheckpointWatch,
     Signing,
     read_anchor,
-    sync_folder,
     write_anchor,
 )
 from aeros.runtime.canonical import canonical
@@ -148,7 +148,7 @@ class AuditLog:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             with os.fdopen(os.dup(self._file), "rb") as file:
                 found = scan(file, watch)
-            sync_folder(self.path)
+            sync_folder(self.path.parent)
         except BlockingIOError as failure:
             raise AuditError(f"another process writes the audit log `{self.path}`") from failure
         except OSError as failure:

@@ -14,12 +14,12 @@ signed.
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
+from aeros.durable import replace_file
 from aeros.runtime.audit_check import AuditReport, Record, verify_log
 from aeros.runtime.audit_keys import PublicKey, SigningKey
 from aeros.runtime.canonical import canonical
@@ -208,19 +208,4 @@ def read_anchor(path: Path, key: PublicKey) -> Checkpoint | None:
 
 def write_anchor(path: Path, checkpoint: Checkpoint) -> None:
     """Put `checkpoint` at `path`, whole or not at all, and durable; raises `OSError`."""
-    new = path.with_name(path.name + ".new")
-    with new.open("wb") as file:
-        file.write(canonical(checkpoint.details()) + b"\n")
-        file.flush()
-        os.fsync(file.fileno())
-    new.replace(path)
-    sync_folder(path)
-
-
-def sync_folder(path: Path) -> None:
-    """Make durable that there is a file at `path`."""
-    folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-    try:
-        os.fsync(folder)
-    finally:
-        os.close(folder)
+    replace_file(path, canonical(checkpoint.details()) + b"\n")

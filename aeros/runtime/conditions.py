@@ -50,16 +50,23 @@ class CompiledCondition:
 
 
 class SolverCondition:
-    """A condition that Z3 decides, with the values as exact rationals."""
+    """A condition that Z3 decides, with the values as exact rationals.
 
-    def __init__(self, term: t.Term, declared: Iterable[Declared]) -> None:
+    beside: another one of the same gate, with which it shares what the solver keeps.
+    """
+
+    def __init__(
+        self, term: t.Term, declared: Iterable[Declared], beside: SolverCondition | None = None
+    ) -> None:
         # z3 takes 80 ms to import, which the compiled gate need not pay.
         from aeros.spec.backends.smt import Session
 
         self._term = term
         mentioned = _mentioned(term, declared)
         self.names = _scalar_names(mentioned)
-        self._session = Session((one.variable for one in mentioned), ranges_of(mentioned))
+        variables = (one.variable for one in mentioned)
+        shared = None if beside is None else beside._session
+        self._session: Session = Session(variables, ranges_of(mentioned), beside=shared)
 
     def decide(self, values: Mapping[str, Any]) -> Truth:
         """See `Condition`."""

@@ -109,6 +109,7 @@ class _Decider:
     def __init__(self, configuration: Configuration, compiled: bool) -> None:
         self._configuration = configuration
         self._compiled = compiled
+        self._solved: SolverCondition | None = None
         site = configuration.site
         self._state = forms_of(site.observed)
         self._kinds = {name: self._kind_rules(kind) for name, kind in site.kinds.items()}
@@ -181,7 +182,10 @@ class _Decider:
     def _condition(self, term: t.Term, kind: ActionKind, inputs: Mapping[str, Declared]) -> Condition:
         state = self._configuration.site.observed
         declared = (*state.values(), *inputs.values(), *kind.parameters.values())
-        return CompiledCondition(term, declared) if self._compiled else SolverCondition(term, declared)
+        if self._compiled:
+            return CompiledCondition(term, declared)
+        self._solved = SolverCondition(term, declared, self._solved)
+        return self._solved
 
     # Deciding.
 

@@ -81,7 +81,11 @@ def labels_of_core(obligation: Obligation, core: Core) -> tuple[Label, tuple[Lab
     labels = [member.label for member in core.members]
     ranges = [Label(one.range_span or one.span, f"range of `{one.name}`") for one in core.ranges]
     primary = obligation.primary
-    first = next((label for label in labels if _covers(primary.span, label.span)), None)
+    inside = [label for label in labels if _covers(primary.span, label.span)]
+    if obligation.primary_alone:
+        labels = [label for label in labels if label not in inside]
+        return inside[0] if len(inside) == 1 else primary, (*labels, *ranges)
+    first = next(iter(inside), None)
     if first is None:
         return primary, (*labels, *ranges)
     labels.remove(first)

@@ -114,6 +114,8 @@ class Rule:
     attenuations: by action kind, the term each reducible parameter is set to when the rule alone
         stands in the way.
     conjuncts: by action kind, what its term is the conjunction of.
+    premises, alternatives: by action kind, conditions such that the rule denies what makes all premises true
+        and all alternatives false.
     """
 
     id: str
@@ -125,6 +127,8 @@ class Rule:
     span: Span
     require_span: Span
     conjuncts: Mapping[str, tuple[Conjunct, ...]] = field(default_factory=dict)
+    premises: Mapping[str, tuple[Conjunct, ...]] = field(default_factory=dict)
+    alternatives: Mapping[str, tuple[Conjunct, ...]] = field(default_factory=dict)
 
     def speaks_of_action(self, kind: str) -> bool:
         """Whether it constrains the action itself, and not only the state in which it is asked for."""

@@ -85,3 +85,93 @@ def cases(draw: st.DrawFn, *, most_rules: int, most_retries: int, most_replans: 
     return Case(
         module("small", skills, pursued), pursued, site(replans=draw(st.integers(0, most_replans))), start
     )
+
+
+# Tasks in which it shows what a loop does: a start where something is to be done, plans that are seldom
+# rejected, skills that only some turn of the loop runs, and marks that such a turn leaves behind.
+
+_TARGETS, _MARKS = PREDICATES[:2], PREDICATES[2:]
+_HARM: list[dict[str, Any]] = [
+    {},
+    *({name: True} for name in _MARKS),
+    *({name: False} for name in PREDICATES),
+    {"area": "pot"},
+    {_TARGETS[0]: False, _MARKS[0]: True},
+]
+_AT = ["area == table", "area == pot", *(f"not {name}" for name in PREDICATES), *PREDICATES]
+
+
+@st.composite
+def _turns(draw: st.DrawFn, name: str, target: str, needed: str) -> Skill:
+    """A skill that brings its target about, or leaves a mark, and may undo what it or another needs."""
+    undone: dict[str, Any] = {needed: False}
+    more = [{needed: True}, {needed: True}, undone, undone | {target: True}, undone | {target: True}]
+    harm = st.sampled_from([*_HARM, *more])
+    outcomes = [Outcome("done", {target: True} | draw(st.just({}) | harm), False, None, None)]
+    for number, effects in enumerate(draw(st.lists(harm, max_size=3))):
+        outcomes.append(
+            Outcome(f"failed_{number}", effects, draw(st.integers(0, 3)) > 0, None, None),
+        )
+    certain = draw(st.sampled_from([None, None, None, *range(len(outcomes))]))
+    if certain is not None:
+        impossible = draw(st.sampled_from([Fraction(0), None]))
+        outcomes = [
+            replace(one, probability=Fraction(1) if at == certain else impossible)
+            for at, one in enumerate(outcomes)
+        ]
+    elif draw(st.integers(0, 3)) == 0:
+        outcomes[-1] = replace(outcomes[-1], probability=Fraction(len(outcomes) == 1))
+    precondition = draw(st.sampled_from([None, None, needed, *_AT[:2]]))
+    inputs: dict[str, Declared] = {}
+    if draw(st.integers(0, 2)) == 0:
+        inputs["force"] = given_input(
+            "force", draw(st.sampled_from([Fraction(1, 4), Fraction(1, 2)])), _RANGE
+        )
+        precondition = "inputs.force > 0.4" + (f" and {precondition}" if precondition else "")
+    return skill(name, *outcomes, precondition=precondition, inputs=inputs)
+
+
+@st.composite
+def loops(draw: st.DrawFn) -> Case:
+    """A module with one task, which starts where all predicates are known."""
+    targets = (*_TARGETS, _MARKS[0])
+    steps = [draw(_turns(f"skill_{at}", name, targets[at - 1])) for at, name in enumerate(targets)]
+    cures = [draw(_turns(f"cure_{at}", *draw(st.permutations(PREDICATES))[:2])) for at in range(2)]
+    rules = []
+    for run, target in draw(st.permutations(list(zip(steps, targets, strict=True)))):
+        unless = draw(st.sampled_from([target, target, f"{target} or {{}}", f"{target} and {{}}", "{}"]))
+        cure = draw(st.sampled_from([None, cures[0].id, cures[0].id, cures[1].id]))
+        rule = dumplings.rule(
+            unless.format(draw(st.sampled_from(_AT))), run.id, draw(st.integers(0, 2)), cure
+        )
+        force = draw(st.sampled_from([Fraction(1, 4), Fraction(3, 4)]))
+        rules.append(replace(rule, inputs={"force": force} if run.inputs else {}))
+    rules = rules[: draw(st.integers(1, 3))]
+    goal = draw(st.sampled_from([*_TARGETS, " and ".join(_TARGETS), *_MARKS[:2], "area == pot"]))
+    start = START | {name: draw(st.integers(0, 2)) == 0 for name in PREDICATES}
+    pursued = replace(task("task", ("word",), goal, *rules), initial=start)
+    skills = (*steps, *cures)
+    limits = site(retries=draw(st.sampled_from([1, 2, 3, 3])), replans=0)
+    return Case(module("small", skills, pursued), pursued, limits, start)
+
+
+@st.composite
+def marking_loops(draw: st.DrawFn) -> Case:
+    """A task that shows how often a step is tried: each failure of it leaves a mark, and each plan begins
+    with wiping them all away.
+    """
+    wiped = dict.fromkeys(_MARKS, False)
+    tidy = skill("tidy", Outcome("tidied", wiped, False, None, None))
+    marks = [Outcome(f"marked_{name}", {name: True}, True, None, None) for name in _MARKS]
+    work = skill("work", Outcome("worked", {_TARGETS[0]: True}, False, None, None), *marks)
+    cure = skill(
+        "cure", Outcome("cured", draw(st.sampled_from([{}, {_TARGETS[1]: True}])), False, None, None)
+    )
+    rules = (
+        dumplings.rule(" and ".join(f"not {name}" for name in _MARKS), "tidy"),
+        dumplings.rule(_TARGETS[0], "work", draw(st.integers(0, 3)), draw(st.sampled_from([None, "cure"]))),
+    )
+    pursued = replace(task("task", ("word",), _TARGETS[0], *rules), initial=START)
+    return Case(
+        module("small", (tidy, work, cure), pursued), pursued, site(retries=3, replans=0), dict(START)
+    )

@@ -16,10 +16,10 @@ from hypothesis import strategies as st
 from aeros.spec.expr.semantics import holds
 from aeros.spec.model import TaskInvariant
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
-from tests.differential.small_tasks import NAMES, START, Case, cases
+from tests.differential.small_tasks import NAMES, START, Case, cases, loops, marking_loops
 from tests.differential.tree_expansion import State, _judged_a_failure, _shares, _Tree
 from tests.property.mix import Mix
-from tests.unit.agent.dumplings import SPAN, term
+from tests.unit.agent.dumplings import PREDICATES, SPAN, term
 
 SEEN = Mix()
 _KEPT = st.sampled_from(
@@ -127,14 +127,26 @@ class Walk:
 
 
 @st.composite
-def _judged(draw: st.DrawFn) -> tuple[Case, str]:
+def _judged(draw: st.DrawFn) -> Case:
     case = draw(cases(most_rules=3, most_retries=2, most_replans=0))
     named = draw(st.sets(st.sampled_from(NAMES)))
-    kept = draw(_KEPT)
     initial = {name: case.start[name] for name in named} | {"area": "table"}
-    invariant = TaskInvariant("kept", term(kept), kept, SPAN)
-    task = replace(case.task, initial=initial, invariants=(invariant,))
-    return replace(case, task=task, ecm=replace(case.ecm, tasks={task.id: task})), kept
+    return _keeping(replace(case, task=replace(case.task, initial=initial)), draw(_KEPT))
+
+
+@st.composite
+def _turning(draw: st.DrawFn) -> Case:
+    """Of a loop that does something, what its later turns may break."""
+    case = draw(st.one_of(loops(), loops(), loops(), marking_loops()))
+    some = draw(st.lists(st.sampled_from(PREDICATES), min_size=2, max_size=3, unique=True))
+    each = [f"not {name}" for name in PREDICATES if not case.task.initial[name]]
+    return _keeping(case, f"not ({' and '.join(some)})", "area == table", *each)
+
+
+def _keeping(case: Case, *kept: str) -> Case:
+    invariants = tuple(TaskInvariant(f"kept_{at}", term(one), one, SPAN) for at, one in enumerate(kept))
+    task = replace(case.task, invariants=invariants)
+    return replace(case, task=task, ecm=replace(case.ecm, tasks={task.id: task}))
 
 
 def test_a_loop_is_refused_exactly_where_some_run_goes_wrong() -> None:
@@ -143,19 +155,20 @@ def test_a_loop_is_refused_exactly_where_some_run_goes_wrong() -> None:
 
 
 @settings(
-    max_examples=500, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
+    max_examples=1200, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
 )
-@given(_judged())
-def _loops_are_judged(judged: tuple[Case, str]) -> None:
-    case, kept = judged
+@given(_judged() | _turning() | _turning())
+def _loops_are_judged(case: Case) -> None:
     found = {one.id.split("/", 2)[2]: one.diagnostic for one in closed_loop_obligations(case.ecm, case.site)}
     walk = Walk(case)
     expected = {
         "dispatch": ("AE801", not walk.hindered),
         "progress": ("AE802", not walk.stuck()),
-        "invariant/kept": ("AE804", all(holds(term(kept), dict(place.state)) for place in walk.edges)),
         "effective": ("AE805", not all(walk.is_goal(start) for start in walk.starts())),
     }
+    states = [dict(state) for state in {place.state for place in walk.edges}]
+    for kept in case.task.invariants:
+        expected[f"invariant/{kept.id}"] = "AE804", all(holds(kept.term, state) for state in states)
     assert found.keys() == expected.keys()
     for claim, (code, right) in expected.items():
         told = found[claim]

@@ -40,6 +40,7 @@ def expected(ecm: Ecm, task: Task, site: Site, start: Mapping[str, Any]) -> Expe
 class _Tree:
     def __init__(self, ecm: Ecm, task: Task, site: Site) -> None:
         self._ecm, self._task, self._cap = ecm, task, site.limits.replans
+        self._most_retries = site.limits.retries
         # Per tree, not per class: a cache on a method would keep every tree alive.
         self.pursue = cache(self._pursue)
         self._follow = cache(self._follow_the_rest)
@@ -115,7 +116,7 @@ class _Tree:
         return holds(self._task.goal, dict(state))
 
     def _is_rejected(self, rules: list[PlanningRule]) -> bool:
-        if not rules:
+        if not rules or any(rule.retry > self._most_retries for rule in rules):
             return True
         cures: dict[str, set[str]] = {}
         for rule in rules:

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
+from aeros.durable import sync_folder, write_file
 from aeros.spec.diagnostics import Diagnostic
 from aeros.spec.digests import code_digest
 from aeros.spec.errors import UserError
@@ -64,15 +65,12 @@ def keep(files: Mapping[str, bytes], store: Path, name: str) -> Path:
     for relative, content in files.items():
         path = beside / name / relative
         path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
+        write_file(path, content)
     for folder in sorted({path.parent for path in beside.rglob("*")}):
-        _sync(folder)
+        sync_folder(folder)
     shutil.rmtree(store / digest, ignore_errors=True)
     beside.rename(store / digest)
-    _sync(store)
+    sync_folder(store)
     return kept
 
 
@@ -81,14 +79,6 @@ def sweep(store: Path, named: set[Path]) -> None:
     for folder in store.iterdir() if store.is_dir() else ():
         if not any(folder in path.parents for path in named):
             shutil.rmtree(folder, ignore_errors=True)
-
-
-def _sync(folder: Path) -> None:
-    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def _unreadable(path: Path, why: str) -> UserError:

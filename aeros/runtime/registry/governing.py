@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
-from typing import Self
+from pathlib import Path
+from typing import Final, Self
 
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.governor import Command, Fixed
@@ -14,26 +16,47 @@ from aeros.runtime.registry.records import Snapshot
 from aeros.runtime.registry.registry import Registry
 from aeros.spec.verify import Report
 
+_LOOK_EVERY: Final = 0.002  # s, while a change is being made
 
-class Governing:
-    """Implements `Governor` over a registry; close it when the run ends."""
 
-    def __init__(self, registry: Registry) -> None:
-        self._registry = registry
-        self._live = Live(registry.folder)
-        _forget_stop(self._live)
-        self._loaded, self._current = self._load()
-        self._looked: tuple[int, Snapshot] = (-1, Snapshot())
+class _Steering:
+    """What the operator asks of a run, as any terminal may say it; closed when the run ends."""
 
-    @property
-    def generation(self) -> int:
-        """See `Governor`."""
-        return self._live.generation
+    def __init__(self, folder: Path) -> None:
+        self._live = Live(folder)
+        # A stop ended an earlier run; a pause is meant for whatever runs.
+        if self._live.command is Command.STOP:
+            self._live.ask(Command.RUN)
 
     @property
     def command(self) -> Command:
         """See `Governor`."""
         return self._live.command
+
+    def close(self) -> None:
+        """Release what is shared with other processes; safe to call twice."""
+        self._live.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class Governing(_Steering):
+    """Implements `Governor` over a registry."""
+
+    def __init__(self, registry: Registry) -> None:
+        super().__init__(registry.folder)
+        self._registry = registry
+        self._loaded, self._current = self._load()
+        self._looked = self._loaded
+
+    @property
+    def generation(self) -> int:
+        """See `Governor`."""
+        return self._live.generation
 
     def configuration(self) -> tuple[int, Configuration]:
         """See `Governor`; proved once for each generation."""
@@ -66,60 +89,28 @@ class Governing:
                 return f"the operator blocks it: {block.reason}"
         return None
 
-    def close(self) -> None:
-        """Release what is shared with other processes; safe to call twice."""
-        self._live.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
     def _load(self) -> tuple[Snapshot, tuple[int, Configuration, Report]]:
-        """What is in force; the generation is looked at first, so a change meanwhile is noticed as one."""
-        generation, snapshot = self._live.generation, self._registry.snapshot()
-        return snapshot, (generation, *self._registry.configuration(snapshot))
+        """What is in force; waits while a change is being made."""
+        while (snapshot := self._registry.agreed(self._live)) is None:
+            time.sleep(_LOOK_EVERY)
+        return snapshot, (snapshot.generation, *self._registry.configuration(snapshot))
 
     def _latest(self) -> Snapshot:
-        """The snapshot of the generation that is published now, read once."""
-        generation = self._live.generation
-        if self._looked[0] != generation:
-            self._looked = (generation, self._registry.snapshot())
-        return self._looked[1]
+        """What is kept, read once for each generation; read again as long as a change is being made."""
+        if self._looked.generation != self._live.generation:
+            self._looked = self._registry.agreed(self._live) or self._looked
+        return self._looked
 
 
-class Steered(Fixed):
+class Steered(_Steering, Fixed):
     """Modules that are no registry's, for good; pause and stop are obeyed all the same."""
 
     def __init__(self, configuration: Configuration, registry: Registry) -> None:
-        super().__init__(configuration)
-        self._live = Live(registry.folder)
-        _forget_stop(self._live)
-
-    @property
-    def command(self) -> Command:
-        """See `Governor`."""
-        return self._live.command
+        _Steering.__init__(self, registry.folder)
+        Fixed.__init__(self, configuration)
 
     @contextmanager
     def acting(self, generation: int) -> Iterator[bool]:
         """See `Governor`."""
         with self._live.acting(self._live.generation):
             yield generation == self.generation
-
-    def close(self) -> None:
-        """Release what is shared with other processes; safe to call twice."""
-        self._live.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-
-def _forget_stop(live: Live) -> None:
-    """A stop ended an earlier run; a pause is meant for whatever runs."""
-    if live.command is Command.STOP:
-        live.ask(Command.RUN)

@@ -18,7 +18,7 @@ from aeros.spec.diagnostics import Diagnostic
 from aeros.spec.errors import UserError
 from aeros.spec.model import Block
 
-_VERSION: Final = 1
+_VERSION: Final = 2
 _SCHEMA: Final = (
     "CREATE TABLE policy (only INTEGER PRIMARY KEY CHECK (only = 1), generation INTEGER NOT NULL, "
     "site TEXT NOT NULL) STRICT",
@@ -26,7 +26,6 @@ _SCHEMA: Final = (
     "folder TEXT NOT NULL, state TEXT NOT NULL) STRICT",
     "CREATE TABLE blocks (id TEXT PRIMARY KEY, reason TEXT NOT NULL, module TEXT, skill TEXT, "
     "action TEXT) STRICT",
-    "CREATE TABLE events (generation INTEGER PRIMARY KEY, written TEXT NOT NULL, said TEXT NOT NULL) STRICT",
     f"PRAGMA user_version = {_VERSION}",
 )
 
@@ -84,14 +83,7 @@ class Records:
             raise self._damaged(str(failure)) from failure
         return Snapshot(generation, site, kept, {row[0]: Block(*row) for row in blocks})
 
-    def generation(self) -> int:
-        """How many changes there were: a quick look before an action.  Raises `UserError`."""
-        with self._open() as database:
-            if database is None:
-                return 0
-            return int(database.execute("SELECT generation FROM policy").fetchone()[0])
-
-    def replace(self, new: Snapshot, said: str, written: str) -> None:
+    def replace(self, new: Snapshot) -> None:
         """Make it say `new`, whole or not at all.  Raises `UserError`."""
         with self._open(create=True) as database:
             if database is None:
@@ -107,17 +99,7 @@ class Records:
             database.executemany("INSERT INTO modules VALUES (?, ?, ?, ?, ?)", modules)
             blocks = [(b.id, b.reason, b.module, b.skill, b.action) for b in new.blocks.values()]
             database.executemany("INSERT INTO blocks VALUES (?, ?, ?, ?, ?)", blocks)
-            database.execute("INSERT INTO events VALUES (?, ?, ?)", (new.generation, written, said))
             database.execute("COMMIT")
-
-    def events(self) -> list[tuple[int, str, str]]:
-        """Every change there was: its generation, when, and what.  Raises `UserError`."""
-        with self._open() as database:
-            if database is None:
-                return []
-            return database.execute(
-                "SELECT generation, written, said FROM events ORDER BY generation"
-            ).fetchall()
 
     @contextmanager
     def _open(self, *, create: bool = False) -> Iterator[sqlite3.Connection | None]:

@@ -2,9 +2,11 @@
 
 Every change is proved before it is made.  The new set of modules is verified whole, under the
 policy and the operator's blocks; what is refused has changed nothing.  Then the record is replaced
-in one transaction, executors are told, and the change returns when no action of the old
-configuration moves any more.  So after `deactivate`, `remove` or `block` has returned, no further
-action of that skill is executed.
+in one transaction, and the change returns when no action of the old configuration moves any more.
+So after `deactivate`, `remove` or `block` has returned, no further action of that skill is executed.
+
+Executors are told before the record is replaced, and begin nothing until it is: so there is no
+instant at which a change is kept and an executor does not know of it, whoever is killed.
 """
 
 from __future__ import annotations
@@ -14,13 +16,14 @@ import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
+from aeros.durable import replace_file
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.proving import prove
 from aeros.runtime.registry.bundle import bundle_digest, keep, module_files, sweep
+from aeros.runtime.registry.change_log import record_change
 from aeros.runtime.registry.lifecycle import State, Verb, after, before
 from aeros.runtime.registry.live import Live, StillMovingError
 from aeros.runtime.registry.records import Installed, Records, Snapshot
@@ -32,6 +35,7 @@ from aeros.spec.model import Block, Ecm, Site
 from aeros.spec.verify import Report
 
 _FOLDER: Final = "registry"
+_LOCK: Final = "change.lock"
 _PATIENCE: Final = 30.0  # s that a change waits for motions of the old configuration to end
 
 
@@ -40,6 +44,7 @@ class Registry:
 
     def __init__(self, state: Path) -> None:
         self.folder = state / _FOLDER
+        self._key = state / "audit.key"
         self._records = Records(self.folder)
 
     @property
@@ -51,20 +56,30 @@ class Registry:
         """What it says now.  Raises `UserError`."""
         return self._records.read()
 
-    def history(self) -> list[tuple[int, str, str]]:
-        """Every change there was: its number, when, and what.  Raises `UserError`."""
-        return self._records.events()
-
     def configuration(self, snapshot: Snapshot | None = None) -> tuple[Configuration, Report]:
         """The configuration of the active modules, proved here and now.  Raises `UserError`."""
         return self._proved(self.snapshot() if snapshot is None else snapshot, {})
 
     def capabilities(self, snapshot: Snapshot) -> dict[str, tuple[str, ...]]:
         """By module, what its skills provide.  Raises `UserError`."""
+        site = self._policy_of(snapshot)
         return {
-            name: tuple(sorted(self._read(snapshot, folder).capabilities))
+            name: tuple(sorted(_read(site, folder).capabilities))
             for name, folder in self._folders(snapshot).items()
         }
+
+    def agreed(self, live: Live) -> Snapshot | None:
+        """What is kept, or None while executors were told of a change that is not kept.
+
+        Where whoever made that change is no more, they are told otherwise.  Raises `UserError`.
+        """
+        snapshot = self.snapshot()
+        if snapshot.generation == live.generation:
+            return snapshot
+        with _opened(self.folder / _LOCK) as lock, suppress(BlockingIOError):
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            live.publish(self.snapshot().generation)
+        return None
 
     # Changes.
 
@@ -78,7 +93,8 @@ class Registry:
             digest = bundle_digest(files)
             if pinned is not None and pinned.removeprefix("sha256:") != digest:
                 raise _refused("AE963", f"`{source}` is not what was pinned: its digest is sha256:{digest}")
-            ecm = self._read(old, source)
+            site = self._policy_of(old)
+            ecm = _read(site, source)
             kept = old.modules.get(ecm.id)
             if kept is not None and kept.version == ecm.version and kept.digest != digest:
                 raise _refused(
@@ -89,11 +105,11 @@ class Registry:
             state = self._next(old, ecm.id, Verb.INSTALL)
             one = Installed(ecm.id, ecm.version, digest, f"modules/{digest}/{ecm.id}", state)
             new = _with(old, one)
-            self._proved(new, {ecm.id: source})
+            configuration, _ = self._proved(new, {ecm.id: source})
             folder = keep(files, self.folder / "modules", ecm.id)
-            if _digests(self._read(old, folder)) != _digests(ecm):
+            if _digests(_read(site, folder)) != _digests(ecm):
                 raise _refused("AE961", f"`{source}` changed while it was being proved")
-            self._commit(old, new, f"install {ecm.id} {ecm.version} sha256:{digest}")
+            self._commit(old, new, f"install {ecm.id} {ecm.version} sha256:{digest}", configuration)
             return one
 
     def configure(self, name: str) -> Installed:
@@ -135,9 +151,10 @@ class Registry:
         with self._changing() as old:
             content = _read_bytes(site)
             new = replace(old, site=f"policies/{file_digest(content)}.yaml")
-            _, report = self._proved(new, {}, site)
+            configuration, report = self._proved(new, {}, site)
             self._keep_policy(new, content)
-            self._commit(old, new, f"policy {site.name} sha256:{file_digest(content)}")
+            said = f"policy {site.name} sha256:{file_digest(content)}"
+            self._commit(old, new, said, configuration)
             return report
 
     # Inside.
@@ -161,8 +178,8 @@ class Registry:
         return reached
 
     def _change(self, old: Snapshot, new: Snapshot, said: str) -> None:
-        self._proved(new, {})
-        self._commit(old, new, said)
+        configuration, _ = self._proved(new, {})
+        self._commit(old, new, said, configuration)
 
     def _policy_of(self, snapshot: Snapshot) -> Site:
         """The site that is in force, as its file says."""
@@ -172,15 +189,6 @@ class Registry:
         if site is None:
             raise _refused("AE965", f"the policy `{snapshot.site}` cannot be read")
         return site
-
-    def _read(self, snapshot: Snapshot, folder: Path) -> Ecm:
-        """The module in `folder`, read under the policy in force and not proved."""
-        sink = Diagnostics()
-        found = load_ecm(folder, self._policy_of(snapshot), sink)
-        sink.raise_if_errors()
-        if found is None:
-            raise _refused("AE961", f"`{folder}` holds no module")
-        return found.ecm
 
     def _proved(
         self, new: Snapshot, sources: Mapping[str, Path], site: Path | None = None
@@ -212,16 +220,21 @@ class Registry:
     def _site(self, snapshot: Snapshot) -> Path:
         return self.folder / snapshot.site if snapshot.site else reference_site()
 
-    def _commit(self, old: Snapshot, new: Snapshot, said: str) -> None:
+    def _commit(self, old: Snapshot, new: Snapshot, said: str, configuration: Configuration) -> None:
         if not new.site:
             content = reference_site().read_bytes()
             new = replace(new, site=f"policies/{file_digest(content)}.yaml")
             self._keep_policy(new, content)
         new = replace(new, generation=old.generation + 1)
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        record_change(self.folder, self._key, old, new, said, configuration.digest)
         with Live(self.folder) as live:
-            self._records.replace(new, said, datetime.now(UTC).isoformat(timespec="milliseconds"))
             live.publish(new.generation)
+            try:
+                self._records.replace(new)
+            except BaseException:
+                live.publish(self.snapshot().generation)
+                raise
             try:
                 live.wait_until_still(old.generation, _PATIENCE)
             except StillMovingError as late:
@@ -235,29 +248,31 @@ class Registry:
     def _keep_policy(self, new: Snapshot, content: bytes) -> None:
         path = self.folder / new.site
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        beside = path.with_suffix(f".{os.getpid()}")
-        with beside.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        beside.replace(path)
+        replace_file(path, content)
 
     @contextmanager
     def _changing(self) -> Iterator[Snapshot]:
         """One change at a time; what stood in the folder before stays if it is refused."""
         was_there = self.folder.exists()
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        lock = os.open(self.folder / "change.lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            yield self.snapshot()
-        except BaseException:
-            if not was_there:
-                (self.folder / "change.lock").unlink(missing_ok=True)
-                _remove_if_empty(self.folder)
-            raise
-        finally:
-            os.close(lock)
+        with _opened(self.folder / _LOCK) as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX)
+                yield self.snapshot()
+            except BaseException:
+                if not was_there:
+                    (self.folder / _LOCK).unlink(missing_ok=True)
+                    _remove_if_empty(self.folder)
+                raise
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[int]:
+    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    try:
+        yield descriptor
+    finally:
+        os.close(descriptor)
 
 
 def _with(old: Snapshot, one: Installed) -> Snapshot:
@@ -266,6 +281,16 @@ def _with(old: Snapshot, one: Installed) -> Snapshot:
     if one.state is not State.ABSENT:
         modules[one.name] = one
     return replace(old, modules=dict(sorted(modules.items())))
+
+
+def _read(site: Site, folder: Path) -> Ecm:
+    """The module in `folder`, read under the policy `site` and not proved."""
+    sink = Diagnostics()
+    found = load_ecm(folder, site, sink)
+    sink.raise_if_errors()
+    if found is None:
+        raise _refused("AE961", f"`{folder}` holds no module")
+    return found.ecm
 
 
 def _digests(ecm: Ecm) -> tuple[str, str]:

@@ -131,6 +131,6 @@ def _asked_by() -> str:
     """Digest of the solver's version and of the code that gives terms their meaning."""
     digest = hashlib.sha256(solver_release().encode())
     for folder in ("backends", "expr"):
-        for path in sorted((_SPEC / folder).glob("*.py")):
+        for path in sorted((_SPEC / folder).rglob("*.py")):
             digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -31,7 +31,8 @@ class Session:
     """A solver over declared variables; what is assumed stays, each question is asked alone.
 
     ranges: closed range in SI of each real scalar variable; one without a range is unbounded.
-    Its context is its own: in a shared one, models depend on everything that was asked before.
+    beside: a session whose context, of some megabytes, is shared.  Models then depend on everything
+        that was asked before in it, so questions are asked without.
     """
 
     def __init__(
@@ -39,8 +40,9 @@ class Session:
         variables: Iterable[t.Variable],
         ranges: Mapping[str, tuple[Fraction, Fraction]],
         rlimit: int = DEFAULT_RLIMIT,
+        beside: Session | None = None,
     ) -> None:
-        self._context = z3.Context()
+        self._context: Any = z3.Context() if beside is None else beside._context
         self._solver = z3.Solver(ctx=self._context)
         self._solver.set("random_seed", 0)
         self._solver.set("rlimit", rlimit)

@@ -276,7 +276,9 @@ class _EcmElaborator:
 
     def _clause(self, expression: Expression, scope: Scope) -> Clause | None:
         found = elaborate_condition(expression, scope, self._sink)
-        return None if found is None else Clause(found[0], expression.value, expression.span, found[1])
+        return (
+            None if found is None else Clause(found.term, expression.value, expression.span, found.conjuncts)
+        )
 
     def _task(self, name: Text, task: declared.Task, skills: Mapping[str, Skill]) -> Task:
         if not task.words:

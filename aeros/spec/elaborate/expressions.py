@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from aeros.spec.diagnostics import Diagnostics, Label
 from aeros.spec.expr import terms as t
@@ -30,17 +30,26 @@ def elaborate_expression(
     return _reporting(expression, sink, lambda node: check(node, scope, expected))
 
 
-def elaborate_condition(
-    expression: Expression, scope: Scope, sink: Diagnostics
-) -> tuple[t.Term, tuple[Conjunct, ...]] | None:
-    """As `elaborate_expression`, with the conjuncts that the condition is made of."""
+class Condition(NamedTuple):
+    """A condition and its parts; it is false where all premises are true and all alternatives false."""
+
+    term: t.Term
+    conjuncts: tuple[Conjunct, ...]
+    premises: tuple[Conjunct, ...]
+    alternatives: tuple[Conjunct, ...]
+
+
+def elaborate_condition(expression: Expression, scope: Scope, sink: Diagnostics) -> Condition | None:
+    """As `elaborate_expression`, with the parts that the condition is made of."""
     found = _reporting(expression, sink, lambda node: check_condition(node, scope))
     if found is None:
         return None
-    term, parts = found
-    if len(parts) == 1:
-        return term, (Conjunct(term, expression.span),)
-    return term, tuple(Conjunct(part, _span(expression, extent)) for part, extent in parts)
+    term, *parts = found
+    conjuncts, premises, alternatives = (
+        tuple(Conjunct(one, _span(expression, extent)) for one, extent in each) for each in parts
+    )
+    whole = (Conjunct(term, expression.span),)
+    return Condition(term, conjuncts if len(conjuncts) > 1 else whole, premises, alternatives)
 
 
 def elaborate_constant(expression: Expression, scope: Scope, sink: Diagnostics, expected: Type) -> Any:

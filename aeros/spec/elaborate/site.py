@@ -248,15 +248,18 @@ class _SiteElaborator:
         )
         terms: dict[str, t.Term] = {}
         conjuncts: dict[str, tuple[Conjunct, ...]] = {}
+        premises: dict[str, tuple[Conjunct, ...]] = {}
+        alternatives: dict[str, tuple[Conjunct, ...]] = {}
         attenuations: dict[str, dict[str, t.Term]] = {}
         for kind in kinds:
             scope = replace(kind_scope(self, kind), past=True)
             found = elaborate_condition(one.require, scope, self._sink)
             if found is None:
                 return None  # the same fault would be found for every kind
-            flat = self._histories.flat
-            terms[kind.name] = flat(found[0], one.require.span)
-            conjuncts[kind.name] = tuple(Conjunct(flat(part.term, part.span), part.span) for part in found[1])
+            terms[kind.name] = self._histories.flat(found.term, one.require.span)
+            conjuncts[kind.name] = self._flat(found.conjuncts)
+            premises[kind.name] = self._flat(found.premises)
+            alternatives[kind.name] = self._flat(found.alternatives)
             reduced = self._attenuation(one.attenuate, kind, scope)
             if reduced:
                 attenuations[kind.name] = reduced
@@ -270,7 +273,12 @@ class _SiteElaborator:
             one.span,
             one.require.span,
             conjuncts,
+            premises,
+            alternatives,
         )
+
+    def _flat(self, parts: tuple[Conjunct, ...]) -> tuple[Conjunct, ...]:
+        return tuple(Conjunct(self._histories.flat(part.term, part.span), part.span) for part in parts)
 
     def _joint(self, one: declared.JointInvariant) -> JointRule | None:
         if len(one.on) != 2:
@@ -296,10 +304,10 @@ class _SiteElaborator:
             one.rationale.value,
             one.source.value,
             (first, second),
-            self._histories.flat(found[0], one.require.span),
+            self._histories.flat(found.term, one.require.span),
             one.span,
             one.require.span,
-            tuple(replace(part, term=self._histories.flat(part.term, one.require.span)) for part in found[1]),
+            self._flat(found.conjuncts),
         )
 
     def _attenuation(self, entries: Entries[Expression], kind: ActionKind, scope: Scope) -> dict[str, t.Term]:

@@ -73,6 +73,10 @@ def elaborate_variable(
             sink.error("AE208", f"a {type_} has no {field}", span)
             return None
     bounds = None if quantity.range is None else _range(quantity.range, unit, sink)
+    if bounds is not None and isinstance(type_, IntegerType) and any(end.denominator != 1 for end in bounds):
+        ends = quantity.range or ()
+        sink.error("AE208", "the range of an int ends at whole numbers", ends[0].span.cover(ends[-1].span))
+        return None
     if numeric and bounds is None:
         return None
     place = quantity.range[0].span.cover(quantity.range[-1].span) if quantity.range else None
@@ -109,7 +113,7 @@ def _type(quantity: declared.Quantity, unit: Unit | None, enums: Enums, sink: Di
     if word == "bool":
         return BOOL
     if word == "int":
-        if unit is not None and unit.dimension == NUMBER:
+        if unit is not None and unit.dimension == NUMBER and unit.factor == 1:
             return IntegerType()
         sink.error("AE208", "an int is a bare number, without a unit", (quantity.unit or quantity.type).span)
         return None

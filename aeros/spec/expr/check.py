@@ -67,28 +67,54 @@ def infer(
     return term, typed.type
 
 
-def check_condition(node: s.Node, scope: Scope) -> tuple[t.Term, tuple[tuple[t.Term, s.Extent], ...]]:
-    """`check(node, scope, BOOL)`, and the conjuncts that it is made of, each with its own extent.
+_Part = tuple[t.Term, s.Extent]
+Parts = tuple[_Part, ...]
+"""Conditions, each with its own extent."""
 
-    The operands of `and`, and each pair of a comparison chain; their conjunction is the term.
+
+def check_condition(node: s.Node, scope: Scope) -> tuple[t.Term, Parts, Parts, Parts]:
+    """`check(node, scope, BOOL)`, the conjuncts that it is made of, its premises and its alternatives.
+
+    Conjuncts: the operands of `and`, and each pair of a comparison chain; their conjunction is the term.
+    The term is false where all premises are true and all alternatives false: the conjuncts of what stands
+    before `implies`, and the operands of `or`.
     """
     checker = _Checker(scope, {})
-    return check(node, scope, BOOL, checker), tuple(checker.conjuncts(node))
+    term = check(node, scope, BOOL, checker)
+    premises, alternatives = checker.implication(node)
+    return term, tuple(checker.conjuncts(node)), tuple(premises), tuple(alternatives)
 
 
 class _Checker:
     def __init__(self, scope: Scope, bound: Mapping[str, t.BoundVariable]) -> None:
         self._scope = scope
         self._bound = bound
-        self._terms: dict[int, tuple[_Typed, ...]] = {}  # by identity, of what `conjuncts` may ask for
+        self._terms: dict[int, tuple[_Typed, ...]] = {}  # by identity, of what is asked for later
 
-    def conjuncts(self, node: s.Node) -> Iterator[tuple[t.Term, s.Extent]]:
+    def conjuncts(self, node: s.Node) -> Iterator[_Part]:
         """The conjuncts of a condition that was checked."""
         if isinstance(node, s.Junction) and node.op == "and":
             for operand in node.operands:
                 yield from self.conjuncts(operand)
         else:
             yield from ((self.plain(typed), typed.extent) for typed in self._terms[id(node)])
+
+    def implication(self, node: s.Node) -> tuple[list[_Part], list[_Part]]:
+        """The premises and the alternatives of a condition that was checked."""
+        premises: list[_Part] = []
+        alternatives: list[_Part] = []
+        pending = [node]
+        while pending:
+            match pending.pop(0):
+                case s.Junction(op="or", operands=operands):
+                    pending = [*operands, *pending]
+                case s.Binary(op="implies", left=left, right=right):
+                    premises += self.conjuncts(left)
+                    pending = [right, *pending]
+                case part:
+                    whole = t.conjunction(*(term for term, _ in self.conjuncts(part)))
+                    alternatives.append((whole, part.extent))
+        return premises, alternatives
 
     def check(self, node: s.Node, hint: Type | None = None) -> _Typed:
         """`node` typed; `hint` is the type its neighbour has, which decides a bare enum member."""

@@ -73,6 +73,7 @@ class Obligation:
         rule itself leaves it to the gate; None where a refutation is an error.
     members: the conjuncts of assumptions and conclusion (SOMETIMES) or of the conclusion (ALWAYS).
     clause: the envelope that is to imply the conclusion.
+    primary_alone: whether a member inside the primary label is shown where it alone of those is at fault.
     """
 
     id: str
@@ -89,6 +90,7 @@ class Obligation:
     members: tuple[Member, ...] = ()
     clause: Clause | None = None
     notes: tuple[str, ...] = ()
+    primary_alone: bool = False
 
     @property
     def group(self) -> str:

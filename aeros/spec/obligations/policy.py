@@ -101,7 +101,8 @@ def _not_vacuous(site: Site, kind: ActionKind, rule: Rule) -> Obligation:
         primary=Label(rule.require_span, "always true"),
         help=("check its numbers and units, or widen the declared ranges to what can really be measured",),
         failing=Verdict.VACUOUS,
-        members=(_denied_by(rule, kind),),
+        primary_alone=True,
+        members=_denied_by(rule, kind, "always true", "never true"),
     )
 
 
@@ -119,12 +120,20 @@ def _not_shadowed(site: Site, kind: ActionKind, rule: Rule, rules: tuple[Rule, .
         secondary=tuple(Label(other.require_span, other.id) for other in others),
         help=("remove it, or take the action kind out of its `on`",),
         failing=Verdict.VACUOUS,
-        members=(_denied_by(rule, kind), *required_by(others, kind.name)),
+        primary_alone=True,
+        members=(
+            *_denied_by(rule, kind, "implied by the others", "excluded by the others"),
+            *required_by(others, kind.name),
+        ),
     )
 
 
-def _denied_by(rule: Rule, kind: ActionKind) -> Member:
-    return Member(t.Not(rule.terms[kind.name]), Label(rule.require_span))
+def _denied_by(rule: Rule, kind: ActionKind, kept: str, excluded: str) -> tuple[Member, ...]:
+    """What together says that the rule is broken; one of these that is never so makes the rule idle."""
+    return (
+        *members_of(rule.premises[kind.name], excluded),
+        *(Member(t.Not(one.term), Label(one.span, kept)) for one in rule.alternatives[kind.name]),
+    )
 
 
 def _attenuation_obligations(

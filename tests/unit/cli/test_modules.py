@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import sys
 from pathlib import Path
 from typing import Any
@@ -66,27 +67,55 @@ def test_a_digest_pins_what_is_installed(capsys: pytest.CaptureFixture[str]) -> 
     assert run("install", str(BASE / "tidy"), "--digest", digest) == 0
 
 
-@pytest.mark.usefixtures("robot")
-def test_a_module_comes_out_of_an_installed_distribution(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture
+def distribution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An installed distribution that offers the module `tidy`, and whose code must not be executed."""
     package, metadata = tmp_path / "site" / "tidy_wares", tmp_path / "site" / "tidy_wares-1.dist-info"
-    package.mkdir(parents=True)
-    metadata.mkdir()
-    (package / "__init__.py").write_text(f"from pathlib import Path\nTIDY = Path({str(BASE / 'tidy')!r})\n")
+    shutil.copytree(BASE / "tidy", package / "tidy")
+    metadata.mkdir(parents=True)
+    for folder in (package, package / "tidy"):
+        (folder / "__init__.py").write_text("raise SystemExit('executed before it was proved')\n")
     (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: tidy_wares\nVersion: 1\n")
-    (metadata / "entry_points.txt").write_text("[aeros.ecms]\ntidy = tidy_wares:TIDY\n")
+    (metadata / "entry_points.txt").write_text(
+        "[aeros.ecms]\ntidy = tidy_wares.tidy\ngone = tidy_wares.gone\nodd = no.such:place\n"
+    )
     monkeypatch.syspath_prepend(str(tmp_path / "site"))
-    try:
-        assert run("install", "tidy") == 0
-    finally:
-        sys.modules.pop("tidy_wares", None)
+    return package
+
+
+@pytest.mark.usefixtures("robot", "distribution")
+def test_a_module_comes_out_of_an_installed_distribution_and_nothing_of_it_is_imported() -> None:
+    assert run("install", "tidy") == 0
+    assert "tidy_wares" not in sys.modules
+
+
+@pytest.mark.parametrize("name", ["gone", "odd"])
+@pytest.mark.usefixtures("robot", "distribution")
+def test_an_entry_point_that_names_no_folder_is_refused(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("install", name) == 1
+    assert "is no folder of a package" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("robot")
+def test_a_bundle_is_pinned_carried_and_installed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bundle", str(BASE / "tidy")]) == 0
+    said = capsys.readouterr().out
+    name, digest = said.split(":")[0], said[said.index("sha256:") :].strip()
+    assert run("install", name, "--digest", "sha256:" + "0" * 64) == 1
+    assert run("install", name, "--digest", digest) == 0
+    assert digest in capsys.readouterr().out
+    assert main(["bundle", str(BASE / "tidy"), "--out", "again.zip"]) == 0
+    assert Path("again.zip").read_bytes() == Path(name).read_bytes()
+    assert main(["bundle", str(BASE)]) == 1
+    assert "holds no module" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("install", "nowhere"), "is neither a folder nor an entry point"),
+        (("install", "nowhere"), "is no folder, no file, and no entry point"),
         (("activate", "tidy"), "there is no module `tidy` here"),
         (("unblock", "worn"), "there is no block `worn` here"),
         (("block", "--id", "x", "--reason", "y", "--action", "gripp"), "did you mean `grip`?"),

@@ -75,3 +75,10 @@ def test_an_oracle_records_what_it_is_asked_in_a_hurry_too_and_only_on_request()
         ("a claim", Result.SAT), ("an explanation", Result.UNSAT)
     ]  # fmt: skip
     assert silent.asked == {}
+
+
+def test_a_record_tells_what_bounds_answered_from_what_z3_did() -> None:
+    oracle = Oracle(recording=True)
+    oracle.ask([X], RANGES, [_above(3)])
+    oracle.ask([X], RANGES, [_above(4)], shown=True)
+    assert [one.by_bounds for one in oracle.asked.values()] == [True, False]

@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import pytest
 
+from aeros.spec import answers
 from aeros.spec.backends.boxes import Boxes
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.core import Core, core_of, labels_of_core
@@ -150,6 +151,19 @@ def test_the_range_that_takes_part_is_underlined_in_the_site(judge: Judge) -> No
 def test_of_a_dead_action_only_the_rule_that_clashes_is_underlined(judge: Judge) -> None:
     report = judge("move", "target in tabletop and speed > 1 m/s", permission="speed <= 3 m/s")
     assert underlined(report, "AE502") == ["speed > 1 m/s", "speed <= 250 mm/s"]
+
+
+def test_where_no_core_is_found_every_rule_on_the_action_is_underlined(
+    judge: Judge, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(answers, "core_of", lambda *_: None)
+    report = judge("move", "target in tabletop and speed > 1 m/s", permission="speed <= 3 m/s")
+    (found,) = [one for one in report.diagnostics if one.code == "AE502"]
+    assert {label.text: label.span.text for label in found.secondary} == {
+        "on-the-table": "target in tabletop",
+        "off-the-mast": "target not in camera_mast",
+        "top-speed": "speed <= 250 mm/s",
+    }
 
 
 def test_a_permission_that_clashes_is_underlined(judge: Judge) -> None:

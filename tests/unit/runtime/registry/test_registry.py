@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from aeros.runtime.audit import verify_log
 from aeros.runtime.registry.lifecycle import State
 from aeros.runtime.registry.registry import Registry
 from aeros.spec.errors import UserError
@@ -52,8 +54,13 @@ def test_a_module_lives_and_is_forgotten(registry: Registry, write: Author) -> N
     registry.remove(name)
     assert registry.snapshot().modules == {}
     assert not any((registry.folder / "modules").iterdir())
-    said = [what.split()[0] for _, _, what in registry.history()]
-    assert said == [
+    log = registry.folder / "audit.jsonl"
+    assert verify_log(log).sound
+    details = [json.loads(line)["details"] for line in log.read_text().splitlines()]
+    assert [(one["from"], one["to"]) for one in details] == [(n, n + 1) for n in range(len(details))]
+    assert details[3]["modules"]["tidy"]["state"] == "active"
+    assert details[-1]["modules"] == {}
+    assert [one["change"].split()[0] for one in details] == [
         "policy",
         "install",
         "configure",

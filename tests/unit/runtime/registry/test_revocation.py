@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -19,6 +20,7 @@ from aeros.runtime.governor import Command
 from aeros.runtime.ports import Completion, Monitor, Plan, StepRequest, StepResult, StepStatus
 from aeros.runtime.registry.governing import Governing
 from aeros.runtime.registry.live import Live
+from aeros.runtime.registry.records import Records
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.skill_run import run_in_process
 from aeros.sim.fake import FakePlant
@@ -146,9 +148,47 @@ def test_what_is_unrelated_stops_nothing_that_a_run_has_begun(robot: Robot) -> N
     assert robot.results[0].status is StepStatus.FINISHED
 
 
-def test_a_change_made_by_one_who_was_killed_before_telling_is_seen_at_the_next_one(robot: Robot) -> None:
+def test_a_change_announced_by_one_who_was_killed_before_keeping_it_is_no_change(robot: Robot) -> None:
+    before = robot.registry.snapshot()
+    with Live(robot.registry.folder) as live:
+        live.publish(before.generation + 1)
+        robot.begin().join(2 * _LONG)
+        assert live.generation == before.generation
+    assert robot.results[0].status is StepStatus.FINISHED
     robot.registry.deactivate("tidy")
     assert robot.executor.active_modules() == {}
+
+
+def test_nothing_begins_between_telling_of_a_change_and_keeping_it(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    replace = Records.replace
+    began: list[bool] = []
+
+    def slow(records: Records, *given: Any) -> None:
+        thread = robot.begin()
+        began.append(robot.plant.moving.wait(0.2))
+        replace(records, *given)
+        thread.join(_LONG)
+
+    monkeypatch.setattr(Records, "replace", slow)
+    robot.registry.deactivate("tidy")
+    assert began == [False]
+    assert robot.results[0].status is StepStatus.REFUSED
+
+
+def test_a_change_that_cannot_be_kept_is_taken_back(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    thread = _under_way(robot)
+    with monkeypatch.context() as patched:
+        patched.setattr(Records, "replace", full)
+        with pytest.raises(OSError, match="No space"):
+            robot.registry.deactivate("tidy")
+    thread.join(_LONG)
+    assert robot.results[0].status is StepStatus.FINISHED
+    assert "tidy" in robot.executor.active_modules()
 
 
 def test_a_pause_holds_what_would_begin_and_a_stop_ends_what_moves(robot: Robot) -> None:

@@ -115,6 +115,27 @@ def test_an_intermediate_overflow_is_decided_exactly(op: str) -> None:
         assert decide(env) is holds(term, {name: Fraction(one) for name, one in env.items()})
 
 
+_HUGE = t.Multiply(t.Multiply(X, Y), _constant(Fraction(1, 10**300)))
+
+
+@pytest.mark.parametrize(
+    "around",
+    [
+        t.Add(_HUGE, Z), t.Add(Z, _HUGE), t.Multiply(_HUGE, _constant(1)), t.Multiply(_constant(1), _HUGE),
+        t.Extremum("min", _HUGE, Z), t.Extremum("max", Z, _HUGE), t.Absolute(_HUGE),
+        t.Conditional(t.Compare("<", Z, X), _HUGE, Z), t.Conditional(t.Compare("<", X, Z), Z, _HUGE),
+    ],
+)  # fmt: skip
+def test_an_overflow_deep_in_a_term_is_decided_exactly(around: t.Term) -> None:
+    ranges = _unit_ranges(Fraction(10) ** 200)
+    values = {"x": 1e200, "y": 1e200, "z": -1.0}
+    exact = {name: Fraction(one) for name, one in values.items()}
+    at_it = _constant(cast("Fraction", evaluate(around, exact)))
+    for op, held in (("<", False), ("<=", True), ("==", True)):
+        term = t.Compare(op, around, at_it)  # type: ignore[arg-type]
+        assert closure.compile_condition(term, ranges)(values) is held
+
+
 def test_an_unbounded_constant_in_a_product_is_decided_exactly() -> None:
     term = t.Compare("<=", t.Multiply(_constant(Fraction(10) ** 400), X), Y)
     decide = closure.compile_condition(term, _unit_ranges(Fraction(1, 10**300)))

@@ -3,8 +3,9 @@ from __future__ import annotations
 from fractions import Fraction
 
 import pytest
+import z3
 
-from aeros.spec.backends.answers import Result
+from aeros.spec.backends.answers import Answer, Result
 from aeros.spec.backends.smt import Session, solver_version
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import holds
@@ -101,6 +102,14 @@ def test_a_budget_that_runs_out_is_unknown_with_a_reason() -> None:
     assert answer.result is Result.UNKNOWN
     assert answer.reason
     assert answer.model == {}
+
+
+def test_a_solver_that_breaks_down_has_not_decided_and_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    def check(*_: object) -> None:
+        raise z3.Z3Exception("out of memory")
+
+    monkeypatch.setattr(z3.Solver, "check", check)
+    assert _session().ask(A) == Answer(Result.UNKNOWN, {}, "out of memory")
 
 
 def test_the_same_question_has_the_same_answer() -> None:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable
 from fractions import Fraction
@@ -9,10 +10,12 @@ import pytest
 from aeros.spec.backends import closure, smt
 from aeros.spec.backends.answers import Result, Scalar
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.check import MAX_HEIGHT
+from aeros.spec.expr.check import MAX_HEIGHT, _Checker
 from aeros.spec.expr.lower import lower, measure, scalar_variables
+from aeros.spec.expr.parser import parse
 from aeros.spec.expr.scope import ExpressionTypeError
 from aeros.spec.expr.semantics import Value, evaluate, holds
+from aeros.spec.expr.syntax import Extent
 from aeros.spec.expr.types import BOOL, RealType, Type, VectorType
 from aeros.spec.units import LENGTH, NUMBER
 from tests.unit.spec.expr.scope import SCOPE, SPEED, term_of
@@ -47,6 +50,7 @@ TRUE = [
     "0 m < x <= reach + 15 cm",
     "x > y and x >= y and not y > x",
     "x - y == 3 m",
+    "x - 25 cm == 75 cm",
     "-y == 2 m",
     "y * k == -4 m",
     "x * x == 1 m^2",
@@ -65,6 +69,8 @@ TRUE = [
     "dot(p, v) == 11 m^2/s",
     "min(x, y) == y and max(x, y) == x and abs(y) == 2 m",
     "clamp(y, 0 m, 1 m) == 0 m and clamp(3 m, 0 m, 1 m) == 1 m and clamp(x, 2 m, 1 m) == 1 m",
+    "grip == (if a then stop else open)",
+    "limit[j1] / 2 m == 50 %",
     "mode == idle and idle == mode and mode != stop",
     "grip == stop and stop == grip and stop != inputs.grip",
     "mode in {idle, move} and mode not in {stop}",
@@ -183,6 +189,7 @@ FAULTS = [
         "norm(p)",
         None,
     ),
+    ("min(a, x) <= x", "AE203", "`min` takes real numbers, not bool", "a", None),
     ("norm(p, q) <= x", "AE205", "`norm` takes 1 argument(s), not 2", "norm(p, q)", None),
     ("min() <= x", "AE205", "`min` takes 2 argument(s), not 0", "min()", None),
     ("x / k <= x", "AE206", "only a constant other than zero can divide", "k", "a <= c * b"),
@@ -202,6 +209,44 @@ def test_a_fault_says_what_and_where(
     assert text[fault.extent.start : fault.extent.end] == underlined
     if cure is not None:
         assert cure in (fault.cure or "")
+
+
+def _type_at(text: str, extent: Extent) -> str:
+    return str(_Checker(SCOPE, {}).check(parse(text[extent.start : extent.end])).type)
+
+
+_WITHOUT_LABEL = ("no component", "cannot be indexed", "the index must", "a whole family", "only be compared")
+
+
+@pytest.mark.parametrize("text", [text for text, code, *_ in FAULTS if code in ("AE203", "AE204")])
+def test_what_a_type_fault_shows_is_labelled_with_its_type(text: str) -> None:
+    with pytest.raises(ExpressionTypeError) as raised:
+        term_of(text)
+    fault = raised.value
+    if any(words in fault.message for words in _WITHOUT_LABEL):
+        assert fault.label == ""
+    else:
+        assert fault.label == _type_at(text, fault.extent)
+    between = re.search(" is (compared with|added to|combined with|the alternative of) ", fault.message)
+    assert (fault.beside is None) is (between is None)
+    if fault.beside is not None:
+        assert fault.beside[1] == _type_at(text, fault.beside[0])
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        "a", "true", "not a", "a and b", "a or b", "a implies b", "x < y", "x < y <= x", "norm(p) < x",
+        "mode in {idle}", "p not in cell", "all(a for j in Joint)", "ready[j1]", "if a then a else b",
+        "mode", "inputs.grip", "p", "vec(x, y, x)", "p + q", "2 * p", "if a then p else q",
+        "count(a for j in Joint)", "n", "n - 1", "n * n", "n / 2", "-n", "abs(n)", "dot(p, q) / 1 m^2",
+    ],
+)  # fmt: skip
+def test_whatever_is_of_another_type_is_underlined_from_end_to_end(written: str) -> None:
+    text = f"x + ({written}) <= x"
+    with pytest.raises(ExpressionTypeError) as raised:
+        term_of(text)
+    assert text[raised.value.extent.start : raised.value.extent.end] == written
 
 
 def test_a_mismatch_shows_both_sides() -> None:
@@ -254,6 +299,8 @@ def test_short_text_of_astronomical_meaning_is_refused_at_once(text: str) -> Non
     with pytest.raises(ExpressionTypeError) as raised:
         term_of(text)
     assert raised.value.code == "AE201"
+    assert raised.value.cure == "split it into several rules"
+    assert (raised.value.extent.start, raised.value.extent.end) == (0, len(text))
     assert time.monotonic() - started < 2
 
 

@@ -80,6 +80,30 @@ def test_the_index_of_a_quantifier_is_the_same_at_every_moment() -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    "place",
+    [
+        "not {}", "{} and a", "a or {}", "{} implies a", "a implies {}", "{} == a", "a == {}",
+        "{real} <= 1", "1 < {real}", "{real} == 1", "2 == {real}", "{real} + 1 == 2", "1 + {real} == 3",
+        "{real} * 3 == 3", "3 * {real} == 6", "min({real}, 3) == 1", "min(3, {real}) == 2",
+        "max({real}, 0) == 1", "max(0, {real}) == 2", "abs({real}) == 1",
+        "vec({real}, 0, 0) == vec(1, 0, 0)", "vec(0, {real}, 0).y == 1", "vec(0, 0, {real}).z == 2",
+        "vec({real}, 0, 0) + vec(0, {real}, 0) == vec(1, 1, 0)", "{real} * vec(1, 1, 1) == vec(2, 2, 2)",
+        "if {} then a else not a", "if a then {} else a", "if a then a else {}",
+        "all({} or j == j1 for j in Joint)", "any({} and j == j1 for j in Joint)",
+        "sum({real} for j in Joint) == 3", "count({} for j in Joint) == 3",
+        "limit[if {} then j1 else j2] == 1 m",
+        "previously {}", "once {}", "{} since a", "a since {}", "count within 2 s ({}) == 1",
+    ],
+)  # fmt: skip
+def test_what_is_past_is_the_same_wherever_it_stands(place: str) -> None:
+    def written(condition: str) -> str:
+        return place.format(condition, real=f"(if {condition} then 1 else 2)")
+
+    a = "#.##...#"
+    assert along(written("(previously a)"), a=a) == along(written("b"), a=a, b=along("previously a", a=a))
+
+
 def test_without_a_trace_the_present_is_the_first_moment() -> None:
     env = {"a": True, "b": False}
     assert evaluate(condition("once a and not once b and not previously a"), env) is True

@@ -1,0 +1,82 @@
+"""A module as one file: a zip archive of its files, the same bytes for the same module.
+
+Any zip tool reads it.  What it is pinned by is the digest of the module's files and not of the archive,
+so packing it otherwise changes nothing.
+"""
+
+from __future__ import annotations
+
+import io
+import zipfile
+import zlib
+from collections.abc import Mapping
+from pathlib import Path, PurePosixPath
+from typing import Final
+
+from aeros.runtime.registry.bundle import MAX_MODULE
+from aeros.spec.diagnostics import Diagnostic
+from aeros.spec.errors import UserError
+
+MOST_FILES: Final = 10_000
+_EPOCH: Final = (1980, 1, 1, 0, 0, 0)  # the earliest that the format has
+_REGULAR: Final = 0o100644 << 16
+
+
+def packed(files: Mapping[str, bytes]) -> bytes:
+    """The archive of these files, by path relative to the module's folder."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for name in sorted(files):
+            entry = zipfile.ZipInfo(name, _EPOCH)
+            entry.external_attr = _REGULAR
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = 3  # Unix, wherever it is packed
+            archive.writestr(entry, files[name], compresslevel=9)
+    return buffer.getvalue()
+
+
+def unpack(path: Path, into: Path) -> None:
+    """Write the files of the archive at `path` into the folder `into`.
+
+    Raises `UserError` for what is no archive, or has a file that is not below the folder, is no
+    regular file, is there twice, is more than it says, or is too much.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            entries = [one for one in archive.infolist() if not one.is_dir()]
+            problem = _problem(entries)
+            if problem is not None:
+                raise _refused(path, problem)
+            for entry in entries:
+                target = into / entry.filename
+                target.parent.mkdir(parents=True, exist_ok=True)
+                with archive.open(entry) as opened:
+                    content = opened.read(entry.file_size + 1)
+                if len(content) != entry.file_size:
+                    raise _refused(path, f"`{entry.filename}` is not as large as it says")
+                target.write_bytes(content)
+    except (OSError, zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, RuntimeError) as failure:
+        raise _refused(path, str(failure)) from failure
+    except (EOFError, ValueError, zlib.error) as failure:
+        raise _refused(path, f"it is damaged: {failure}") from failure
+
+
+def _problem(entries: list[zipfile.ZipInfo]) -> str | None:
+    names = [entry.filename for entry in entries]
+    if len(names) > MOST_FILES:
+        return f"a module has at most {MOST_FILES:,} files"
+    if sum(entry.file_size for entry in entries) > MAX_MODULE:
+        return f"a module has at most {MAX_MODULE >> 20} MiB"
+    for entry in entries:
+        parts = PurePosixPath(entry.filename).parts
+        if "\\" in entry.filename or not parts or parts[0] == "/" or ".." in parts:
+            return f"`{entry.filename}` is not in the module's folder"
+        if entry.external_attr >> 28 not in (0, 0o10):  # no mode, or a regular file
+            return f"`{entry.filename}` is no regular file"
+    if len({str(PurePosixPath(name)) for name in names}) != len(names):
+        return "a file is in it twice"
+    return None
+
+
+def _refused(path: Path, why: str) -> UserError:
+    return UserError([Diagnostic("AE961", f"`{path}` cannot be unpacked: {why}")])

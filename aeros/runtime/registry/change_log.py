@@ -1,0 +1,63 @@
+"""The audit record of changes: each is in it, durably, before it is kept.
+
+A record without the change that it tells of is one that was killed, or failed, before it was kept: the
+next record then begins from the same generation.
+"""
+
+from __future__ import annotations
+
+import getpass
+import os
+import socket
+from pathlib import Path
+from typing import Any, Final
+
+from aeros.runtime.audit import AuditError, AuditLog
+from aeros.runtime.audit_checkpoints import Signing
+from aeros.runtime.audit_keys import KeyRefusedError, read_signing_key
+from aeros.runtime.registry.records import Snapshot
+from aeros.spec.diagnostics import Diagnostic
+from aeros.spec.errors import UserError
+
+LOG: Final = "audit.jsonl"
+
+
+def record_change(
+    folder: Path, key: Path, old: Snapshot, new: Snapshot, said: str, configuration: str
+) -> None:
+    """Append to the log in `folder` that `old` is to become `new`; signed if there is a key.
+
+    configuration: the digest of what was proved.
+    Raises `UserError` where it cannot be recorded; then there must be no change.
+    """
+    details = {
+        "change": said,
+        "by": _who(),
+        "from": old.generation,
+        "to": new.generation,
+        "configuration": configuration,
+        "policy": new.site,
+        "modules": {
+            one.name: {"version": one.version, "digest": one.digest, "state": one.state.value}
+            for one in new.modules.values()
+        },
+        "blocks": {
+            one.id: {"reason": one.reason, "module": one.module, "skill": one.skill, "action": one.action}
+            for one in new.blocks.values()
+        },
+    }
+    try:
+        signing = Signing(read_signing_key(key)) if key.exists() else None
+        with AuditLog(folder / LOG, signing=signing) as log:
+            log.append("registry-change", details)
+    except (AuditError, KeyRefusedError) as failure:
+        problem = Diagnostic("AE965", f"the change cannot be recorded, so it is not made: {failure}")
+        raise UserError([problem]) from failure
+
+
+def _who() -> dict[str, Any]:
+    try:
+        user = getpass.getuser()
+    except (KeyError, OSError):  # a number that has no name here
+        user = str(os.getuid())
+    return {"user": user, "host": socket.gethostname(), "pid": os.getpid()}

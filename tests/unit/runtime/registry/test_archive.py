@@ -1,0 +1,103 @@
+"""Archives: what is packed comes out again, and nothing else is let in."""
+
+from __future__ import annotations
+
+import stat
+import zipfile
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aeros.runtime.registry.archive import packed, unpack
+from aeros.runtime.registry.bundle import module_files
+from aeros.spec.errors import UserError
+
+PARTS = st.text("abcXYZ09_", min_size=1, max_size=8)
+FILES = st.dictionaries(
+    st.lists(PARTS, min_size=1, max_size=3).map(tuple), st.binary(max_size=200), max_size=6
+)
+
+
+@given(FILES)
+def test_what_is_packed_comes_out_again(
+    tmp_path_factory: pytest.TempPathFactory, files: dict[tuple[str, ...], bytes]
+) -> None:
+    names = {"/".join(parts): content for parts, content in files.items()}
+    kept = {
+        name: content
+        for name, content in names.items()
+        if not any(other.startswith(f"{name}/") for other in names)
+    }
+    folder = tmp_path_factory.mktemp("archive")
+    (folder / "a.zip").write_bytes(packed(kept))
+    assert packed(dict(reversed(kept.items()))) == packed(kept)
+    unpack(folder / "a.zip", folder / "out")
+    (folder / "out").mkdir(exist_ok=True)
+    assert module_files(folder / "out") == kept
+
+
+def archive(path: Path, *entries: tuple[str | zipfile.ZipInfo, bytes]) -> Path:
+    with zipfile.ZipFile(path, "w") as written:
+        for entry, content in entries:
+            written.writestr(entry, content)
+    return path
+
+
+def link(name: str) -> zipfile.ZipInfo:
+    entry = zipfile.ZipInfo(name)
+    entry.create_system = 3
+    entry.external_attr = (stat.S_IFLNK | 0o777) << 16
+    return entry
+
+
+@pytest.mark.parametrize(
+    ("entries", "why"),
+    [
+        ([("../out_of_it", b"")], "is not in the module's folder"),
+        ([("/etc/passwd", b"")], "is not in the module's folder"),
+        ([("a/../../b", b"")], "is not in the module's folder"),
+        ([("a\\b", b"")], "is not in the module's folder"),
+        ([(link("skills.py"), b"/etc/passwd")], "is no regular file"),
+        ([("a", b"1"), ("./a", b"2")], "is in it twice"),
+        ([(f"f{n}", b"") for n in range(10_001)], "at most 10,000 files"),
+        ([("a", b""), ("a/b", b"")], "cannot be unpacked"),
+    ],
+)
+def test_what_is_no_module_is_refused_and_nothing_is_written_outside(
+    tmp_path: Path, entries: list[tuple[str | zipfile.ZipInfo, bytes]], why: str
+) -> None:
+    path = archive(tmp_path / "a.zip", *entries)
+    inside = tmp_path / "in" / "side"
+    inside.mkdir(parents=True)
+    with pytest.raises(UserError) as raised:
+        unpack(path, inside)
+    assert why in raised.value.diagnostics[0].headline
+    assert sorted(tmp_path.rglob("*")) == sorted([path, tmp_path / "in", inside, *inside.rglob("*")])
+
+
+def test_a_bomb_is_refused_before_it_is_unpacked(tmp_path: Path) -> None:
+    path = archive(tmp_path / "a.zip")
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as written:
+        for number in range(3):
+            written.writestr(f"zeros{number}", bytes(100 * 1024 * 1024))
+    assert path.stat().st_size < 1024 * 1024
+    with pytest.raises(UserError, match="256 MiB"):
+        unpack(path, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_whatever_is_damaged_is_refused_in_words(tmp_path: Path) -> None:
+    whole = packed({"ecm.yaml": b"id: tidy\n" * 100, "skills.py": b"pass\n"})
+    path = tmp_path / "a.zip"
+    for position in range(0, len(whole), 3):
+        for damaged in (
+            whole[:position],
+            whole[:position] + bytes([whole[position] ^ 0x5A]) + whole[position + 1 :],
+        ):
+            path.write_bytes(damaged)
+            try:
+                unpack(path, tmp_path / "out")
+            except UserError:
+                continue
