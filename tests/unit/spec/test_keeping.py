@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
+import sys
 import zlib
 from collections.abc import Callable
 from dataclasses import replace
@@ -76,6 +78,25 @@ def test_the_digest_that_is_kept_is_that_of_the_certificate(modules: Path, store
         assert one.lock is not None
         assert again.lock is not None
         assert again.lock._known == one.lock.digest == text_digest(again.lock.certificate.text())
+
+
+def test_a_run_that_finds_everything_imports_nothing_that_proves(modules: Path, store: Store) -> None:
+    _brief(modules, store)
+    answers = modules.parent / "answers"
+    program = f"""\
+import sys
+from pathlib import Path
+from aeros.spec.backends.store import Store
+from aeros.spec.brief import verify_in_brief
+from aeros.spec.folders import reference_site
+report = verify_in_brief([Path({str(modules)!r})], reference_site(), store=Store({str(modules.parent / "answers")!r}))
+print(report.conclusion.value, *sorted({{"yaml", "z3", "networkx", "packaging"}} & set(sys.modules)))
+print(*sorted(name for name in sys.modules if name.startswith("aeros.spec.e")))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=REPOSITORY
+    )
+    assert done.stdout.split("\n") == ["proved", "aeros.spec.errors", ""]
 
 
 def _edit(name: str, old: str, new: str) -> Callable[[Path], object]:
