@@ -89,7 +89,8 @@ from pathlib import Path
 from aeros.spec.backends.store import Store
 from aeros.spec.brief import verify_in_brief
 from aeros.spec.folders import reference_site
-report = verify_in_brief([Path({str(modules)!r})], reference_site(), store=Store({str(modules.parent / "answers")!r}))
+store = Store(Path({str(answers)!r}))
+report = verify_in_brief([Path({str(modules)!r})], reference_site(), store=store)
 print(report.conclusion.value, *sorted({{"yaml", "z3", "networkx", "packaging"}} & set(sys.modules)))
 print(*sorted(name for name in sys.modules if name.startswith("aeros.spec.e")))
 """
