@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from aeros.spec.verify import Conclusion
+from aeros.spec.reports import Conclusion
 
 
 class Exit(IntEnum):

@@ -45,7 +45,7 @@ def summary(proof: Report, report: RunReport, plant: str, simulated: float, real
     """The end of a run in a few lines."""
     measured = _measured(report.measured)
     obligations = sum(module.obligation_count for module in proof.modules)
-    guarded = sum(len(module.guarded) for module in proof.modules)
+    guarded = sum(module.guarded_count for module in proof.modules)
     outcome = "goal reached" if report.reached else f"goal not reached: {report.reason}"
     return "\n".join(
         (

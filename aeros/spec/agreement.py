@@ -12,7 +12,7 @@ from typing import Protocol
 
 from aeros.spec.backends.answers import Answer, Result
 from aeros.spec.backends.oracle import Question
-from aeros.spec.errors import InternalError
+from aeros.spec.errors import DisagreementError
 
 
 class SecondSolver(Protocol):
@@ -40,19 +40,6 @@ class Agreement:
     def agreed(self) -> int:
         """Of how many questions both solvers said the same."""
         return self.questions - len(self.undecided)
-
-
-class DisagreementError(InternalError):
-    """Both solvers decided a question, and not the same: nothing of the run can be relied on.
-
-    about: what asked it; script: the question.
-    """
-
-    def __init__(self, about: str, script: str, first: str, second: str) -> None:
-        super().__init__(f"of {about}, {first}, but {second}")
-        self.about = about
-        self.script = script
-        self.answers = (first, second)
 
 
 def agreement_on(

@@ -10,7 +10,7 @@ import errno
 import hashlib
 import os
 import stat
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Final
 
@@ -43,17 +43,31 @@ def code_files(folder: str | Path) -> dict[str, bytes]:
     Raises OSError for a file that cannot be read, is no regular file (a link may lead anywhere, a
     device may never end) or is too large.  A missing folder holds no files.
     """
-    root = Path(folder)
     files: dict[str, bytes] = {}
-    for path in sorted(root.rglob("*.py")):
-        name = path.relative_to(root).as_posix()
-        if path.is_symlink() or not path.is_file():
+    size = 0
+    for name in sorted(_python_files(os.fspath(folder)), key=lambda name: name.split("/")):
+        path = os.path.join(folder, name)
+        if not stat.S_ISREG(os.lstat(path).st_mode):
             raise OSError(errno.EINVAL, f"`{name}` is no regular file")
-        with path.open("rb") as file:
+        with Path(path).open("rb") as file:
             files[name] = file.read(MAX_FILE + 1)
-        if len(files[name]) > MAX_FILE or sum(map(len, files.values())) > MAX_CODE:
+        size += len(files[name])
+        if len(files[name]) > MAX_FILE or size > MAX_CODE:
             raise OSError(errno.EFBIG, f"`{name}` is larger than skill code may be")
     return files
+
+
+def _python_files(root: str) -> Iterator[str]:
+    """Whatever is named `*.py` below `root`, relative to it; OSError for a folder that cannot be read."""
+    if not os.path.isdir(root):
+        return
+    for here, folders, files in os.walk(root, onerror=_raise):
+        below = os.path.relpath(here, root).replace(os.sep, "/") + "/" if here != root else ""
+        yield from (f"{below}{name}" for name in (*folders, *files) if name.endswith(".py"))
+
+
+def _raise(error: OSError) -> None:
+    raise error
 
 
 def code_digest(files: Mapping[str, bytes]) -> str:

@@ -11,7 +11,7 @@ from aeros.spec.diagnostics import Label
 from aeros.spec.expr import terms as t
 from aeros.spec.model import about, ranges_of
 from aeros.spec.obligations.obligation import Claim, Obligation, Verdict
-from aeros.spec.witness import Witness, witness_of
+from aeros.spec.witness import Replay, Witness, witness_of
 
 
 @dataclass(frozen=True)
@@ -47,14 +47,15 @@ def discharge(obligations: Iterable[Obligation], oracle: Oracle | None = None) -
     A verdict and its witness depend on the obligation and the oracle's budget alone.
     """
     asked = Oracle() if oracle is None else oracle
-    return [_discharge(one, asked) for one in obligations]
+    replay = Replay()
+    return [_discharge(one, asked, replay) for one in obligations]
 
 
-def _discharge(obligation: Obligation, oracle: Oracle) -> Finding:
+def _discharge(obligation: Obligation, oracle: Oracle, replay: Replay) -> Finding:
     always = obligation.claim is Claim.ALWAYS
     sought = t.Not(obligation.conclusion) if always else obligation.conclusion
     wanted = (*obligation.space.assumptions, sought)
-    declared, terms = about(wanted, obligation.space.declared)
+    declared, terms = about(wanted, obligation.space.by_name)
     shown = always and obligation.guard is None
     asked_for = f"{obligation.id} ({obligation.primary.span.source.path})"
     variables = [one.variable for one in declared]
@@ -63,7 +64,7 @@ def _discharge(obligation: Obligation, oracle: Oracle) -> Finding:
         return Finding(obligation, Verdict.UNKNOWN, reason=f"{answer.reason} (rlimit {oracle.rlimit})")
     if answer.result is Result.UNSAT:
         return Finding(obligation, Verdict.PROVED if always else obligation.failing)
-    witness = witness_of(answer.model, declared, terms, shown=shown)
+    witness = witness_of(answer.model, declared, terms, replay, shown=shown)
     if witness is None:
         return Finding(
             obligation, Verdict.UNKNOWN, reason="the solver's witness is irrational and did not replay"

@@ -27,3 +27,16 @@ class MisuseError(Exception):
 
 class InternalError(Exception):
     """AEROS itself is wrong: a state was reached that its own reasoning excludes."""
+
+
+class DisagreementError(InternalError):
+    """Both solvers decided a question, and not the same: nothing of the run can be relied on.
+
+    about: what asked it; script: the question.
+    """
+
+    def __init__(self, about: str, script: str, first: str, second: str) -> None:
+        super().__init__(f"of {about}, {first}, but {second}")
+        self.about = about
+        self.script = script
+        self.answers = (first, second)

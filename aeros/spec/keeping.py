@@ -1,17 +1,22 @@
 """Proofs of modules kept between runs: an unchanged module is not even read as YAML.
 
-Kept is what was proved of one module by itself, without anything left to say.  Its key is the digest of
-all that this depends on: manifest, code, site, budget, place, and the programs that decide, down to the
-interpreter.  Models are hashed again, and what depends on other modules is not kept but asked anew.  As of
-answers, what cannot be read is not there (docs/decisions/0008-answers-are-kept.md).
+Kept is what was proved of one module by itself, without anything left to say; and of a site.  Its key is
+the digest of all that this depends on: manifest, code, site, budget, place, and the programs that decide,
+down to the interpreter.  Models are hashed again, and what depends on other modules is not kept but asked
+anew.  As of answers, what cannot be read is not there (docs/decisions/0008-answers-are-kept.md).
+
+What most runs read is in the head of what is kept; the claims are beside it, with their digest in the head,
+and are read where a report lists them or a certificate has to be written.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import os
 import sys
-from collections.abc import Mapping, Sequence
+import zlib
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -20,14 +25,14 @@ from typing import Any, Final
 import aeros
 from aeros.spec.backends.release import release_of
 from aeros.spec.backends.store import Store
-from aeros.spec.digests import MAX_MODELS, code_digest, code_files, model_digest, text_digest
+from aeros.spec.digests import MAX_MODELS, code_digest, code_files, file_digest, model_digest, text_digest
 from aeros.spec.errors import MisuseError, UserError
-from aeros.spec.loading import MANIFEST
-from aeros.spec.model import Site
-from aeros.spec.obligations.obligation import Verdict
-from aeros.spec.presence import Presence, packed, unpacked
-from aeros.spec.reader import read_source
-from aeros.spec.told import Told
+from aeros.spec.folders import MANIFEST
+from aeros.spec.presence import Presence, SitePresence, packed, unpacked, unpacked_site
+from aeros.spec.source import Source
+from aeros.spec.texts import read_source
+from aeros.spec.told import Claims, Tally, Told
+from aeros.spec.verdicts import Verdict
 
 _DECIDING: Final = (
     ("networkx", "networkx"),
@@ -42,72 +47,116 @@ _DECIDING: Final = (
 class Kept:
     """A module that is proved by itself.
 
-    before, after: the claims that come before and after those about other modules.
+    tally: of all its claims but those about other modules.
+    lock_digest: of the text of its certificate, where what it needs of other modules is met.
     """
 
     presence: Presence
-    before: tuple[Told, ...]
-    after: tuple[Told, ...]
+    tally: Tally
+    lock_digest: str
+    packed_claims: bytes
+
+    def claims(self) -> tuple[tuple[Told, ...], tuple[Told, ...]]:
+        """The claims that come before and after those about other modules."""
+        before, after = json.loads(zlib.decompress(self.packed_claims))
+        return _claims(before), _claims(after)
+
+
+@dataclass(frozen=True)
+class KeptSite:
+    """A site that is proved."""
+
+    presence: SitePresence
+    claims: tuple[Told, ...]
 
 
 class Keeper:
     """Proofs in a store, of one site and of modules under it, under one budget."""
 
-    def __init__(self, store: Store, site: Site, rlimit: int) -> None:
+    def __init__(self, store: Store, site: Source, rlimit: int) -> None:
         self._store = store
-        self._about = [_program(), rlimit, site.digest]
-        self._new: dict[str, str] = {}
+        self._site = site
+        self._about = [_program(), rlimit, text_digest(site.text)]
+        self._new: dict[str, tuple[str, bytes]] = {}
 
     def find(self, folder: Path) -> Kept | None:
         """What was proved of exactly the module that is in `folder`, if anything."""
         try:
             manifest = read_source(folder / MANIFEST)
             digests = text_digest(manifest.text), code_digest(code_files(folder))
-            text = self._store.report(self._key(folder, *digests))
-            if text is None:
-                return None
-            kept = json.loads(text)
-            presence = unpacked(kept["presence"], manifest)
-            found = Kept(presence, _claims(kept["before"]), _claims(kept["after"]))
-        except (UserError, MisuseError, OSError, ValueError, KeyError, TypeError):
+            head, claims = self._proof(self._key(folder, *digests))
+            presence = unpacked(head["presence"], manifest)
+            found = Kept(presence, _tally(head["tally"]), head["lock"], claims)
+        except (UserError, MisuseError, OSError, ValueError, LookupError, TypeError):
             return None
         same = (presence.manifest_digest, presence.code_digest) == digests
         return found if same and _models_are(folder, presence.model_digests) else None
 
-    def claims_of_site(self) -> tuple[Told, ...] | None:
+    def find_all(self, folders: Iterable[Path]) -> dict[Path, Kept]:
+        """What was proved of those modules of which anything was."""
+        found = ((folder, self.find(folder)) for folder in folders)
+        return {folder: kept for folder, kept in found if kept is not None}
+
+    def find_site(self) -> KeptSite | None:
         """What was proved of the site, if all of it was and there is nothing to say."""
-        text = self._store.report(self._digest("site"))
         try:
-            return None if text is None else _claims(json.loads(text)) or None
-        except (ValueError, KeyError, TypeError):
+            head, claims = self._proof(self._digest("site"))
+            return KeptSite(unpacked_site(head, self._site), _claims(json.loads(zlib.decompress(claims))))
+        except (MisuseError, ValueError, LookupError, TypeError, zlib.error):
             return None
 
-    def keep_site(self, claims: Sequence[Told]) -> None:
+    def keep_site(self, site: SitePresence, claims: Sequence[Told]) -> None:
         """As `keep`, of the site."""
-        self._new[self._digest("site")] = json.dumps([_row(one) for one in claims], separators=(",", ":"))
+        rows = [_row(one) for one in claims]
+        self._put(self._digest("site"), packed(site), rows)
 
-    def keep(self, folder: Path, proved: Kept) -> None:
-        """Put `proved` into the store when `close` is called."""
-        presence = proved.presence
+    def keep(
+        self,
+        folder: Path,
+        presence: Presence,
+        before: Sequence[Told],
+        after: Sequence[Told],
+        lock_digest: str,
+    ) -> None:
+        """Put what was proved into the store when `close` is called; as `Kept` has it."""
         key = self._key(folder, presence.manifest_digest, presence.code_digest)
-        kept = {
-            "presence": packed(presence),
-            "before": [_row(one) for one in proved.before],
-            "after": [_row(one) for one in proved.after],
-        }
-        self._new[key] = json.dumps(kept, separators=(",", ":"))
+        tally = Claims.of((*before, *after)).tally
+        head = {"presence": packed(presence), "tally": [tally.claims, tally.guarded], "lock": lock_digest}
+        self._put(key, head, [[_row(one) for one in claims] for claims in (before, after)])
 
     def close(self) -> None:
         """Write what is to be kept."""
-        self._store.put_reports(self._new)
+        self._store.put_proofs(self._new)
         self._new = {}
 
+    def _put(self, key: str, head: Mapping[str, Any], claims: Any) -> None:
+        rows = zlib.compress(_dumped(claims).encode(), 1)
+        self._new[key] = (_dumped({**head, "claims": file_digest(rows)}), rows)
+
+    def _proof(self, key: str) -> tuple[Any, bytes]:
+        """What was put; raises LookupError, ValueError or TypeError if it is not there as it was put."""
+        proof = self._store.proof(key)
+        if proof is None:
+            raise LookupError(key)
+        head = json.loads(proof[0])
+        if head["claims"] != file_digest(proof[1]):
+            raise LookupError(key)
+        return head, proof[1]
+
     def _key(self, folder: Path, manifest: str, code: str) -> str:
-        return self._digest("module", str(folder), str(folder.resolve()), manifest, code)
+        return self._digest("module", str(folder), os.path.realpath(folder), manifest, code)
 
     def _digest(self, *of: str) -> str:
-        question = [*self._about, *of]
-        return hashlib.sha256(json.dumps(question).encode()).hexdigest()
+        return text_digest(json.dumps([*self._about, *of]))
+
+
+def _dumped(value: Any) -> str:
+    return json.dumps(value, separators=(",", ":"))
+
+
+def _tally(kept: Any) -> Tally:
+    claims, guarded = kept
+    return Tally(claims, tuple((rule, boundary, count) for rule, boundary, count in guarded))
 
 
 def _models_are(folder: Path, digests: Mapping[str, str]) -> bool:

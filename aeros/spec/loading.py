@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 from typing import TypeVar
 
@@ -16,11 +15,14 @@ from aeros.spec.digests import code_digest, code_files, text_digest
 from aeros.spec.elaborate.ecm import elaborate_ecm
 from aeros.spec.elaborate.site import elaborate_site
 from aeros.spec.errors import UserError
+from aeros.spec.folders import MANIFEST as MANIFEST
+from aeros.spec.folders import module_folders as module_folders
+from aeros.spec.folders import reference_site as reference_site
 from aeros.spec.model import Ecm, Site
-from aeros.spec.reader import read_source, read_yaml
+from aeros.spec.reader import read_yaml
 from aeros.spec.source import Source
+from aeros.spec.texts import read_source
 
-MANIFEST = "ecm.yaml"
 _T = TypeVar("_T")
 
 
@@ -32,71 +34,43 @@ class LoadedEcm:
     code: dict[str, bytes]
 
 
-def reference_site() -> Path:
-    """The site file that comes with AEROS: the Panda cell."""
-    return Path(str(resources.files("aeros") / "sites" / "panda_cell.yaml"))
-
-
 def load_site(path: str | os.PathLike[str], sink: Diagnostics) -> Site | None:
     """The site at `path`, or None after reporting everything that stands in its way."""
-    found = _declared(path, declared_site.Site, sink)
-    if found is None:
-        return None
-    declared, source = found
-    return elaborate_site(declared, _digest(source), sink)
+    source = _source(path, sink)
+    return None if source is None else site_of(source, sink)
+
+
+def site_of(source: Source, sink: Diagnostics) -> Site | None:
+    """The site that `source` declares, or None after reporting everything that stands in its way."""
+    declared = _declared(source, declared_site.Site, sink)
+    return None if declared is None else elaborate_site(declared, text_digest(source.text), sink)
 
 
 def load_ecm(folder: Path, site: Site, sink: Diagnostics) -> LoadedEcm | None:
     """The module in `folder` under `site`, or None after reporting everything that stands in its way."""
-    found = _declared(folder / MANIFEST, declared_ecm.Ecm, sink)
-    if found is None:
+    source = _source(folder / MANIFEST, sink)
+    declared = None if source is None else _declared(source, declared_ecm.Ecm, sink)
+    if source is None or declared is None:
         return None
-    declared, source = found
     try:
         code = code_files(folder)
     except OSError as error:
         sink.error("AE002", f"cannot read the code in `{folder}`: {error.strerror}")
         return None
-    ecm = elaborate_ecm(declared, site, str(folder), (_digest(source), code_digest(code)), sink)
+    ecm = elaborate_ecm(declared, site, str(folder), (text_digest(source.text), code_digest(code)), sink)
     return None if ecm is None else LoadedEcm(ecm, code)
 
 
-def module_folders(path: Path, sink: Diagnostics) -> list[Path]:
-    """The folders below `path` that hold a module, in order; reports when there is none.
-
-    `path` may be a manifest, the folder of a module, or a folder of modules.
-    """
-    if path.name == MANIFEST and path.is_file():
-        return [path.parent]
-    if (path / MANIFEST).exists():
-        return [path]
-    if path.is_dir():
-        folders = sorted(
-            found.parent for found in path.rglob(MANIFEST) if not _hidden(found.relative_to(path))
-        )
-        if folders:
-            return folders
-        sink.error("AE130", f"there is no `{MANIFEST}` in or below `{path}`")
-    else:
-        sink.error("AE130", f"`{path}` is neither a folder nor an `{MANIFEST}`")
-    return []
-
-
-def _hidden(path: Path) -> bool:
-    return any(part.startswith(".") for part in path.parts)
-
-
-def _declared(path: str | os.PathLike[str], schema: type[_T], sink: Diagnostics) -> tuple[_T, Source] | None:
+def _source(path: str | os.PathLike[str], sink: Diagnostics) -> Source | None:
     try:
-        source = read_source(path)
+        return read_source(path)
     except UserError as error:
         for diagnostic in error.diagnostics:
             sink.report(diagnostic)
         return None
+
+
+def _declared(source: Source, schema: type[_T], sink: Diagnostics) -> _T | None:
     node = read_yaml(source, sink)
     declared = None if node is None else decode(node, schema, sink)
-    return None if declared is None or sink.has_errors else (declared, source)
-
-
-def _digest(source: Source) -> str:
-    return text_digest(source.text)
+    return None if declared is None or sink.has_errors else declared

@@ -73,10 +73,9 @@ def ranges_of(declared: Iterable[Declared]) -> dict[str, tuple[Fraction, Fractio
 
 
 def about(
-    terms: Sequence[t.Term], declared: Iterable[Declared]
+    terms: Sequence[t.Term], known: Mapping[str, Declared]
 ) -> tuple[tuple[Declared, ...], tuple[t.Term, ...]]:
-    """The variables of `declared` that the terms depend on, and the terms with all facts about those."""
-    known = {one.name: one for one in declared}
+    """Which of the variables, by name, the terms depend on, and the terms with all facts about those."""
     found: dict[str, Declared] = {}
     pending, whole = list(terms), list(terms)
     while pending:
@@ -85,7 +84,7 @@ def about(
                 found[name] = known[name]
                 pending += known[name].facts
                 whole += known[name].facts
-    return tuple(one for one in known.values() if one.name in found), tuple(whole)
+    return tuple(one for name, one in known.items() if name in found), tuple(whole)
 
 
 @dataclass(frozen=True)

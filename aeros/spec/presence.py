@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from aeros.spec.errors import MisuseError
-from aeros.spec.model import Ecm
 from aeros.spec.source import Source, Span
+
+if TYPE_CHECKING:
+    from aeros.spec.model import Ecm, Site
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,44 @@ class Presence:
     runtime: str
     runtime_span: Span
     model_digests: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Blocked:
+    """A module, or a skill of it, that an operator override names, and where that is written."""
+
+    id: str
+    module: str
+    skill: str | None
+    span: Span
+
+
+@dataclass(frozen=True)
+class SitePresence:
+    """A site as claims about all modules together see it.
+
+    digest: as in its model.
+    grants: the modules that it names to grant them something, and where.
+    """
+
+    id: str
+    digest: str
+    grants: Mapping[str, Span]
+    blocks: tuple[Blocked, ...]
+
+
+def presence_of_site(site: Site) -> SitePresence:
+    """What claims about all modules together have to know of `site`."""
+    return SitePresence(
+        site.id,
+        site.digest,
+        {name: site.grant_spans.get(name, site.span) for name in site.grants},
+        tuple(
+            Blocked(one.id, one.module, one.skill, one.span or site.span)
+            for one in site.blocks
+            if one.module is not None
+        ),
+    )
 
 
 def presence_of(ecm: Ecm) -> Presence:
@@ -83,8 +123,8 @@ def _text(value: Any) -> str:
     return str(value)
 
 
-def packed(presence: Presence) -> Any:
-    """`presence` as values for `json.dumps`; every span is of its manifest."""
+def packed(presence: Presence | SitePresence) -> Any:
+    """`presence` as values for `json.dumps`; every span is of one file."""
     return {field.name: _packed(getattr(presence, field.name)) for field in fields(presence)}
 
 
@@ -94,6 +134,8 @@ def _packed(value: Any) -> Any:
             return [start, end]
         case Way(task=task, word=word, span=span):
             return [task, word, *_packed(span)]
+        case Blocked(id=id_, module=module, skill=skill, span=span):
+            return [id_, module, skill, *_packed(span)]
         case frozenset():
             return sorted(value)
         case tuple():
@@ -121,4 +163,14 @@ def unpacked(kept: Any, manifest: Source) -> Presence:
             "requires_spans": {name: span(at) for name, at in kept["requires_spans"].items()},
             "runtime_span": span(kept["runtime_span"]),
         }
+    )
+
+
+def unpacked_site(kept: Any, file: Source) -> SitePresence:
+    """As `unpacked`, of a site."""
+    return SitePresence(
+        kept["id"],
+        kept["digest"],
+        {name: Span(file, *at) for name, at in kept["grants"].items()},
+        tuple(Blocked(id_, module, skill, Span(file, *at)) for id_, module, skill, *at in kept["blocks"]),
     )

@@ -15,7 +15,7 @@ def impossible(terms: Sequence[t.Term], declared: Iterable[Declared], oracle: Or
 
     declared: every variable of the terms, and others; one without a range may have any value.
     """
-    mentioned, whole = about(terms, declared)
+    mentioned, whole = about(terms, {one.name: one for one in declared})
     answer = oracle.ask([one.variable for one in mentioned], ranges_of(mentioned), whole)
     return answer.result is Result.UNSAT
 

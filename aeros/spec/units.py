@@ -12,6 +12,7 @@ import math
 import re
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 
 BASES = ("m", "kg", "s", "rad")
 _PI = Fraction("3.14159265358979323846264338327950288")
@@ -147,13 +148,18 @@ def parse_quantity(text: str) -> tuple[Fraction, Unit] | None:
     return None if unit is None else (Fraction(number.group()), unit)
 
 
+def in_unit(value: Fraction, unit: Unit) -> Fraction:
+    """`value`, given in SI, as a number of `unit`."""
+    return value if unit.factor == 1 else value / unit.factor  # fractions are slow, and most units are SI
+
+
 def show_quantity(value: Fraction, unit: Unit) -> str:
     """`value`, given in SI, as a person would write it in `unit`; `≈` where digits were dropped."""
-    scaled = value / unit.factor
-    number = show_number(scaled)
+    number = show_number(in_unit(value, unit))
     return number if unit.text == "1" else f"{number} {unit.text}"
 
 
+@lru_cache(4096)  # witnesses repeat a few values
 def show_number(value: Fraction) -> str:
     """A decimal if the value has a short one, else a rounded decimal marked with `≈`."""
     if value.denominator == 1 and abs(value) < 10**12:

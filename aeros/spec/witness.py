@@ -13,7 +13,7 @@ from aeros.spec.expr.lower import scalar_variables
 from aeros.spec.expr.semantics import Value, holds
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
 from aeros.spec.model import Declared
-from aeros.spec.units import Unit, show_number, show_quantity
+from aeros.spec.units import Unit, in_unit, show_number, show_quantity
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,33 @@ def show_value(value: Value, declared: Declared) -> str:
 
 
 def _show_part(part: Fraction | bool, unit: Unit) -> str:
-    return str(part).lower() if isinstance(part, bool) else show_number(part / unit.factor)
+    return str(part).lower() if isinstance(part, bool) else show_number(in_unit(part, unit))
+
+
+class Replay:
+    """Whether terms hold at values, each found once: most questions about a skill repeat its conditions."""
+
+    def __init__(self) -> None:
+        # By identity, as terms are large and fractions slow; all are held, so that they stay themselves.
+        self._known: dict[tuple[int, ...], tuple[t.Term, Mapping[str, Value], bool]] = {}
+
+    def holds(self, term: t.Term, values: Mapping[str, Value]) -> bool:
+        """As `semantics.holds`."""
+        read = [values[name] for name in t.variables_of(term)]
+        parts = [part for value in read for part in (value if isinstance(value, tuple) else (value,))]
+        key = (id(term), *map(id, parts))
+        if key not in self._known:
+            self._known[key] = (term, values, holds(term, values))
+        return self._known[key][2]
 
 
 def witness_of(
-    model: Mapping[str, Scalar], declared: tuple[Declared, ...], wanted: tuple[t.Term, ...], *, shown: bool
+    model: Mapping[str, Scalar],
+    declared: tuple[Declared, ...],
+    wanted: tuple[t.Term, ...],
+    replay: Replay,
+    *,
+    shown: bool,
 ) -> Witness | None:
     """The witness that `model` is; None if it does not replay.
 
@@ -55,15 +77,15 @@ def witness_of(
     shown: whether a person will read it, so that rounded numbers are worth looking for.
     """
     values = _values(model, declared)
-    if not shown and _replays(values, declared, wanted):
+    if not shown and _replays(values, declared, wanted, replay):
         return Witness(declared, values)
     scalars = dict(model)
     for one in declared:
         for part in scalar_variables(one.variable):
             if isinstance(part.type, RealType):
-                scalars[part.name] = _shortest(part.name, scalars, one, declared, wanted)
+                scalars[part.name] = _shortest(part.name, scalars, one, declared, wanted, replay)
     values = _values(scalars, declared)
-    return Witness(declared, values) if _replays(values, declared, wanted) else None
+    return Witness(declared, values) if _replays(values, declared, wanted, replay) else None
 
 
 def _shortest(
@@ -72,13 +94,14 @@ def _shortest(
     one: Declared,
     declared: tuple[Declared, ...],
     wanted: tuple[t.Term, ...],
+    replay: Replay,
 ) -> Fraction:
     """The value with the fewest decimals, in the unit of its declaration, that still is a witness."""
     value = cast("Fraction", scalars[name])
     scaled = value / one.unit.factor
     for digits in range(7):
         candidate = round(scaled, digits) * one.unit.factor
-        if _replays(_values({**scalars, name: candidate}, declared), declared, wanted):
+        if _replays(_values({**scalars, name: candidate}, declared), declared, wanted, replay):
             return candidate
     return value
 
@@ -92,9 +115,11 @@ def _values(scalars: Mapping[str, Scalar], declared: tuple[Declared, ...]) -> di
     return values
 
 
-def _replays(values: Mapping[str, Value], declared: tuple[Declared, ...], wanted: tuple[t.Term, ...]) -> bool:
+def _replays(
+    values: Mapping[str, Value], declared: tuple[Declared, ...], wanted: tuple[t.Term, ...], replay: Replay
+) -> bool:
     return all(_in_range(values[one.name], one) for one in declared) and all(
-        holds(term, values) for term in wanted
+        replay.holds(term, values) for term in wanted
     )
 
 

@@ -22,6 +22,7 @@ import pytest
 
 import aeros
 import aeros.cli.verify
+import aeros.spec.reports
 import aeros.spec.verify
 from aeros.cli.main import main
 from aeros.spec.backends.oracle import Oracle
@@ -30,6 +31,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import holds
 from aeros.spec.model import Block, Site
 from aeros.spec.obligations.obligation import Claim, Obligation, Settled, Verdict
+from aeros.spec.source import Source
 from aeros.spec.verify import Report, SubjectReport, verify
 
 CORPUS = Path(__file__).parent
@@ -105,26 +107,26 @@ def outcome_of(case: Case) -> Outcome:
         return reports[-1]
 
     with contextlib.chdir(CORPUS), pytest.MonkeyPatch.context() as patch:
-        patch.setattr(aeros.cli.verify, "verify", recorded)
+        patch.setattr(aeros.cli.verify, "verify_in_brief", recorded)
         patch.setattr(aeros, "__version__", "0.1.0")  # stands in messages about versions
-        patch.setattr(aeros.spec.verify, "_verify_site", _verify_site)
+        patch.setattr(aeros.spec.verify, "verify_site", _verify_site)
         shown = io.StringIO()
         with contextlib.redirect_stdout(shown):
             exit_code = main(case.arguments)
     return Outcome(exit_code, shown.getvalue(), reports[-1])
 
 
-_proved_site = aeros.spec.verify._verify_site
+_proved_site = aeros.spec.verify.verify_site
 
 
 @cache
-def _site_at(path: Path) -> tuple[Site | None, SubjectReport]:
-    return _proved_site(path, Oracle(), ())
+def _site_of(source: Source) -> tuple[Site | None, SubjectReport]:
+    return _proved_site(source, Oracle())
 
 
-def _verify_site(path: Path, _: Oracle, __: Sequence[Block]) -> tuple[Site | None, SubjectReport]:
+def _verify_site(source: Source, _: Oracle, __: Sequence[Block]) -> tuple[Site | None, SubjectReport]:
     """Proved once, and not for each of its modules."""
-    return _site_at(path)
+    return _site_of(source)
 
 
 @pytest.mark.parametrize("path", CASES, ids=str)
@@ -190,6 +192,7 @@ BUILDERS = (
 SETTLERS = (
     "entry_point_obligations",
     "dependency_obligations",
+    "runtime_obligations",
     "skill_code_obligations",
     "closed_loop_obligations",
     "configuration_obligations",
@@ -386,7 +389,8 @@ SETTLED = (
 
 def _break(patch: pytest.MonkeyPatch, builder: str, change: Change, silenced: str = "") -> None:
     """Make `verify` call a broken twin of `builder`: it changes obligations and silences one code."""
-    original: Callable[..., Claims] = getattr(aeros.spec.verify, builder)
+    home = next(one for one in (aeros.spec.verify, aeros.spec.reports) if hasattr(one, builder))
+    original: Callable[..., Claims] = getattr(home, builder)
 
     def broken(*arguments: object) -> Claims:
         for claim in original(*arguments):
@@ -396,7 +400,7 @@ def _break(patch: pytest.MonkeyPatch, builder: str, change: Change, silenced: st
             elif (changed := change(claim)) is not None:
                 yield changed
 
-    patch.setattr(aeros.spec.verify, builder, broken)
+    patch.setattr(home, builder, broken)
 
 
 def _noticed(group: str) -> bool:
@@ -415,7 +419,7 @@ def test_broken_twin_is_noticed(name: str, monkeypatch: pytest.MonkeyPatch) -> N
     group, change = CHANGES[name]
     monkeypatch.chdir(CORPUS)
     if group != "site":
-        monkeypatch.setattr(aeros.spec.verify, "_verify_site", _verify_site)
+        monkeypatch.setattr(aeros.spec.verify, "verify_site", _verify_site)
     for builder in BUILDERS if group == "site" else BUILDERS[2:]:
         _break(monkeypatch, builder, change)
     assert _noticed(group)
@@ -426,7 +430,7 @@ def test_silenced_check_is_noticed(code: str, monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.chdir(CORPUS)
     group = next(path.parts[1] for path in CASES if code in case_at(path).codes and len(path.parts) == 3)
     if group != "site":
-        monkeypatch.setattr(aeros.spec.verify, "_verify_site", _verify_site)
+        monkeypatch.setattr(aeros.spec.verify, "verify_site", _verify_site)
     for builder in SETTLERS:
         _break(monkeypatch, builder, unchanged, silenced=code)
     assert _noticed(group)

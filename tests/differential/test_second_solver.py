@@ -39,7 +39,7 @@ def questions(tmp_path_factory: pytest.TempPathFactory) -> list[Question]:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(CORPUS)
         patch.setattr(aeros.spec.verify, "agreement_on", collect)
-        patch.setattr(aeros.spec.verify, "_verify_site", cache(aeros.spec.verify._verify_site))
+        patch.setattr(aeros.spec.verify, "verify_site", cache(aeros.spec.verify.verify_site))
         verify([ROOT / "ecms"], reference_site(), store=store, second=second)
         for path in sorted([*Path().glob("accepted/*"), *Path().glob("rejected/*/*")]):
             if (path / "site.yaml").exists():

@@ -14,7 +14,7 @@ import aeros
 from aeros.spec.model import Access, Block, Ecm, Outcome, Site, Skill, Task
 from aeros.spec.obligations.configuration import configuration_obligations
 from aeros.spec.obligations.dependencies import dependency_obligations
-from aeros.spec.presence import presence_of
+from aeros.spec.presence import presence_of, presence_of_site
 from tests.property.mix import Mix
 from tests.property.test_permissions import bounded
 from tests.unit.agent.dumplings import SPAN, build, term
@@ -138,7 +138,7 @@ def _configurations_are_judged(
         ),
         limits=None,
     )
-    claims = list(configuration_obligations([presence_of(_ecm(one)) for one in ones], site))
+    claims = list(configuration_obligations([presence_of(_ecm(one)) for one in ones], presence_of_site(site)))
     found = {claim.id.removeprefix("configuration/"): claim.diagnostic for claim in claims}
     assert len(found) == len(claims)
 
@@ -193,12 +193,12 @@ def test_no_module_reaches_more_because_another_is_added(
     alone = {name: everyone.union(grants.get(name, Access())) for name in names}
     for count in range(1, len(names) + 1):
         ecms = [presence_of(build(Ecm, id=name)) for name in names[:count]]
-        claims = {one.id: one.diagnostic for one in configuration_obligations(ecms, site)}
+        claims = {one.id: one.diagnostic for one in configuration_obligations(ecms, presence_of_site(site))}
         assert all(claims[f"configuration/identity/{ecm.id}"] is None for ecm in ecms)
         assert {ecm.id: site.access_of(ecm.id) for ecm in ecms} == {n: alone[n] for n in names[:count]}
         # One that is added under a name that is taken would reach what is granted to the first.
         again = [*ecms, presence_of(build(Ecm, id=names[0]))]
-        told = {one.id: one.diagnostic for one in configuration_obligations(again, site)}
+        told = {one.id: one.diagnostic for one in configuration_obligations(again, presence_of_site(site))}
         assert told[f"configuration/identity/{names[0]}"] is not None
 
 

@@ -32,9 +32,10 @@ from aeros.spec.located import (
     Text,
 )
 from aeros.spec.nodes import MappingNode, Node, ScalarNode, SequenceNode
-from aeros.spec.reader import read_source, read_yaml
+from aeros.spec.reader import read_yaml
 from aeros.spec.schema import FILES
 from aeros.spec.source import Source, Span
+from aeros.spec.texts import read_source
 from tests.repo.tree import ROOT, check_generated, text_of
 
 _WHOLE = {"ecm": "tests/corpus/accepted/left_to_the_gate/ecm.yaml", "site": "tests/corpus/site/table.yaml"}

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from aeros.cli.reports.result import Result
 from aeros.spec.render import render_json
-from aeros.spec.verify import SubjectReport
+from aeros.spec.reports import SubjectReport
 
 SCHEMA: Final = "aeros/report/1"
 """Changes when a program that reads reports would have to."""

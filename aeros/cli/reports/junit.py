@@ -12,9 +12,9 @@ from collections.abc import Iterable
 
 from aeros.cli.reports.result import Problem, Result
 from aeros.spec.diagnostics import Diagnostic, Severity
-from aeros.spec.obligations.obligation import Verdict
 from aeros.spec.render import render_all, safe
-from aeros.spec.verify import SubjectReport
+from aeros.spec.reports import SubjectReport
+from aeros.spec.verdicts import Verdict
 
 
 def as_junit(result: Result) -> str:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from aeros.spec.diagnostics import Diagnostic
-from aeros.spec.loading import MANIFEST
-from aeros.spec.verify import Report, SubjectReport
+from aeros.spec.folders import MANIFEST
+from aeros.spec.reports import Report, SubjectReport
 
 
 @dataclass(frozen=True)

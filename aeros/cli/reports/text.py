@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from aeros.cli.reports.result import Result
 from aeros.spec.render import render_text, safe
-from aeros.spec.verify import Conclusion, SubjectReport
+from aeros.spec.reports import Conclusion, SubjectReport
 
 
 def as_text(result: Result, *, colour: bool = False) -> str:
@@ -41,7 +41,7 @@ def _agreement(result: Result) -> list[str]:
 def _summary(subject: SubjectReport, width: int) -> str:
     name, conclusion = safe(subject.name), subject.conclusion.value
     line = f"{name:{width}}  {conclusion:9}  {subject.obligation_count:4} obligations"
-    if subject.conclusion is Conclusion.PROVED and subject.guarded:
-        rules = dict.fromkeys(one.guard for one in subject.guarded)
-        line += f", {len(subject.guarded)} guarded: the gate decides {', '.join(map(str, rules))}"
+    if subject.conclusion is Conclusion.PROVED and subject.guarded_count:
+        rules = dict.fromkeys(rule for rule, _ in subject.boundaries)
+        line += f", {subject.guarded_count} guarded: the gate decides {', '.join(rules)}"
     return line

@@ -1,8 +1,8 @@
 """Questions that are decided by bounds alone, exactly and without a solver; most of them are.
 
 A box gives each scalar variable the interval, truth or members that it may still have.  What bounds one
-variable, or a sum of several, narrows the box, alternatives are tried one after another, and of everything
-else is asked only whether interval arithmetic refutes it.  So
+variable, or a sum of several, narrows the box, alternatives are tried one after another, and everything
+else narrows the one variable that it compares with something, or is refuted, by interval arithmetic.  So
 
 - UNSAT is answered only if each choice of alternatives leaves some variable without a value, or refutes
   a condition for every value in the box: what was not understood was assumed to hold;
@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Final
+from typing import Final, TypeAlias
 
 from aeros.spec.backends.answers import Answer, Result, Scalar
 from aeros.spec.backends.bounds.box import Box, first_of, values_of
@@ -29,6 +29,8 @@ from aeros.spec.expr.lower import lower, scalar_variables
 
 MOST_KEPT: Final = 20_000
 """Answers about parts of questions that are remembered; then all are forgotten, which only costs time."""
+
+_Range: TypeAlias = tuple[Fraction, Fraction]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +52,8 @@ class Boxes:
         self._read: dict[tuple[int, bool], tuple[t.Term, Formula]] = {}  # by identity: terms are large
         self._parts: dict[tuple[int, bool], tuple[t.Term, tuple[_Part, ...]]] = {}
         self._numbers: dict[Formula, int] = {}
+        self._ranges: dict[int, tuple[_Range | None, int]] = {}  # likewise
+        self._numbers_of_ranges: dict[_Range | None, int] = {}
         self._decided: dict[object, Answer | None] = {}
 
     def decide(
@@ -62,6 +66,8 @@ class Boxes:
         if len(self._decided) > MOST_KEPT:
             for kept in (self._read, self._parts, self._numbers, self._decided):
                 kept.clear()
+            self._ranges.clear()
+            self._numbers_of_ranges.clear()
         scalars = {scalar.name: scalar for one in variables for scalar in scalar_variables(one)}
         model: dict[str, Scalar] = {}
         is_known = True
@@ -87,11 +93,20 @@ class Boxes:
     ) -> Answer | None:
         names = sorted(frozenset[str]().union(*(part.names for part in group)))
         own = [scalars[name] for name in names]
-        key = (tuple(part.number for part in group), *((one, ranges.get(one.name)) for one in own))
+        numbers = [part.number for part in group]
+        key = (*numbers, *own, *(self._number_of(ranges.get(name)) for name in names))
         if key not in self._decided:
             box: Box = {one.name: values_of(one, ranges) for one in own}
             self._decided[key] = Search(own).run([part.formula for part in group], box)
         return self._decided[key]
+
+    def _number_of(self, range_: _Range | None) -> int:
+        """A number for each range: to hash a fraction takes longer than to find most answers."""
+        known = self._ranges.get(id(range_))
+        if known is None:
+            number = self._numbers_of_ranges.setdefault(range_, len(self._numbers_of_ranges))
+            known = self._ranges[id(range_)] = (range_, number)
+        return known[1]
 
     def _parts_of(self, term: t.Term) -> tuple[_Part, ...]:
         is_true = True

@@ -1,4 +1,4 @@
-"""Answers, and reports on modules, kept between runs, so that an unchanged module costs no solver call.
+"""Answers, and proofs of modules, kept between runs, so that an unchanged module costs no solver call.
 
 A key is the SHA-256 of the whole question, of the solver's version and of the code that puts
 questions to it, so an answer is found again only where asking again would give it.  What cannot be
@@ -39,7 +39,7 @@ def default_store() -> Store | None:
 
 
 class Store:
-    """A SQLite file of answers and reports by key.  Several processes may use one at a time."""
+    """A SQLite file of answers and proofs by key.  Several processes may use one at a time."""
 
     def __init__(self, path: Path) -> None:
         self._database: sqlite3.Connection | None = sqlite3.connect(path, timeout=1.0)
@@ -49,7 +49,7 @@ class Store:
             "CREATE TABLE IF NOT EXISTS answers (key TEXT PRIMARY KEY, answer TEXT) STRICT"
         )
         self._database.execute(
-            "CREATE TABLE IF NOT EXISTS reports (key TEXT PRIMARY KEY, report TEXT) STRICT"
+            "CREATE TABLE IF NOT EXISTS proofs (key TEXT PRIMARY KEY, head TEXT, claims BLOB) STRICT"
         )
 
     def get(self, key: str) -> Answer | None:
@@ -69,19 +69,20 @@ class Store:
         except sqlite3.Error:
             return
 
-    def report(self, key: str) -> str | None:
-        """The report on a module that is kept under `key`, as it was put, or None."""
+    def proof(self, key: str) -> tuple[str, bytes] | None:
+        """What is kept of a module or a site under `key`, as it was put: its head and its claims; or None."""
         try:
-            row = self._connection.execute("SELECT report FROM reports WHERE key = ?", (key,)).fetchone()
+            row = self._connection.execute("SELECT head, claims FROM proofs WHERE key = ?", (key,)).fetchone()
         except sqlite3.Error:
             return None
-        return None if row is None else str(row[0])
+        return None if row is None else (str(row[0]), bytes(row[1]))
 
-    def put_reports(self, reports: Mapping[str, str]) -> None:
-        """Keep `reports`."""
+    def put_proofs(self, proofs: Mapping[str, tuple[str, bytes]]) -> None:
+        """Keep `proofs`."""
+        rows = [(key, *proof) for key, proof in proofs.items()]
         try:
             with self._connection:
-                self._connection.executemany("INSERT OR REPLACE INTO reports VALUES (?, ?)", reports.items())
+                self._connection.executemany("INSERT OR REPLACE INTO proofs VALUES (?, ?, ?)", rows)
         except sqlite3.Error:
             return
 

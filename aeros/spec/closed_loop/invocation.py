@@ -38,6 +38,12 @@ class Condition:
             else:
                 self._evaluated.append(_Evaluated(part, places, self._inputs))
 
+    @property
+    def place(self) -> int | None:
+        """Of the one predicate that it is, if it is nothing else."""
+        is_one = len(self._looked_up) == 1 and not self._evaluated
+        return self._looked_up[0] if is_one else None
+
     def __call__(self, state: State) -> bool:
         """Whether it is measured as true in `state`."""
         for place in self._looked_up:

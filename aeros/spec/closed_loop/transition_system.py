@@ -10,8 +10,9 @@ halted, so every recovery is repeatable and no request is denied twice.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
+from graphlib import CycleError, TopologicalSorter
 from typing import Any, Final, Literal
 
 from aeros.spec.closed_loop.invocation import Condition, Invocation, State
@@ -41,6 +42,14 @@ class Node:
     state: State
     remaining: tuple[int, ...] = ()
     tries: int = 0
+    _hash: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        # Found once: a state and a plan of a long task are long, and nodes are looked up again and again.
+        object.__setattr__(self, "_hash", hash((self.phase, self.state, self.remaining, self.tries)))
+
+    def __hash__(self) -> int:
+        return self._hash
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,8 +79,12 @@ class TransitionSystem:
         self.domains = [_domain(site, name) for name in self.names]
         self._skills = ecm.skills
         self._most_retries = site.limits.retries
+        self._tried_too_often = {n for n, rule in enumerate(task.rules) if rule.retry > self._most_retries}
         self._goal = self.condition(task.goal)
         self._unless = [self.condition(rule.unless) for rule in task.rules]
+        places = [condition.place for condition in self._unless]
+        self._looked_up = [(index, place) for index, place in enumerate(places) if place is not None]
+        self._decided = [index for index, place in enumerate(places) if place is None]
         self._steps = [Invocation(ecm.skills[rule.skill], rule.inputs, self.names) for rule in task.rules]
         self._recoveries = [
             None if rule.on_failure is None else Invocation(ecm.skills[rule.on_failure], {}, self.names)
@@ -109,24 +122,27 @@ class TransitionSystem:
     def rejection(self, plan: tuple[int, ...]) -> str | None:
         """Why the agent rejects the plan of these rules, if it does."""
         if plan not in self._rejections:
-            self._rejections[plan] = self._rejection([self.task.rules[index] for index in plan])
+            self._rejections[plan] = self._rejection(plan)
         return self._rejections[plan]
 
     def plan(self, state: State) -> tuple[int, ...]:
         """The rules of the plan that is made in `state`."""
-        return tuple(index for index, unless in enumerate(self._unless) if not unless(state))
+        plan = [index for index, place in self._looked_up if not state[place]]
+        plan += [index for index in self._decided if not self._unless[index](state)]
+        return tuple(sorted(plan))
 
     def _planned(self, state: State) -> Node:
         plan = self.plan(state)
         return Node("rejected", state) if self.rejection(plan) else Node("try", state, plan)
 
-    def _rejection(self, rules: list[PlanningRule]) -> str | None:
-        if not rules:
+    def _rejection(self, plan: tuple[int, ...]) -> str | None:
+        if not plan:
             return "no rule applies, so the plan is empty"
-        if len(rules) > MOST_STEPS:
-            return f"the plan has {len(rules)} steps; at most {MOST_STEPS} are allowed"
-        if any(rule.retry > self._most_retries for rule in rules):
+        if len(plan) > MOST_STEPS:
+            return f"the plan has {len(plan)} steps; at most {MOST_STEPS} are allowed"
+        if not self._tried_too_often.isdisjoint(plan):
             return f"a step has more than the {self._most_retries} retries that this site allows"
+        rules = [self.task.rules[index] for index in plan]
         recovered = [(rule.skill, rule.on_failure) for rule in rules if rule.on_failure is not None]
         for _, recovery in recovered:
             if any(declared.default is None for declared in self._skills[recovery].inputs.values()):
@@ -168,11 +184,14 @@ class TransitionSystem:
 
 
 def _is_cyclic(edges: list[tuple[str, str]]) -> bool:
-    if not edges:
-        return False
-    import networkx as nx  # 50 ms, which most tasks need not pay
-
-    return not nx.is_directed_acyclic_graph(nx.DiGraph(edges))
+    after: dict[str, set[str]] = {}
+    for source, target in edges:
+        after.setdefault(target, set()).add(source)
+    try:
+        TopologicalSorter(after).prepare()
+    except CycleError:
+        return True
+    return False
 
 
 def _predicates(ecm: Ecm, task: Task) -> tuple[str, ...]:

@@ -23,14 +23,11 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import TypeVar
 
-from packaging.specifiers import SpecifierSet
-from packaging.version import Version
-
 from aeros.spec.diagnostics import Diagnostic, Label, Severity
-from aeros.spec.model import Site
-from aeros.spec.obligations.obligation import Settled
-from aeros.spec.presence import Presence
+from aeros.spec.obligations.versions import suits
+from aeros.spec.presence import Presence, SitePresence
 from aeros.spec.source import Span
+from aeros.spec.verdicts import Settled
 
 _K = TypeVar("_K")
 _V = TypeVar("_V")
@@ -38,7 +35,7 @@ _V = TypeVar("_V")
 _Phrase = tuple[str, ...]
 
 
-def configuration_obligations(ecms: Sequence[Presence], site: Site) -> Iterator[Settled]:
+def configuration_obligations(ecms: Sequence[Presence], site: SitePresence) -> Iterator[Settled]:
     """Every claim of group configuration about `ecms` under `site`; near-linear in their number."""
     for name, same in _grouped((ecm.id, ecm) for ecm in ecms).items():
         yield Settled(f"configuration/identity/{name}", _same_name(same) if len(same) > 1 else None)
@@ -144,10 +141,7 @@ def _dependencies(ecms: Sequence[Presence]) -> Iterator[Settled]:
     versions = {ecm.id: ecm.version for ecm in ecms}
     for name, asking in _grouped((name, ecm) for ecm in ecms for name in ecm.requires).items():
         there = versions.get(name)
-        met = {
-            there is not None and SpecifierSet(ecm.requires[name]).contains(Version(there), prereleases=True)
-            for ecm in asking
-        }
+        met = {there is not None and suits(ecm.requires[name], there) for ecm in asking}
         # That a version suits nobody is told of each module by itself.
         agreed = met == {True} or (met == {False} and there is not None)
         what = "not in this set" if there is None else f"version {there} in this set"
@@ -166,24 +160,22 @@ def _dependencies(ecms: Sequence[Presence]) -> Iterator[Settled]:
         )
 
 
-def _names_of_the_policy(ecms: Sequence[Presence], site: Site) -> Iterator[Settled]:
+def _names_of_the_policy(ecms: Sequence[Presence], site: SitePresence) -> Iterator[Settled]:
     """Warn of grants and overrides for modules or skills that are not in the set."""
     skills = {ecm.id: ecm.skills for ecm in ecms}
-    for name in site.grants:
+    for name, span in site.grants.items():
         gone = _absent(
             f"the site grants further access to `{name}`, which is not in this set",
-            site.grant_spans.get(name, site.span),
+            span,
             "whatever takes that name gets the access: remove the grant while nobody needs it",
         )
         yield Settled(f"configuration/grant/{name}", None if name in skills else gone)
     for block in site.blocks:
-        if block.module is None:
-            continue
         there = block.module in skills and (block.skill is None or block.skill in skills[block.module])
         named = block.module if block.skill is None else f"{block.module}.{block.skill}"
         gone = _absent(
             f"the operator override `{block.id}` blocks `{named}`, which is not in this set",
-            block.span or site.span,
+            block.span,
             "correct the name if something is meant to be blocked",
         )
         yield Settled(f"configuration/block/{block.id}", None if there else gone)

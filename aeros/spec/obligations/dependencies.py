@@ -2,29 +2,32 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator, Mapping
-
-from packaging.specifiers import SpecifierSet
-from packaging.version import Version
 
 import aeros
 from aeros.spec.diagnostics import Diagnostic, Label
-from aeros.spec.obligations.obligation import Settled
+from aeros.spec.obligations.versions import suits
 from aeros.spec.presence import Presence
+from aeros.spec.verdicts import Settled
 
 
-def dependency_obligations(ecm: Presence, around: Mapping[str, Presence]) -> Iterator[Settled]:
-    """Every claim of group dependencies about `ecm`, where `around` are the modules beside it."""
+def runtime_obligations(ecm: Presence) -> Iterator[Settled]:
+    """That `ecm` works with this version of AEROS."""
     yield Settled(
         "dependencies/runtime",
         None
-        if SpecifierSet(ecm.runtime).contains(aeros.__version__, prereleases=True)
+        if suits(ecm.runtime, aeros.__version__)
         else Diagnostic(
             "AE304",
             f"`{ecm.id}` works with aeros {ecm.runtime}; this is {aeros.__version__}",
             Label(ecm.runtime_span),
         ),
     )
+
+
+def dependency_obligations(ecm: Presence, around: Mapping[str, Presence]) -> Iterator[Settled]:
+    """Every claim about what `ecm` needs of other modules, where `around` are those beside it."""
     for name, specifier in ecm.requires.items():
         yield Settled(f"dependencies/{name}", _unmet(ecm, name, specifier, around))
     cycle = _cycle(ecm, around)
@@ -46,7 +49,7 @@ def _unmet(ecm: Presence, name: str, specifier: str, around: Mapping[str, Presen
     if found is None:
         help_ = (f"put the module beside `{ecm.id}`, or remove the dependency",)
         return Diagnostic("AE301", f"`{ecm.id}` needs `{name}`, which is not there", label, help=help_)
-    if not SpecifierSet(specifier).contains(Version(found.version), prereleases=True):
+    if not suits(specifier, found.version):
         return Diagnostic(
             "AE302", f"`{ecm.id}` needs `{name}` {specifier}, but version {found.version} is there", label
         )
@@ -54,19 +57,18 @@ def _unmet(ecm: Presence, name: str, specifier: str, around: Mapping[str, Presen
 
 
 def _cycle(ecm: Presence, around: Mapping[str, Presence]) -> list[str]:
-    """A dependency cycle through `ecm`, closed, or nothing."""
-    if not ecm.requires:
+    """A dependency cycle through `ecm`, closed, or nothing: a shortest one, found breadth first."""
+    needed_by = dict.fromkeys(ecm.requires, ecm.id)
+    pending = deque(needed_by)
+    while pending and ecm.id not in needed_by:
+        here = pending.popleft()
+        for name in around[here].requires if here in around else ():
+            if name not in needed_by:
+                needed_by[name] = here
+                pending.append(name)
+    if ecm.id not in needed_by:
         return []
-    import networkx as nx  # 50 ms, which most modules need not pay
-
-    graph: nx.DiGraph[str] = nx.DiGraph()
-    known, pending = {**around, ecm.id: ecm}, [ecm.id]
-    while pending:
-        here = pending.pop()
-        needed = known[here].requires if here in known else {}
-        pending += [name for name in needed if name not in graph]
-        graph.add_edges_from((here, name) for name in needed)
-    for name in ecm.requires:
-        if nx.has_path(graph, name, ecm.id):
-            return [ecm.id, *nx.shortest_path(graph, name, ecm.id)]
-    return []
+    cycle = [ecm.id, needed_by[ecm.id]]
+    while cycle[-1] != ecm.id:
+        cycle.append(needed_by[cycle[-1]])
+    return cycle[::-1]

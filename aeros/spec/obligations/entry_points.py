@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 
 from aeros.spec.diagnostics import Diagnostic, Label, did_you_mean
 from aeros.spec.model import Ecm, Skill
@@ -18,18 +19,21 @@ def entry_point_obligations(ecm: Ecm, code: Mapping[str, bytes]) -> Iterator[Set
 
     code: the module's Python files by path relative to its folder.
     """
+    read = cache(lambda path: _functions(SkillFile(path, code[path]).tree))  # many skills share a file
     for skill in ecm.skills.values():
-        yield Settled(f"form/{skill.id}/entry", _fault(skill, code))
+        yield Settled(f"form/{skill.id}/entry", _fault(skill, code, read))
 
 
-def _fault(skill: Skill, code: Mapping[str, bytes]) -> Diagnostic | None:
+def _fault(
+    skill: Skill, code: Mapping[str, bytes], read: Callable[[str], dict[str, _Function]]
+) -> Diagnostic | None:
     path, label = f"{skill.module_name}.py", Label(skill.entry_span)
     if path not in code:
         near = did_you_mean(path, code)
         help_ = (f"did you mean `{near}`?",) if near else ()
         return Diagnostic("AE123", f"there is no `{path}` in this module", label, help=help_)
     try:
-        functions = _functions(SkillFile(path, code[path]).tree)
+        functions = read(path)
     except UnreadableCodeError as error:
         return Diagnostic("AE123", f"`{path}` is not plain Python: {error}", label)
     function = functions.get(skill.function)

@@ -5,25 +5,16 @@ Building a query and running a solver are two things: this package builds, `disc
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 
-from aeros.spec.diagnostics import Diagnostic, Label, Severity
+from aeros.spec.diagnostics import Label
 from aeros.spec.expr import terms as t
 from aeros.spec.model import Clause, Conjunct, Declared, Rule
-
-
-class Verdict(Enum):
-    """What became of a claim.  Has no truth value on purpose: callers compare."""
-
-    PROVED = "PROVED"
-    REFUTED = "REFUTED"
-    VACUOUS = "VACUOUS"
-    UNKNOWN = "UNKNOWN"
-
-    def __bool__(self) -> bool:
-        raise TypeError("a verdict has no truth value; compare it")
+from aeros.spec.verdicts import Settled as Settled
+from aeros.spec.verdicts import Verdict as Verdict
 
 
 class Claim(Enum):
@@ -42,6 +33,11 @@ class Space:
 
     declared: tuple[Declared, ...]
     assumptions: tuple[t.Term, ...]
+
+    @cached_property
+    def by_name(self) -> Mapping[str, Declared]:
+        """The variables by name."""
+        return {one.name: one for one in self.declared}
 
 
 @dataclass(frozen=True)
@@ -100,25 +96,3 @@ class Obligation:
     def group(self) -> str:
         """The group of claims it belongs to: `permission`, `safety` or `policy`."""
         return self.id.partition("/")[0]
-
-
-@dataclass(frozen=True)
-class Settled:
-    """A claim over finite sets that needs no solver: it was settled when it was made.
-
-    diagnostic: None iff it is proved.
-    """
-
-    id: str
-    diagnostic: Diagnostic | None
-
-    @property
-    def group(self) -> str:
-        """The group of claims it belongs to."""
-        return self.id.partition("/")[0]
-
-    @property
-    def verdict(self) -> Verdict:
-        """REFUTED iff its diagnostic is an error; a warning informs and refutes nothing."""
-        refuted = self.diagnostic is not None and self.diagnostic.severity is Severity.ERROR
-        return Verdict.REFUTED if refuted else Verdict.PROVED

@@ -170,7 +170,7 @@ _IDLE_GATE_HELP = "remove it from `gated` and tighten the envelope"
 def _state_matters(site: Site, skill: Skill, rule: Rule, kind: str) -> Obligation:
     """The rule allows an action in one state and denies it in another, where `then.x` is what `x` is here."""
     term = rule.terms[kind]
-    read, _ = about((term,), site.observed.values())
+    read, _ = about((term,), site.observed)
     then = {one.name: replace(one.variable, name=f"then.{one.name}") for one in read}
     others = [
         replace(one, variable=then[one.name], facts=tuple(t.substitute(fact, then) for fact in one.facts))

@@ -45,7 +45,7 @@ def skill_code_obligations(ecm: Ecm, site: Site, code: Mapping[str, bytes]) -> I
 
 def _reach(ecm: Ecm, file: SkillFile) -> Diagnostic | None:
     """The first import, builtin or attribute through which the code could act by itself."""
-    reach = first_reach(file.tree)
+    reach = first_reach(file.nodes)
     if reach is None:
         return None
     node, what = reach
@@ -61,9 +61,9 @@ def _reach(ecm: Ecm, file: SkillFile) -> Diagnostic | None:
 
 def _only_asks_plainly(file: SkillFile) -> Diagnostic | None:
     """`act` and `Action` are called or annotate, and no function is bound twice: so calls can be read off."""
-    called = {id(node.func) for node in ast.walk(file.tree) if isinstance(node, ast.Call)}
-    annotations = {id(part) for hint in _annotations(file.tree) for part in ast.walk(hint)}
-    for node in ast.walk(file.tree):
+    called = {id(node.func) for node in file.nodes if isinstance(node, ast.Call)}
+    annotations = {id(part) for hint in _annotations(file) for part in ast.walk(hint)}
+    for node in file.nodes:
         if isinstance(node, ast.Name) and node.id == "act" and id(node) not in called | annotations:
             return _unclear(file, node, "`act` is used for something else than a call")
         if isinstance(node, ast.ImportFrom) and node.module == "aeros.skill":
@@ -79,8 +79,8 @@ def _only_asks_plainly(file: SkillFile) -> Diagnostic | None:
     return None
 
 
-def _annotations(tree: ast.Module) -> Iterator[ast.expr]:
-    for node in ast.walk(tree):
+def _annotations(file: SkillFile) -> Iterator[ast.expr]:
+    for node in file.nodes:
         if isinstance(node, ast.FunctionDef) and node.returns is not None:
             yield node.returns
         elif isinstance(node, ast.arg | ast.AnnAssign) and node.annotation is not None:

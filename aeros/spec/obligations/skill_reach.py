@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+from collections.abc import Sequence
 from functools import cache
 from types import ModuleType
 
@@ -65,15 +66,15 @@ _INSIDES = ("ag_", "co_", "cr_", "f_", "func_", "gi_", "im_", "tb_")
 """How the attributes begin through which frames, code and generators show their insides."""
 
 
-def first_reach(tree: ast.Module) -> tuple[ast.expr | ast.stmt, str] | None:
-    """The first door that the code opens, and what it does, completing “skill code …”."""
-    modules = _imported_modules(tree)
+def first_reach(nodes: Sequence[ast.AST]) -> tuple[ast.expr | ast.stmt, str] | None:
+    """The first door that the code of these nodes opens, and what it does, completing “skill code …”."""
+    modules = _imported_modules(nodes)
     used_plainly = {
         id(node.value)
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in modules
     }
-    for node in ast.walk(tree):
+    for node in nodes:
         said: str | None = None
         if isinstance(node, ast.Import | ast.ImportFrom):
             said = _import_reach(node)
@@ -90,11 +91,11 @@ def first_reach(tree: ast.Module) -> tuple[ast.expr | ast.stmt, str] | None:
     return None
 
 
-def _imported_modules(tree: ast.Module) -> dict[str, str]:
+def _imported_modules(nodes: Sequence[ast.AST]) -> dict[str, str]:
     """The modules that are bound as a whole, by the name they are bound to."""
     return {
         alias.asname or alias.name: alias.name
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(node, ast.Import)
         for alias in node.names
     }

@@ -19,7 +19,7 @@ class UnreadableCodeError(Exception):
 
 
 class SkillFile:
-    """One file of skill code: its text, its syntax tree, its functions by name.
+    """One file of skill code: its text, its syntax tree and all nodes of that, its functions by name.
 
     Raises `UnreadableCodeError`.
     """
@@ -30,6 +30,7 @@ class SkillFile:
             self.tree = ast.parse(self.source.text)
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             raise UnreadableCodeError(_told(error)) from error
+        self.nodes = tuple(ast.walk(self.tree))
         self.functions = {node.name: node for node in self.tree.body if isinstance(node, ast.FunctionDef)}
 
     def span(self, node: ast.expr | ast.stmt) -> Span:

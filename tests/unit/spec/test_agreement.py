@@ -4,9 +4,10 @@ from fractions import Fraction
 
 import pytest
 
-from aeros.spec.agreement import DisagreementError, agreement_on
+from aeros.spec.agreement import agreement_on
 from aeros.spec.backends.answers import Answer, Result
 from aeros.spec.backends.oracle import Oracle, Question
+from aeros.spec.errors import DisagreementError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.units import LENGTH

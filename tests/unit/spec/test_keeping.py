@@ -1,6 +1,9 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
+import sys
+import zlib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -9,12 +12,16 @@ import pytest
 
 from aeros.cli.reports.json_report import as_json
 from aeros.cli.reports.result import Result
-from aeros.spec import keeping
+from aeros.spec import brief, keeping
 from aeros.spec import verify as verify_module
+from aeros.spec.backends.budget import DEFAULT_RLIMIT
 from aeros.spec.backends.store import Store
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.loading import load_site, reference_site
-from aeros.spec.verify import Conclusion, Report, verify
+from aeros.spec.brief import verify_in_brief
+from aeros.spec.digests import text_digest
+from aeros.spec.folders import reference_site
+from aeros.spec.reports import Conclusion, Report
+from aeros.spec.texts import read_source
+from aeros.spec.verify import verify
 from benchmarks.synthetic import write_module, write_modules
 
 REPOSITORY = Path(__file__).parents[3]
@@ -38,19 +45,19 @@ def _told(report: Report) -> tuple[str, list[str]]:
 
 
 def _brief(folder: Path, store: Store | None, site: Path | None = None, jobs: int = 1) -> Report:
-    return verify([folder], site or reference_site(), store=store, in_full=False, jobs=jobs)
+    return verify_in_brief([folder], site or reference_site(), store=store, jobs=jobs)
 
 
 def _examined(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The names of the modules that are examined from now on."""
     names: list[str] = []
-    honest = verify_module._examine
+    honest = verify_module.examine
 
     def noted(folder: Path, *rest: object) -> object:
         names.append(folder.name)
         return honest(folder, *rest)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(verify_module, "_examine", noted)
+    monkeypatch.setattr(verify_module, "examine", noted)
     return names
 
 
@@ -63,6 +70,34 @@ def test_what_is_kept_says_the_same_and_examines_nothing(
     assert _told(_brief(modules, store)) == cold == in_full
     assert examined == []
     assert len(cold[1]) == 3
+
+
+def test_the_digest_that_is_kept_is_that_of_the_certificate(modules: Path, store: Store) -> None:
+    cold, warm = _brief(modules, store), _brief(modules, store)
+    for one, again in zip(cold.modules, warm.modules, strict=True):
+        assert one.lock is not None
+        assert again.lock is not None
+        assert again.lock._known == one.lock.digest == text_digest(again.lock.certificate.text())
+
+
+def test_a_run_that_finds_everything_imports_nothing_that_proves(modules: Path, store: Store) -> None:
+    _brief(modules, store)
+    answers = modules.parent / "answers"
+    program = f"""\
+import sys
+from pathlib import Path
+from aeros.spec.backends.store import Store
+from aeros.spec.brief import verify_in_brief
+from aeros.spec.folders import reference_site
+store = Store(Path({str(answers)!r}))
+report = verify_in_brief([Path({str(modules)!r})], reference_site(), store=store)
+print(report.conclusion.value, *sorted({{"yaml", "z3", "networkx", "packaging"}} & set(sys.modules)))
+print(*sorted(name for name in sys.modules if name.startswith("aeros.spec.e")))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=REPOSITORY
+    )
+    assert done.stdout.split("\n") == ["proved", "aeros.spec.errors", ""]
 
 
 def _edit(name: str, old: str, new: str) -> Callable[[Path], object]:
@@ -104,7 +139,7 @@ def test_another_site_budget_program_or_place_is_examined(
     site = tmp_path / "site.yaml"
     site.write_text(reference_site().read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
     _brief(modules, store, site)
-    verify([modules], reference_site(), 7, store=store, in_full=False)
+    verify_in_brief([modules], reference_site(), 7, store=store)
     _brief(modules.rename(tmp_path / "moved"), store)
     assert len(examined) == 9
     monkeypatch.setattr(keeping, "_program", lambda: "another program")
@@ -150,31 +185,39 @@ def test_what_is_refuted_or_leaves_something_to_say_is_not_kept(
     assert _told(second) == first
 
 
-@pytest.mark.parametrize("content", ["", "null", "{}", "[1", '{"presence": {}, "before": [], "after": []}'])
-def test_a_report_that_cannot_be_read_is_not_there(content: str, modules: Path, store: Store) -> None:
+@pytest.mark.parametrize("content", ["", "null", "{}", "[1", '{"presence": {}, "tally": [], "lock": ""}'])
+def test_a_proof_that_cannot_be_read_is_not_there(content: str, modules: Path, store: Store) -> None:
     _brief(modules, store)
-    store._connection.execute("UPDATE reports SET report = ?", (content,))
+    store._connection.execute("UPDATE proofs SET head = ?", (content,))
+    assert _told(_brief(modules, store)) == _told(verify([modules], reference_site()))
+
+
+@pytest.mark.parametrize("content", [b"", b"{}", zlib.compress(b"[[],[]]")], ids=["none", "text", "others"])
+def test_a_proof_whose_claims_are_not_those_that_were_kept_is_not_there(
+    content: bytes, modules: Path, store: Store
+) -> None:
+    _brief(modules, store)
+    store._connection.execute("UPDATE proofs SET claims = ?", (content,))
     assert _told(_brief(modules, store)) == _told(verify([modules], reference_site()))
 
 
 def test_a_report_on_other_bytes_is_not_believed(modules: Path, store: Store) -> None:
-    site = load_site(reference_site(), Diagnostics())
-    assert site is not None
+    folder = modules / "clean_table"
     _brief(modules, store)
-    keeper = keeping.Keeper(store, site, 1_000_000)
-    kept = keeper.find(modules / "clean_table")
+    keeper = keeping.Keeper(store, read_source(reference_site()), DEFAULT_RLIMIT)
+    kept = keeper.find(folder)
     assert kept is not None
-    forged = replace(kept, presence=replace(kept.presence, code_digest="0" * 64))
-    key = keeper._key(modules / "clean_table", kept.presence.manifest_digest, kept.presence.code_digest)
-    keeper.keep(modules / "clean_table", forged)
-    store.put_reports({key: next(iter(keeper._new.values()))})
-    assert keeper.find(modules / "clean_table") is None
+    forged = replace(kept.presence, code_digest="0" * 64)
+    key = keeper._key(folder, kept.presence.manifest_digest, kept.presence.code_digest)
+    keeper.keep(folder, forged, *kept.claims(), kept.lock_digest)
+    store.put_proofs({key: next(iter(keeper._new.values()))})
+    assert keeper.find(folder) is None
 
 
 def test_several_processes_say_the_same_in_the_same_order(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(verify_module, "MANY", 2)
+    monkeypatch.setattr(brief, "MANY", 2)
     modules = write_modules(tmp_path / "modules", 6)
     (modules[3] / "ecm.yaml").write_text("nonsense: true\n", encoding="utf-8")
     _edit("ecm.yaml", "force <= 15 N", "force <= 1 N")(modules[1])
@@ -192,8 +235,8 @@ def test_what_is_kept_of_a_site_says_the_same_and_is_not_asked_again(
     def asked(*_: object) -> object:
         raise AssertionError("the site was examined")
 
-    monkeypatch.setattr(verify_module, "_verify_site", asked)
+    monkeypatch.setattr(verify_module, "verify_site", asked)
     assert _told(_brief(modules, store)) == cold
-    store._connection.execute("UPDATE reports SET report = '[[1]]'")
+    store._connection.execute("UPDATE proofs SET head = '[[1]]'")
     with pytest.raises(AssertionError, match="was examined"):
         _brief(modules, store)

@@ -82,6 +82,23 @@ def test_code_that_cannot_be_read_is_reported(
     assert found.headline.endswith("Permission denied")
 
 
+def test_a_folder_that_cannot_be_read_may_hold_code(
+    module: Path, site: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (module / "inner").mkdir()
+    honest = os.scandir
+
+    def refuse(path: str) -> object:
+        if path.endswith("inner"):
+            raise PermissionError(13, "Permission denied")
+        return honest(path)
+
+    monkeypatch.setattr(os, "scandir", refuse)
+    sink = Diagnostics()
+    assert load_ecm(module, site, sink) is None
+    assert codes(sink) == ["AE002"]
+
+
 def test_schema_faults_come_before_names_are_looked_at(module: Path, site: Site) -> None:
     manifest = module / "ecm.yaml"
     manifest.write_text(manifest.read_text().replace("license:", "licence:").replace("pace", "pac"))

@@ -15,8 +15,9 @@ from aeros.spec.diagnostics import Diagnostic, Diagnostics
 from aeros.spec.errors import UserError
 from aeros.spec.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from aeros.spec.places import offsets_of, span_within
-from aeros.spec.reader import MAX_BYTES, MAX_DEPTH, read_source, read_yaml
+from aeros.spec.reader import MAX_DEPTH, read_yaml
 from aeros.spec.source import Source
+from aeros.spec.texts import MAX_BYTES, read_source
 
 
 def refused(text: str) -> list[Diagnostic]:

@@ -16,9 +16,10 @@ from jsonschema import Draft202012Validator
 from aeros.spec.decode import decode
 from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.errors import UserError
-from aeros.spec.reader import read_source, read_yaml
+from aeros.spec.reader import read_yaml
 from aeros.spec.schema import FILES, json_schema_of
 from aeros.spec.source import Source
+from aeros.spec.texts import read_source
 
 ROOT = Path(__file__).parents[3]
 CORPUS = ROOT / "tests" / "corpus"

@@ -11,7 +11,7 @@ from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, Ve
 from aeros.spec.model import Declared
 from aeros.spec.source import Source
 from aeros.spec.units import LENGTH, parse_unit
-from aeros.spec.witness import Witness, show_value, witness_of
+from aeros.spec.witness import Replay, Witness, show_value, witness_of
 
 SPAN = Source("site.yaml", "x").span(0, 1)
 SIDES = EnumType("sides", ("left", "right"))
@@ -37,7 +37,7 @@ def metres(value: str) -> t.Literal:
 
 
 def shown(model: dict[str, Scalar], one: Declared, *wanted: t.Term) -> list[str] | None:
-    found = witness_of(model, (one,), wanted, shown=True)
+    found = witness_of(model, (one,), wanted, Replay(), shown=True)
     return None if found is None else found.lines()
 
 
@@ -78,7 +78,7 @@ def test_a_number_is_not_rounded_out_of_its_range() -> None:
 
 def test_a_model_that_is_not_a_witness_is_none() -> None:
     assert shown({"gap": Fraction(1)}, GAP, t.Compare("<", GAP.variable, metres("1"))) is None
-    assert witness_of({"gap": Fraction(1)}, (GAP,), (t.FALSE,), shown=False) is None
+    assert witness_of({"gap": Fraction(1)}, (GAP,), (t.FALSE,), Replay(), shown=False) is None
 
 
 def test_a_model_out_of_range_is_none() -> None:
@@ -88,11 +88,13 @@ def test_a_model_out_of_range_is_none() -> None:
 
 def test_vectors_and_families_are_put_together_in_order() -> None:
     model: dict[str, Scalar] = {"ready[left]": True, "ready[right]": False}
-    found = witness_of(model, (READY,), (t.Select(READY.variable, t.Literal("left", SIDES)),), shown=False)
+    found = witness_of(
+        model, (READY,), (t.Select(READY.variable, t.Literal("left", SIDES)),), Replay(), shown=False
+    )
     assert found == Witness((READY,), {"ready": (True, False)})
 
 
 def test_what_nobody_reads_is_left_as_the_solver_gave_it() -> None:
-    found = witness_of({"gap": Fraction(1, 7)}, (GAP,), (t.TRUE,), shown=False)
+    found = witness_of({"gap": Fraction(1, 7)}, (GAP,), (t.TRUE,), Replay(), shown=False)
     assert found is not None
     assert found.values == {"gap": Fraction(1, 7)}

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import reduce
 from typing import TypeAlias
 
 from aeros.spec.backends.answers import Scalar
-from aeros.spec.backends.bounds.interval import Interval
+from aeros.spec.backends.bounds.interval import End, Interval
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType, EnumType, IntegerType
 
@@ -30,10 +31,10 @@ def values_of(scalar: t.Variable, ranges: Mapping[str, tuple[Fraction, Fraction]
             return Interval(*ranges.get(scalar.name, (None, None)))
 
 
-def first_of(scalar: t.Variable, values: Values) -> Scalar:
-    """One of the values; a real where there is no whole number near the middle."""
+def first_of(scalar: t.Variable, values: Values, end: End = None) -> Scalar:
+    """One of the values, from the middle or near an end; a real where there is no whole number there."""
     if isinstance(values, Interval):
-        return values.whole() if isinstance(scalar.type, IntegerType) else values.middle()
+        return values.whole(end) if isinstance(scalar.type, IntegerType) else values.near(end)
     if isinstance(scalar.type, EnumType):
         return next(one for one in scalar.type.members if one in values)
     return False not in values
@@ -41,13 +42,20 @@ def first_of(scalar: t.Variable, values: Values) -> Scalar:
 
 def propagated(box: Box) -> bool:
     """Narrow each variable of a sum to what the others leave it; whether values are left."""
-    for of in [of for of in box if isinstance(of, tuple)]:
-        whole = box[of] = _interval(box[of]).meet(_total(of, box))
-        for place, (name, factor) in enumerate(of):
-            rest = _total((*of[:place], *of[place + 1 :]), box)
-            box[name] = meet(box[name], whole.plus(rest.times(Fraction(-1))).times(1 / factor))
-            if is_empty(box[name]):
-                return False
+    sums = [of for of in box if isinstance(of, tuple)]
+    occurs = Counter(name for of in sums for name, _ in of)
+    for _ in sums:  # so often at most: what one sum leaves of a variable may narrow those of another
+        again = False
+        for of in sums:
+            whole = box[of] = _interval(box[of]).meet(_total(of, box))
+            for place, (name, factor) in enumerate(of):
+                rest, before = _total((*of[:place], *of[place + 1 :]), box), box[name]
+                box[name] = meet(before, whole.minus(rest).times(factor if factor == 1 else 1 / factor))
+                if is_empty(box[name]):
+                    return False
+                again |= occurs[name] > 1 and box[name] != before
+        if not again:
+            break
     return True
 
 

@@ -15,7 +15,7 @@ _Bounds: TypeAlias = tuple[Fraction, Fraction] | None
 
 def comparison_holds(term: t.Compare, box: Box) -> bool | None:
     """Whether a comparison holds in all of `box`, or in none of it; None where neither is known."""
-    left, right = _bounds(term.left, box), _bounds(term.right, box)
+    left, right = bounds_of(term.left, box), bounds_of(term.right, box)
     if left is None or right is None:
         return None
     if term.op == "==":
@@ -26,7 +26,8 @@ def comparison_holds(term: t.Compare, box: Box) -> bool | None:
     return True if left[1] <= right[0] else False if left[0] > right[1] else None
 
 
-def _bounds(term: t.Term, box: Box) -> _Bounds:
+def bounds_of(term: t.Term, box: Box) -> _Bounds:
+    """What a real term lies between in `box`, as far as is known."""
     match term:
         case t.Literal(value=Fraction() as value):
             return value, value
@@ -35,16 +36,16 @@ def _bounds(term: t.Term, box: Box) -> _Bounds:
             known = isinstance(values, Interval) and values.low is not None and values.high is not None
             return (values.low, values.high) if known else None  # type: ignore[union-attr, return-value]
         case t.Absolute(operand=operand):
-            inner = _bounds(operand, box)
+            inner = bounds_of(operand, box)
             if inner is None:
                 return None
             ends = sorted(map(abs, inner))
             return (ends[0] if inner[0] >= 0 or inner[1] <= 0 else Fraction(0)), ends[1]
         case t.Add() | t.Multiply() | t.Extremum():
-            left, right = _bounds(term.left, box), _bounds(term.right, box)
+            left, right = bounds_of(term.left, box), bounds_of(term.right, box)
             return None if left is None or right is None else _combined(term, left, right)
         case t.Conditional(then=then, otherwise=otherwise):
-            one, other = _bounds(then, box), _bounds(otherwise, box)
+            one, other = bounds_of(then, box), bounds_of(otherwise, box)
             return None if one is None or other is None else (min(one[0], other[0]), max(one[1], other[1]))
         case _:
             return None

@@ -5,6 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil, floor
+from typing import Literal, TypeAlias
+
+End: TypeAlias = Literal["low", "high"] | None
+"""Where in an interval a number is taken from; None: from its middle."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,9 +43,17 @@ class Interval:
             return Fraction(0) if self.high is None else self.high - 1
         return self.low + 1 if self.high is None else (self.low + self.high) / 2
 
-    def whole(self) -> Fraction:
-        """One of its whole numbers; if there is none near its middle, a real that is in it."""
-        middle = self.middle()
+    def near(self, end: End) -> Fraction:
+        """One of its reals: that end if it is in it, else one an eighth of the way to the other end."""
+        if self.low is None or self.high is None or end is None:
+            return self.middle()
+        if end == "low":
+            return self.low + (self.high - self.low) / 8 if self.low_open else self.low
+        return self.high - (self.high - self.low) / 8 if self.high_open else self.high
+
+    def whole(self, end: End = None) -> Fraction:
+        """One of its whole numbers; if there is none where a real is taken from, that real."""
+        middle = self.near(end)
         near = (Fraction(floor(middle)), Fraction(ceil(middle)))
         return next((one for one in near if not self.meet(Interval(one, one)).is_empty), middle)
 
@@ -51,8 +63,16 @@ class Interval:
         high = None if self.high is None or other.high is None else self.high + other.high
         return Interval(low, high, self.low_open or other.low_open, self.high_open or other.high_open)
 
+    def minus(self, other: Interval) -> Interval:
+        """The differences of one of its reals and one of the other's."""
+        low = None if self.low is None or other.high is None else self.low - other.high
+        high = None if self.high is None or other.low is None else self.high - other.low
+        return Interval(low, high, self.low_open or other.high_open, self.high_open or other.low_open)
+
     def times(self, factor: Fraction) -> Interval:
         """Each of its reals times `factor`, which is not 0."""
+        if factor == 1:  # as most are, and fractions are slow
+            return self
         low = None if self.low is None else self.low * factor
         high = None if self.high is None else self.high * factor
         if factor > 0:

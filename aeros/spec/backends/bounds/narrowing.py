@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from aeros.spec.backends.bounds.box import Box, is_empty, known, meet, propagated
-from aeros.spec.backends.bounds.enclosure import comparison_holds
+from aeros.spec.backends.bounds.enclosure import bounds_of, comparison_holds
 from aeros.spec.backends.bounds.formula import Every, Formula, Other, Some, Within
+from aeros.spec.backends.bounds.interval import Interval
 from aeros.spec.expr import terms as t
 
 
@@ -44,9 +45,30 @@ def narrowed(open_: Open, pending: list[Formula]) -> bool:
                 open_.choices.append(choice)
             case Other() as other:
                 open_.others.append(other)
-    if not propagated(box):
+    if not propagated(box) or not all(_bounded(other, box) for other in open_.others):
         return False
     return not any(_status_of(other, box) is False for other in open_.others)
+
+
+def _bounded(other: Other, box: Box) -> bool:
+    """Narrow the variable that `other` compares with something bounded; whether values are left."""
+    match other.term:
+        case t.Compare(op="<" | "<=" as op, left=beside, right=t.Variable(name=name)):
+            is_above = other.is_true
+        case t.Compare(op="<" | "<=" as op, left=t.Variable(name=name), right=beside):
+            is_above = not other.is_true
+        case _:
+            return True
+    bounds = bounds_of(beside, box)
+    if bounds is None:
+        return True
+    # not (left <= right) is right < left
+    is_open = (op == "<") is other.is_true
+    values = (
+        Interval(low=bounds[0], low_open=is_open) if is_above else Interval(high=bounds[1], high_open=is_open)
+    )
+    box[name] = meet(box[name], values)
+    return not is_empty(box[name])
 
 
 def forced_by(open_: Open) -> list[Formula]:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
+from itertools import islice, product
 from typing import Final
 
 from aeros.spec.backends.answers import Answer, Result, Scalar
 from aeros.spec.backends.bounds.box import Box, first_of, propagated
-from aeros.spec.backends.bounds.formula import Formula
-from aeros.spec.backends.bounds.interval import Interval
+from aeros.spec.backends.bounds.formula import Formula, Other
+from aeros.spec.backends.bounds.interval import End, Interval
 from aeros.spec.backends.bounds.narrowing import Open, forced_by, narrowed
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import holds
@@ -17,6 +18,11 @@ from aeros.spec.expr.types import IntegerType
 
 MOST_BOXES: Final = 24
 """Boxes looked at for one question; what needs more is what solvers are good at."""
+
+MOST_CORNERS: Final = 16
+"""Points of a box that are tried near its corners, where conditions of other kinds fail in its middle."""
+
+_ENDS: Final[tuple[End, ...]] = ("low", "high")
 
 
 class Search:
@@ -55,18 +61,34 @@ class Search:
         return Answer(Result.UNSAT, {}) if is_known else None
 
     def _model(self, open_: Open) -> Answer | None:
-        """A point of the box: of each variable in turn the middle of what the sums leave it."""
-        box = open_.box
+        """A point of the box at which what is not settled of it holds too, if one is found."""
+        found = self._point(open_.box, {})
+        if found is None or _replays(open_.others, found):
+            return None if found is None else Answer(Result.SAT, found)
+        spoken = sorted(frozenset[str]().union(*(t.variables_of(other.term) for other in open_.others)))
+        real = [name for name in spoken if isinstance(open_.box[name], Interval)]
+        for ends in islice(product(_ENDS, repeat=len(real)), MOST_CORNERS):
+            found = self._point(open_.box, dict(zip(real, ends, strict=True)))
+            if found is not None and _replays(open_.others, found):
+                return Answer(Result.SAT, found)
+        return None
+
+    def _point(self, within: Box, ends: Mapping[str, End]) -> dict[str, Scalar] | None:
+        """A point of the box: of each variable in turn a value that sums leave it, from its middle or end."""
+        box = dict(within)
         model: dict[str, Scalar] = {}
         summed = {name for of in box if isinstance(of, tuple) for name, _ in of}
         for scalar in sorted(self._scalars, key=lambda scalar: scalar.name not in summed):
             name = scalar.name
-            value = model[name] = first_of(scalar, box[name])
+            value = model[name] = first_of(scalar, box[name], ends.get(name))
             if isinstance(value, Fraction):
                 if isinstance(scalar.type, IntegerType) and value.denominator != 1:
                     return None
                 box[name] = Interval(value, value)
                 if name in summed and not propagated(box):
                     return None
-        replayed = all(holds(other.term, model) is other.is_true for other in open_.others)
-        return Answer(Result.SAT, model) if replayed else None
+        return model
+
+
+def _replays(others: Iterable[Other], model: Mapping[str, Scalar]) -> bool:
+    return all(holds(other.term, model) is other.is_true for other in others)

@@ -10,7 +10,7 @@ from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.loading import load_ecm, load_site, reference_site
 from aeros.spec.model import Block
 from aeros.spec.obligations.configuration import configuration_obligations
-from aeros.spec.presence import presence_of
+from aeros.spec.presence import presence_of, presence_of_site
 from aeros.spec.verify import Conclusion, Report, verify
 
 ROOT = Path(__file__).parents[4]
@@ -93,7 +93,7 @@ def test_an_override_that_blocks_nothing_in_the_set_is_told() -> None:
         Block("no-skill", "", "two_volumes", "gone", None, site.span),
     )
     claims = configuration_obligations(
-        [presence_of(one.ecm) for one in ecms if one], replace(site, blocks=blocks)
+        [presence_of(one.ecm) for one in ecms if one], presence_of_site(replace(site, blocks=blocks))
     )
     told = {one.id: one.diagnostic for one in claims if one.id.startswith("configuration/block/")}
     assert {id_.rpartition("/")[2]: one and one.headline for id_, one in told.items()} == {
@@ -130,6 +130,6 @@ def test_many_modules_are_compared_in_no_time(tmp_path: Path, count: int) -> Non
         found = load_ecm(folder, site, Diagnostics())
         assert found is not None
         ecms.append(presence_of(found.ecm))
-    claims = list(configuration_obligations(ecms, site))
+    claims = list(configuration_obligations(ecms, presence_of_site(site)))
     assert len(claims) < 3 * count + 20
     assert {one.diagnostic.code for one in claims if one.diagnostic} == {"AE883", "AE886"}

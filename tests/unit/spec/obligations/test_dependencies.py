@@ -9,7 +9,7 @@ import aeros
 from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Ecm
-from aeros.spec.obligations.dependencies import dependency_obligations
+from aeros.spec.obligations.dependencies import dependency_obligations, runtime_obligations
 from aeros.spec.presence import presence_of
 
 CORPUS = Path(__file__).parents[3] / "corpus"
@@ -25,7 +25,11 @@ def ecm() -> Ecm:
 
 
 def faults(ecm: Ecm, *around: Ecm) -> list[str]:
-    found = dependency_obligations(presence_of(ecm), {one.id: presence_of(one) for one in around})
+    own = presence_of(ecm)
+    found = (
+        *runtime_obligations(own),
+        *dependency_obligations(own, {one.id: presence_of(one) for one in around}),
+    )
     return [one.diagnostic.code for one in found if one.diagnostic is not None]
 
 

@@ -1,0 +1,227 @@
+"""What is reported of a site, of modules and of all of them together; known without what proves it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from aeros.spec.certificate import Certificate, Lock, certificate_for
+from aeros.spec.diagnostics import Diagnostic, Diagnostics, Severity
+from aeros.spec.errors import UserError
+from aeros.spec.folders import MANIFEST
+from aeros.spec.keeping import Kept
+from aeros.spec.obligations.configuration import configuration_obligations
+from aeros.spec.obligations.dependencies import dependency_obligations
+from aeros.spec.presence import Presence, SitePresence
+from aeros.spec.told import Claims, Tally, Told, said_of, told_of
+from aeros.spec.verdicts import Settled
+
+if TYPE_CHECKING:
+    from aeros.spec.agreement import Agreement
+    from aeros.spec.discharge import Finding
+    from aeros.spec.model import Ecm, Site
+
+
+class Conclusion(Enum):
+    """What a report comes to.  Has no truth value on purpose: callers compare."""
+
+    PROVED = "proved"
+    REJECTED = "rejected"
+    UNDECIDED = "undecided"
+
+    def __bool__(self) -> bool:
+        raise TypeError("a conclusion has no truth value; compare it")
+
+
+Progress = Callable[[str], None]
+"""Told in words what is done next."""
+
+
+@dataclass(frozen=True)
+class SubjectReport:
+    """What was found of one site or module.
+
+    name: its id, or its path where it could not be read.
+    claims: everything that was examined.
+    lock: of a module that is PROVED.
+    settled, findings, ecm: the claims in full and the model; left out where only the report was asked for.
+    """
+
+    name: str
+    path: Path
+    conclusion: Conclusion
+    diagnostics: tuple[Diagnostic, ...]
+    claims: Claims = Claims.of(())  # noqa: RUF009  it cannot be changed
+    settled: tuple[Settled, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    lock: Lock | None = None
+    ecm: Ecm | None = None
+
+    @property
+    def certificate(self) -> Certificate | None:
+        """The certificate of a module that is PROVED."""
+        return None if self.lock is None else self.lock.certificate
+
+    @property
+    def obligation_count(self) -> int:
+        """How many claims were examined."""
+        return len(self.claims)
+
+    @property
+    def boundaries(self) -> tuple[tuple[str, str], ...]:
+        """Each rule that the gate decides, with what has to hold for it to allow; each pair once."""
+        return tuple((rule, boundary) for rule, boundary, _ in self.claims.tally.guarded)
+
+    @property
+    def guarded_count(self) -> int:
+        """How many claims the gate decides, each time."""
+        return sum(count for *_, count in self.claims.tally.guarded)
+
+
+@dataclass(frozen=True)
+class Report:
+    """A site and the modules that were verified under it.
+
+    site_model: None where it could not be read, or where only the report was asked for.
+    configuration: of all modules together; None unless there are several that can be read.
+    agreement: of a second solver, where one was asked.
+    """
+
+    site: SubjectReport
+    modules: tuple[SubjectReport, ...]
+    site_model: Site | None
+    configuration: SubjectReport | None = None
+    agreement: Agreement | None = None
+
+    @property
+    def subjects(self) -> tuple[SubjectReport, ...]:
+        """The site, the modules, and then their configuration where there is one."""
+        together = () if self.configuration is None else (self.configuration,)
+        return (self.site, *self.modules, *together)
+
+    @property
+    def conclusion(self) -> Conclusion:
+        """REJECTED if anything is, else UNDECIDED if anything is, else PROVED."""
+        conclusions = {subject.conclusion for subject in self.subjects}
+        for worst in (Conclusion.REJECTED, Conclusion.UNDECIDED):
+            if worst in conclusions:
+                return worst
+        return Conclusion.PROVED
+
+
+@dataclass(frozen=True)
+class Examined:
+    """What was found of one module by itself.
+
+    presence: what others have to know of it; None where it could not be read.
+    before, after: its claims but for those about other modules, which come between them.
+    warnings, problems: what there is to say before and after what the settled claims say.
+    settled: how many claims of `after` were settled when they were made.
+    full: the model, and what it has before, after, and open; None where only the report is asked for.
+    """
+
+    presence: Presence | None
+    warnings: tuple[Diagnostic, ...] = ()
+    before: tuple[Told, ...] = ()
+    after: tuple[Told, ...] = ()
+    settled: int = 0
+    problems: tuple[Diagnostic, ...] = ()
+    full: tuple[Ecm, tuple[Settled, ...], tuple[Settled, ...], tuple[Finding, ...]] | None = None
+
+
+def report_on_unreadable(path: Path, error: UserError) -> SubjectReport:
+    """What there is to say of a site whose file cannot be read."""
+    return SubjectReport(str(path), path, Conclusion.REJECTED, error.diagnostics)
+
+
+def report_on_paths(sink: Diagnostics) -> tuple[SubjectReport, ...]:
+    """What there is to say of paths that hold no module."""
+    return (SubjectReport("", Path(), Conclusion.REJECTED, tuple(sink)),) if sink.has_errors else ()
+
+
+def report_on(
+    folder: Path, one: Examined, site: SitePresence, around: Mapping[str, Presence]
+) -> SubjectReport:
+    """What there is to say of a module, with what depends on others."""
+    presence = one.presence
+    if presence is None:
+        return SubjectReport(str(folder), folder, Conclusion.REJECTED, one.warnings)
+    dependencies = tuple(dependency_obligations(presence, around))
+    first = (*one.before, *map(told_of, dependencies))
+    claims = Claims.of((*first, *one.after))
+    problems = (*one.warnings, *said_of(first), *said_of(one.after[: one.settled]), *one.problems)
+    conclusion = conclude(problems)
+    lock = _lock(conclusion, presence, site, claims)
+    if one.full is None:
+        return SubjectReport(presence.id, folder, conclusion, problems, claims, lock=lock)
+    ecm, before, after, findings = one.full
+    settled = (*before, *dependencies, *after)
+    return SubjectReport(presence.id, folder, conclusion, problems, claims, settled, findings, lock, ecm)
+
+
+def report_on_kept(
+    folder: Path, kept: Kept, site: SitePresence, around: Mapping[str, Presence]
+) -> SubjectReport:
+    """As `report_on`, of a module that was proved by itself; its claims are read where they are asked for."""
+    dependencies = tuple(map(told_of, dependency_obligations(kept.presence, around)))
+
+    def read() -> Iterable[Told]:
+        before, after = kept.claims()
+        return (*before, *dependencies, *after)
+
+    claims = Claims(Tally(kept.tally.claims + len(dependencies), kept.tally.guarded), read)
+    problems = said_of(dependencies)
+    conclusion = conclude(problems)
+    lock = _lock(conclusion, kept.presence, site, claims, kept.lock_digest)
+    return SubjectReport(kept.presence.id, folder, conclusion, problems, claims, lock=lock)
+
+
+def _lock(
+    conclusion: Conclusion, presence: Presence, site: SitePresence, claims: Claims, digest: str | None = None
+) -> Lock | None:
+    """The certificate of a module that is PROVED; `digest` is that of its text, where it was kept."""
+
+    def certify() -> Certificate:
+        verdicts = {told.id: told.verdict.value if told.guard is None else "GUARDED" for told in claims}
+        return certificate_for(presence, site, verdicts)
+
+    return Lock(certify, digest) if conclusion is Conclusion.PROVED else None
+
+
+def report_on_configuration(modules: Sequence[Presence], site: SitePresence) -> SubjectReport | None:
+    """What is to be said of several modules together."""
+    if len(modules) < 2:
+        return None
+    settled = tuple(configuration_obligations(modules, site))
+    claims = Claims.of(map(told_of, settled))
+    problems = said_of(claims)
+    return SubjectReport("configuration", Path(), conclude(problems), problems, claims, settled)
+
+
+def modules_around(
+    given: Mapping[Path, Presence], read: Callable[[Path], Presence | None]
+) -> dict[str, Presence]:
+    """The modules that dependencies may refer to: those given, and those beside one that has any.
+
+    read: a module that is not given, by its folder; None where it cannot be read.
+    """
+    parents = {folder.resolve().parent for folder, one in given.items() if one.requires}
+    known = {folder.resolve() for folder in given} if parents else set()
+    around: dict[str, Presence] = {}
+    for parent in parents:
+        for beside in sorted(parent.iterdir()):
+            if beside not in known and (beside / MANIFEST).is_file():
+                found = read(beside)
+                around |= {} if found is None else {found.id: found}
+    return around | {one.id: one for one in given.values()}
+
+
+def conclude(problems: Iterable[Diagnostic]) -> Conclusion:
+    """What problems come to."""
+    errors = {problem.code for problem in problems if problem.severity is Severity.ERROR}
+    if not errors:
+        return Conclusion.PROVED
+    return Conclusion.UNDECIDED if errors <= {"AE509", "AE803"} else Conclusion.REJECTED

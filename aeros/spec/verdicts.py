@@ -1,0 +1,42 @@
+"""What becomes of a claim, and claims that were settled when they were made; known without formulas."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from aeros.spec.diagnostics import Diagnostic, Severity
+
+
+class Verdict(Enum):
+    """What became of a claim.  Has no truth value on purpose: callers compare."""
+
+    PROVED = "PROVED"
+    REFUTED = "REFUTED"
+    VACUOUS = "VACUOUS"
+    UNKNOWN = "UNKNOWN"
+
+    def __bool__(self) -> bool:
+        raise TypeError("a verdict has no truth value; compare it")
+
+
+@dataclass(frozen=True)
+class Settled:
+    """A claim over finite sets that needs no solver: it was settled when it was made.
+
+    diagnostic: None iff it is proved.
+    """
+
+    id: str
+    diagnostic: Diagnostic | None
+
+    @property
+    def group(self) -> str:
+        """The group of claims it belongs to."""
+        return self.id.partition("/")[0]
+
+    @property
+    def verdict(self) -> Verdict:
+        """REFUTED iff its diagnostic is an error; a warning informs and refutes nothing."""
+        refuted = self.diagnostic is not None and self.diagnostic.severity is Severity.ERROR
+        return Verdict.REFUTED if refuted else Verdict.PROVED
