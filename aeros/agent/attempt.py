@@ -13,7 +13,7 @@ from aeros.agent.report import Role, StepRecord
 from aeros.agent.supervisor import Judgement, judge, precondition_problem
 from aeros.agent.values import plain
 from aeros.agent.world import World, measured_world
-from aeros.runtime.ports import Runtime, StepStatus
+from aeros.runtime.ports import Runtime, StepResult, StepStatus
 
 _TRIED: Final = {StepStatus.FINISHED, StepStatus.STOPPED, StepStatus.TIMED_OUT, StepStatus.RAISED}
 
@@ -92,7 +92,8 @@ class Attempts:
             successes=successes,
             failures=failures,
         )
-        result = self._runtime.submit(request)
+        handle = self._runtime.start(request)
+        result = handle if isinstance(handle, StepResult) else self._awaited()
         ended = self._runtime.now()
         after = self.observe()
         judgement = judge(dispatch.skill, result, after)
@@ -139,6 +140,11 @@ class Attempts:
             denied=result.denied,
         )
         return record, judgement
+
+    def _awaited(self) -> StepResult:
+        ended = self._runtime.wait()
+        assert ended is not None  # noqa: S101
+        return ended.result
 
     def _not_started(self, role: Role, module: str, skill: str, reason: str) -> Attempt:
         name = f"{module}.{skill}"

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from math import inf
 from typing import Any
 
-from aeros.runtime.ports import Reading, Readings, StepRequest, StepResult, StepStatus
+from aeros.runtime.ports import Ended, Reading, Readings, StepHandle, StepRequest, StepResult, StepStatus
 from aeros.spec.model import Ecm, Site
 from tests.unit.agent.dumplings import DUMPLING, PREDICATES, site
 
@@ -32,6 +33,8 @@ class FakeRuntime:
         self.chance = chance
         self.state: dict[str, Any] = dict.fromkeys(PREDICATES, False)
         self.ages: dict[str, float] = {}
+        self.started = 0
+        self.under_way: dict[StepHandle, StepRequest] = {}
         self.submitted: list[str] = []
         self.requests: list[StepRequest] = []
         self.notes: list[tuple[str, dict[str, Any]]] = []
@@ -52,6 +55,18 @@ class FakeRuntime:
         return {
             name: Reading(value, self.clock - self.ages.get(name, 0.0)) for name, value in self.state.items()
         }
+
+    def start(self, request: StepRequest) -> StepHandle | StepResult:
+        self.started += 1
+        self.under_way[StepHandle(self.started)] = request
+        return StepHandle(self.started)
+
+    def wait(self, until: float = inf) -> Ended | None:
+        handle = next(iter(self.under_way))
+        return Ended(handle, self.submit(self.under_way.pop(handle)))
+
+    def cancel(self, step: StepHandle, reason: str) -> None:
+        raise NotImplementedError
 
     def submit(self, request: StepRequest) -> StepResult:
         self.submitted.append(request.skill)
