@@ -1,8 +1,7 @@
 """Decides an action together with those under way: each was allowed by itself, now they are merged.
 
 No actuator is moved by two of them, and every two obey every joint rule of the site, in either order of
-the roles.  In a joint rule a state variable `x` is what is measured now, and `a.x` what was measured
-when the action `a` was decided; what is missing, malformed or was stale then denies.
+the roles, at what is measured now; what is missing, malformed or stale then denies.
 """
 
 from __future__ import annotations
@@ -63,7 +62,7 @@ class JointRules:
 
 
 class _JointRule:
-    """One joint rule: its condition, and the forms of what that reads now and of each role."""
+    """One joint rule: its condition, and the forms of what that reads of the state and of each role."""
 
     def __init__(self, rule: JointRule, site: Site, compiled: bool) -> None:
         declared = joint_variables(site, rule)
@@ -75,30 +74,23 @@ class _JointRule:
         self._says = f"breaks `{rule.text}`: {rule.rationale}"
         forms = {one.name: Form(one) for one in declared if one.name in t.variables_of(rule.term)}
         self._now = {name: form for name, form in forms.items() if name in site.observed}
-        self._asked, self._then = [], []
+        self._asked: list[dict[str, Form]] = []
         for role, kind in rule.roles:
-            of_role = {
-                name.removeprefix(f"{role}."): form
-                for name, form in forms.items()
-                if name.startswith(f"{role}.")
-            }
-            parameters = site.kinds[kind].parameters
-            self._asked.append({name: form for name, form in of_role.items() if name in parameters})
-            self._then.append({name: form for name, form in of_role.items() if name not in parameters})
+            names = site.kinds[kind].parameters
+            self._asked.append({name: forms[f"{role}.{name}"] for name in names if f"{role}.{name}" in forms})
 
-    def values(self, roles: tuple[Begun, Begun], into: Scalars) -> Iterator[Reason]:
-        """Take what the rule reads of each role, of its action and of the state when that was decided."""
-        for begun, asked, then in zip(roles, self._asked, self._then, strict=True):
-            for name, form in asked.items():
-                fault = form.take(begun.action.parameters[name], into)
-                if fault is not None:
-                    yield fault
-            yield from _take(then, begun, into)
+    def values(self, roles: tuple[Begun, Begun]) -> Scalars:
+        """What the rule reads of each role: parameters, which were of their forms when they were decided."""
+        values: Scalars = {}
+        for begun, forms in zip(roles, self._asked, strict=True):
+            for name, form in forms.items():
+                form.take(begun.action.parameters[name], values)
+        return values
 
     def objections(self, roles: tuple[Begun, Begun], one: Begun, other: Begun) -> Iterator[Reason]:
         """Why the two may not be under way together, where `one` is decided now."""
-        values: Scalars = {}
-        faults = [*self.values(roles, values), *_take(self._now, one, values)]
+        values = self.values(roles)
+        faults = list(_take(self._now, one, values))
         if faults:
             yield from faults
             return
@@ -110,7 +102,7 @@ class _JointRule:
 
 
 def _take(forms: dict[str, Form], begun: Begun, into: Scalars) -> Iterator[Reason]:
-    """Take what was measured when the action was decided; it must have been there, and fresh."""
+    """Take what was measured when the action was decided; it must be there, and fresh."""
     for name, form in forms.items():
         reading = begun.readings.get(name)
         if reading is None:

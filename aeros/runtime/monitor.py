@@ -54,10 +54,8 @@ class Monitors:
         self._add((begun,), self._rules[begun.action.kind], asked, begun.readings)
         for other in self._watched:
             for rule, roles in self._joint.of(begun, other):
-                of_both: Scalars = {}
-                for _ in rule.values(roles, of_both):
-                    pass  # what is not there is missed at the first tick
-                self._add((begun, other), ((rule.id, rule.condition),), of_both, begun.readings)
+                asked = rule.values(roles)
+                self._add((begun, other), ((rule.id, rule.condition),), asked, begun.readings)
         if not self._watched:
             self._readings = {}
         self._readings.update(
