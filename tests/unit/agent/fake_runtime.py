@@ -19,6 +19,7 @@ class FakeRuntime:
 
     endings: what becomes of the next submissions of a skill, in order; then its first success outcome.
     chance: if given, chooses the outcome of every submission instead.
+    last: skills that end after whatever else is under way.
     """
 
     def __init__(
@@ -35,6 +36,8 @@ class FakeRuntime:
         self.ages: dict[str, float] = {}
         self.started = 0
         self.under_way: dict[StepHandle, StepRequest] = {}
+        self.cancelled: dict[StepHandle, str] = {}
+        self.last: list[str] = []
         self.submitted: list[str] = []
         self.requests: list[StepRequest] = []
         self.notes: list[tuple[str, dict[str, Any]]] = []
@@ -62,11 +65,17 @@ class FakeRuntime:
         return StepHandle(self.started)
 
     def wait(self, until: float = inf) -> Ended | None:
-        handle = next(iter(self.under_way))
+        for handle in self.cancelled:
+            if self.under_way.pop(handle, None) is not None:
+                return Ended(handle, StepResult(StepStatus.CANCELLED, self.cancelled[handle]))
+        if self.clock + 1.0 > until:
+            self.clock = max(self.clock, until)
+            return None
+        handle = min(self.under_way, key=lambda one: self.last.count(self.under_way[one].skill))
         return Ended(handle, self.submit(self.under_way.pop(handle)))
 
     def cancel(self, step: StepHandle, reason: str) -> None:
-        raise NotImplementedError
+        self.cancelled[step] = reason
 
     def submit(self, request: StepRequest) -> StepResult:
         self.submitted.append(request.skill)

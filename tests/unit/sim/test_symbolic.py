@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.ports import Completion, Plant
+from aeros.runtime.ports import Completion, Motion, Plant
 from aeros.sim.outcomes import draw_outcome
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.skill import Action, act
@@ -293,3 +293,46 @@ def test_it_needs_no_simulator() -> None:
     plant.close()
     plant.close()
     assert plant.now() == 0.0
+
+
+def _begun(plant: SymbolicPlant, action: Action) -> Motion:
+    motion = plant.begin(action)
+    assert not isinstance(motion, Completion)
+    return motion
+
+
+def test_what_is_under_way_together_ends_in_the_order_of_its_ends() -> None:
+    plant = SymbolicPlant(site(), {}, 0)
+    seen: list[float] = []
+
+    def monitor(now: float, values: Mapping[str, Any]) -> str | None:
+        seen.append(values["tool_speed"])
+        return None
+
+    move = _begun(plant, act("move_tool", target=(0.3, 0.5, 0.4), yaw=0.0, speed=0.25))
+    wait = _begun(plant, act("wait", duration=0.1))
+    assert plant.advance(monitor, 0.05) == {}
+    assert plant.now() == 0.05
+    assert plant.advance(monitor, 100.0) == {wait: Completion(True)}
+    assert plant.now() == 0.1
+    assert seen == [0.25] * 4  # the move goes on at the end of the wait
+    assert plant.advance(monitor, 100.0) == {move: Completion(True)}
+    assert seen[-1] == 0.0
+
+
+def test_what_is_halted_ends_without_its_effect_and_the_other_goes_on() -> None:
+    plant = SymbolicPlant(site(), {}, 0)
+    before = plant.observe()["tool_position"].value
+    move = _begun(plant, act("move_tool", target=(0.3, 0.5, 0.4), yaw=0.0, speed=0.25))
+    wait = _begun(plant, act("wait", duration=9.0))
+    plant.halt(move)
+    assert plant.advance(watch, 100.0) == {move: Completion(False, "halted")}
+    assert plant.observe()["tool_position"].value == before
+    assert plant.advance(watch, 100.0) == {wait: Completion(True)}
+
+
+def test_a_rule_that_breaks_ends_everything_under_way() -> None:
+    plant = SymbolicPlant(site(), {}, 0)
+    motions = [_begun(plant, act("wait", duration=seconds)) for seconds in (1.0, 2.0)]
+    broken = Completion(False, "monitor:rule")
+    assert plant.advance(lambda now, values: "rule", 100.0) == dict.fromkeys(motions, broken)
