@@ -16,7 +16,7 @@ from aeros.runtime.beside import Begun
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Decision, Verdict
 from aeros.runtime.gate import Gate, GateMode
-from aeros.runtime.governor import Command
+from aeros.runtime.governor import Command, Governor
 from aeros.runtime.ports import Ended, Reading, StepRequest, StepResult, StepStatus
 from aeros.runtime.replay import Replay
 from aeros.skill import Inputs, Observation, SkillBody, act
@@ -31,8 +31,8 @@ FINISHED = StepStatus.FINISHED
 def cart(tmp_path: Path) -> Iterator[MakeCart]:
     made: list[Cart] = []
 
-    def make(**more: Any) -> Cart:
-        made.append(Cart(tmp_path / f"audit-{len(made)}.jsonl", **more))
+    def make(mode: GateMode = GateMode.COMPILED, governor: Governor | None = None, **bodies: Body) -> Cart:
+        made.append(Cart(tmp_path / f"audit-{len(made)}.jsonl", bodies, mode, governor))
         return made[-1]
 
     yield make

@@ -63,7 +63,11 @@ class Cart:
     """What the skills ask for is said by `bodies`, by skill."""
 
     def __init__(
-        self, log: Path, mode: GateMode = GateMode.COMPILED, governor: Governor | None = None, **bodies: Body
+        self,
+        log: Path,
+        bodies: Mapping[str, Body],
+        mode: GateMode = GateMode.COMPILED,
+        governor: Governor | None = None,
     ) -> None:
         self.log = log
         self.bodies = bodies
