@@ -27,19 +27,16 @@ from math import inf
 from typing import Any, Final, Self
 
 from aeros.runtime.audit import AuditError, AuditLog
-from aeros.runtime.beside import Begun
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.decision import Caller, Decision, Verdict
+from aeros.runtime.deciding import Deciding
+from aeros.runtime.decision import Caller
 from aeros.runtime.gate import Gate
 from aeros.runtime.governor import Command, Fixed, Governor
-from aeros.runtime.history import Histories
 from aeros.runtime.inputs import InputError, settle_inputs
-from aeros.runtime.monitor import Monitors
 from aeros.runtime.observation import observation_for
 from aeros.runtime.ports import (
     Completion,
     Ended,
-    Plan,
     Plant,
     Readings,
     StepHandle,
@@ -49,8 +46,6 @@ from aeros.runtime.ports import (
 )
 from aeros.runtime.records import (
     caller_details,
-    decision_details,
-    motion_details,
     session_details,
     spell_reasons,
 )
@@ -58,10 +53,8 @@ from aeros.runtime.resources import Resources
 from aeros.runtime.skill_code import SkillRefusedError, told
 from aeros.runtime.skill_run import Ending, OpenRun
 from aeros.runtime.step import Step, UnderWay, capacities_of, needs_of
-from aeros.runtime.trajectory import MotionDecider, motion_digest
-from aeros.runtime.usage import ClockError, Usage, denied_by_clock
 from aeros.skill import Action
-from aeros.spec.errors import InternalError, MisuseError
+from aeros.spec.errors import MisuseError
 from aeros.spec.model import Ecm, Site, Skill
 
 _LOOK_EVERY: Final = 0.01  # s, while paused
@@ -73,14 +66,11 @@ class _RefusedError(Exception):
     """The step never starts; the message says why."""
 
 
-class _LeftError(Exception):
-    """Steps were left behind; the message says by whom."""
-
-
 class Executor:
     """The runtime as the agent sees it (`ports.Runtime`), for one configuration and one plant.
 
-    It owns neither plant nor log: whoever made them closes them.
+    It owns neither plant nor log: whoever made them closes them.  As a context manager it leaves no step
+    under way.
     governor: says which configuration is in force; without one, `configuration` is so for good.
     """
 
@@ -97,14 +87,10 @@ class Executor:
         # Of no generation yet: what was loaded before may have changed since, so the first look follows.
         self._generation: int | None = None
         self._configuration = configuration
-        self._gate = gate
         self._plant = plant
         self._audit = audit
         self._open_run = open_run
-        self._histories = Histories(configuration.site)
-        self._monitors = Monitors(configuration.site, self._histories)
-        self._motions = MotionDecider(configuration.site.motion)
-        self._usage = Usage(configuration.site.quotas)
+        self._deciding = Deciding(configuration, gate, plant, audit)
         self._resources = Resources(capacities_of(configuration.site))
         self._steps: dict[StepHandle, Step] = {}
         self._started = 0
@@ -183,7 +169,7 @@ class Executor:
     def close(self) -> None:
         """Clean up after every step that has not ended; safe to call twice."""
         if self._steps:
-            self._break_off(_LeftError("whoever had asked for it is gone"))
+            self._break_off(MisuseError("whoever had asked for it is gone"))
 
     def __enter__(self) -> Self:
         return self
@@ -297,72 +283,22 @@ class Executor:
         return None
 
     def _act_now(self, step: Step, asked: Action) -> Ending | None:
-        """Decide, record, begin; None when it has begun."""
-        # In this order: a reading is never younger than the time it is judged at.
-        measured = self._plant.observe()
-        now = self.now()
-        names = self._histories.names
-        readings = {name: one for name, one in measured.items() if name not in names}
-        readings |= self._histories.advance(readings, now)
-        gated, usage = self._decide(step.caller, readings, asked, now)
-        others = [] if self._is_protective(gated) else self._moving()
-        beside = [other.begun for other in others]
-        if beside:
-            gated = self._gate.decide_beside(gated, readings, now, beside)
-        decision, plan = self._decide_motion(gated, readings, [other.plan for other in others])
-        step.counts = step.counts.plus(decision.verdict)
-        details = decision_details(
-            decision,
-            self._configuration.digest,
-            now,
-            readings,
-            step.caller,
-            asked,
-            usage,
-            [other.record for other in beside],
-        )
-        details = {**motion_details(gated, decision, motion_digest(plan)), **details}
-        record = self._audit.append("decision", details)
-        if decision.verdict is Verdict.DENY:
-            return Ending(StepStatus.DENIED, spell_reasons(decision.reasons))
-        if decision.action is None:
-            raise InternalError(f"the gate said {decision.verdict.value} and gave no action")
-        if self._is_protective(decision):
+        """Have it decided and recorded, and begin it; None when it has begun."""
+        decided = self._deciding.decide(step.caller, asked, self._moving())
+        step.counts = step.counts.plus(decided.decision.verdict)
+        begun, plan = decided.begun, decided.plan
+        if begun is None:
+            return Ending(StepStatus.DENIED, spell_reasons(decided.decision.reasons))
+        if decided.ends_others:
             self._stop_all(f"stopped for `{step.name}`, which asks for a protective stop")
-        # Counted before it moves: an action that fails half-way was executed too.
-        self._usage.executed(decision.action.kind, now)
+        self._deciding.executed(begun)
         # A completion: the plant cannot do it, and nothing moves.
-        motion = plan if isinstance(plan, Completion) else self._plant.begin(decision.action, plan)
+        motion = plan if isinstance(plan, Completion) else self._plant.begin(begun.action, plan)
         if isinstance(motion, Completion):
             return _stopped_by(motion)
-        begun = Begun(decision.action, readings, now, record)
         step.under_way = UnderWay(motion, begun, plan)
-        self._monitors.watch(begun)
+        self._deciding.monitors.watch(begun)
         return None
-
-    def _decide(
-        self, caller: Caller, readings: Readings, asked: Action, now: float
-    ) -> tuple[Decision, Mapping[str, int] | None]:
-        """The decision, and the use of quotas that it was made on."""
-        try:
-            usage = self._usage.count(now)
-        except ClockError as wrong:
-            return denied_by_clock(wrong), None
-        return self._gate.decide(caller, readings, asked, now, usage), usage
-
-    def _decide_motion(
-        self, decision: Decision, readings: Readings, others: list[Plan | None]
-    ) -> tuple[Decision, Plan | None]:
-        """What the whole motion makes of the decision, and that motion, where there is one to decide."""
-        action = decision.action
-        if action is None or not self._motions.governs(action.kind):
-            return decision, None
-        plan = self._plant.plan(action)
-        return self._motions.decide(decision, plan, readings, others), plan
-
-    def _is_protective(self, decision: Decision) -> bool:
-        """Whether it allows a protective stop, which is not denied for what moves but ends that."""
-        return decision.action is not None and self.site.kinds[decision.action.kind].protective
 
     def _moving(self) -> list[UnderWay]:
         """What is under way, what comes to rest included."""
@@ -402,7 +338,7 @@ class Executor:
                 objection = self._revoked(step)
                 if objection is not None:
                     self._halt(handle, Ending(StepStatus.STOPPED, f"revoked: {objection}"))
-        return self._monitors(now, measured)
+        return self._deciding.monitors(now, measured)
 
     def _revoked(self, step: Step) -> str | None:
         """Why what the step has under way may not go on, or None."""
@@ -428,7 +364,7 @@ class Executor:
         for handle in handles:
             step = self._steps[handle]
             if step.under_way is not None:
-                self._monitors.forget(step.under_way.begun)
+                self._deciding.monitors.forget(step.under_way.begun)
                 step.under_way = None
         self._let_go()
 
@@ -516,15 +452,9 @@ class Executor:
         self._generation = generation
         if configuration.digest == self._configuration.digest:
             return generation
-        site = configuration.site
-        if site.digest != self._configuration.site.digest:
-            self._histories = Histories(site)
-            self._usage = self._usage.under(site.quotas)
-            self._monitors = Monitors(site, self._histories)
-            self._motions = MotionDecider(site.motion)
-            self._resources.under(capacities_of(site))
+        self._deciding.follow(configuration)
+        self._resources.under(capacities_of(configuration.site))
         self._configuration = configuration
-        self._gate = self._gate.under(configuration)
         self._audit.append("configuration-changed", session_details(configuration))
         return generation
 

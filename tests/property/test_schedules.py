@@ -76,10 +76,8 @@ class Watched(FakePlant):
 @given(BODIES, MOVES, st.lists(st.floats(0.1, 12.0), max_size=12))
 def test_what_always_holds(bodies: dict[str, list[Action]], moves: list[Any], durations: list[float]) -> None:
     with TemporaryDirectory() as folder:
-        cart = Cart(
-            Path(folder) / "audit.jsonl", bodies={name: asking(*asked) for name, asked in bodies.items()}
-        )
-        plant = cart.executor._plant = cart.plant = Watched()
+        plant, skills = Watched(), {name: asking(*asked) for name, asked in bodies.items()}
+        cart = Cart(Path(folder) / "audit.jsonl", skills, plant=plant)
         plant.durations = list(durations)
         started: list[StepHandle] = []
         ended: list[Ended] = []

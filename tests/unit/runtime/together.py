@@ -68,10 +68,11 @@ class Cart:
         bodies: Mapping[str, Body],
         mode: GateMode = GateMode.COMPILED,
         governor: Governor | None = None,
+        plant: FakePlant | None = None,
     ) -> None:
         self.log = log
         self.bodies = bodies
-        self.plant = FakePlant(VALUES)
+        self.plant = plant or FakePlant(VALUES)
         self.audit = AuditLog(log)
         self.executor = Executor(
             configuration(), Gate(configuration(), mode), self.plant, self.audit, self._open, governor
