@@ -10,10 +10,10 @@ from aeros.agent.dispatcher import Dispatch, Dispatcher, UndispatchableError
 from aeros.agent.journal import Journal
 from aeros.agent.memory import Beginning, Ending, Memory
 from aeros.agent.report import Role, StepRecord
-from aeros.agent.supervisor import Judgement, judge, precondition_problem
+from aeros.agent.supervisor import judge, precondition_problem
 from aeros.agent.values import plain
 from aeros.agent.world import World, measured_world
-from aeros.runtime.ports import Runtime, StepStatus
+from aeros.runtime.ports import Ended, Runtime, StepHandle, StepResult, StepStatus
 
 _TRIED: Final = {StepStatus.FINISHED, StepStatus.STOPPED, StepStatus.TIMED_OUT, StepStatus.RAISED}
 
@@ -41,8 +41,27 @@ class Attempt:
         return self.record is not None and self.record.status is StepStatus.DENIED
 
 
+@dataclass(frozen=True, slots=True)
+class Try:
+    """A request, and what was known when it was made; `episode`: its number in memory."""
+
+    role: Role
+    dispatch: Dispatch
+    episode: int
+    time: float
+    before: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Started:
+    """A try under way, by the number that the runtime knows it by."""
+
+    handle: StepHandle
+    made: Try
+
+
 class Attempts:
-    """Runs skills through the runtime, one at a time, and keeps the world as last measured."""
+    """Runs skills through the runtime, and keeps the world as last measured."""
 
     def __init__(self, runtime: Runtime, memory: Memory, journal: Journal, task: str) -> None:
         self._runtime = runtime
@@ -59,8 +78,16 @@ class Attempts:
         self.world = measured_world(self._runtime.site.state, readings, self._runtime.now())
         return self.world
 
-    def invoke(self, role: Role, module: str, skill: str, inputs: Mapping[str, Any]) -> Attempt:
-        """Run `module.skill` if it is active and its precondition is measured now."""
+    def wait(self, until: float) -> Ended | None:
+        """The next step that ends before `until`, plant seconds; see `ports.Runtime`."""
+        return self._runtime.wait(until)
+
+    def cancel(self, handle: StepHandle, reason: str) -> None:
+        """Halt a step that is under way."""
+        self._runtime.cancel(handle, reason)
+
+    def begin(self, role: Role, module: str, skill: str, inputs: Mapping[str, Any]) -> Started | Attempt:
+        """Start `module.skill` if it is active and its precondition is measured now."""
         try:
             dispatch = self._dispatcher.dispatch(module, skill, inputs)
         except UndispatchableError as error:
@@ -68,31 +95,29 @@ class Attempts:
         problem = precondition_problem(dispatch.skill, self.world, dispatch.inputs)
         if problem is not None:
             return self._not_started(role, module, skill, problem)
-        record, judgement = self._run(role, dispatch)
-        self.records.append(record)
-        repeatable = record.failed and record.status in _TRIED and not judgement.undeclared
-        return Attempt(record.failed, record.reason, repeatable, record)
-
-    def _run(self, role: Role, dispatch: Dispatch) -> tuple[StepRecord, Judgement]:
-        request = dispatch.request
-        name = f"{request.module}.{request.skill}"
-        inputs = {key: plain(value) for key, value in request.inputs.items()}
-        started = self._runtime.now()
-        before = self.world.predicates
-        episode = self._memory.begin(
-            Beginning(self._task, request.module, request.skill, role.value, inputs, started, before)
-        )
+        time, before = self._runtime.now(), self.world.predicates
+        given = _plain(dispatch)
+        episode = self._memory.begin(Beginning(self._task, module, skill, role.value, given, time, before))
         successes, failures = dispatch.record
+        name = f"{module}.{skill}"
         self._journal.tell_step(
             "step-started",
             f"{role.value} {name} ({successes} successes and {failures} failures so far)",
             skill=name,
             role=role.value,
-            inputs=inputs,
+            inputs=given,
             successes=successes,
             failures=failures,
         )
-        result = self._runtime.submit(request)
+        handle = self._runtime.start(dispatch.request)
+        made = Try(role, dispatch, episode, time, before)
+        return self.conclude(made, handle) if isinstance(handle, StepResult) else Started(handle, made)
+
+    def conclude(self, made: Try, result: StepResult) -> Attempt:
+        """What came of it, as the world measured now shows."""
+        dispatch, role = made.dispatch, made.role
+        request = dispatch.request
+        name = f"{request.module}.{request.skill}"
         ended = self._runtime.now()
         after = self.observe()
         judgement = judge(dispatch.skill, result, after)
@@ -104,7 +129,7 @@ class Attempts:
             ended,
             after.predicates,
         )
-        self._memory.end(episode, ending)
+        self._memory.end(made.episode, ending)
         self._journal.tell_step(
             "step-ended",
             f"{role.value} {name}: {judgement.reason or f'outcome `{judgement.outcome}`'}",
@@ -120,25 +145,27 @@ class Attempts:
                 "undeclared-outcome",
                 f"{name} ended in a state that its manifest does not declare",
                 skill=name,
-                before=dict(before),
+                before=dict(made.before),
                 after=dict(after.predicates),
             )
         record = StepRecord(
             role=role,
             module=request.module,
             skill=request.skill,
-            inputs=inputs,
+            inputs=_plain(dispatch),
             status=result.status,
             outcome=judgement.outcome,
             failed=judgement.failed,
             reason=judgement.reason,
-            started=started,
+            started=made.time,
             ended=ended,
             allowed=result.allowed,
             attenuated=result.attenuated,
             denied=result.denied,
         )
-        return record, judgement
+        self.records.append(record)
+        repeatable = record.failed and record.status in _TRIED and not judgement.undeclared
+        return Attempt(record.failed, record.reason, repeatable, record)
 
     def _not_started(self, role: Role, module: str, skill: str, reason: str) -> Attempt:
         name = f"{module}.{skill}"
@@ -146,3 +173,7 @@ class Attempts:
             "step-not-started", f"{role.value} {name}: {reason}", skill=name, role=role.value, reason=reason
         )
         return Attempt(failed=True, reason=reason)
+
+
+def _plain(dispatch: Dispatch) -> dict[str, Any]:
+    return {key: plain(value) for key, value in dispatch.request.inputs.items()}

@@ -1,24 +1,34 @@
 """The task graph that a planner returns, and what must be true of it before its first step.
 
+Σ ::= step | Σ ; Σ | Σ ∥ Σ | if c then Σ else Σ, as in a module's compositions.
+
 A planner is untrusted, so `verify_plan` takes anything: what it finds no problem in is a
-`TaskGraph` of active skills with fitting inputs and bounded retries.
+`TaskGraph` of active skills with fitting inputs and bounded retries, whose parallel branches share no
+resource, no actuator and no effect (as `obligations.parallel` decides it of compositions).  Joint rules
+are not looked at: the gate decides them of actions.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
 import networkx as nx
 
 from aeros.agent.values import UnusableValueError, exact
+from aeros.spec import composition as spec
 from aeros.spec.diagnostics import did_you_mean
 from aeros.spec.expr import terms as t
 from aeros.spec.model import Ecm, Site, Skill
+from aeros.spec.obligations.parallel import interference
+from aeros.spec.source import Source
 
 MOST_STEPS: Final = 100
 """The most steps of one plan: with the caps on retries and re-plans it bounds every run."""
+
+MOST_LEVELS: Final = 20
+"""How deep the parts of a plan, and the handlers of a step, may be nested."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +39,7 @@ class Step:
     retry: how often a failed try is repeated.
     on_failure: the skill of the same module, run with its default inputs, between two tries.
     unless: the step is left out where this is measured when its turn comes.
+    handler: the step run between two tries, in place of `on_failure`; where it fails for good, so has this.
     """
 
     module: str
@@ -37,17 +48,64 @@ class Step:
     retry: int = 0
     on_failure: str | None = None
     unless: t.Term | None = None
+    handler: Step | None = None
 
     def __str__(self) -> str:
-        recovery = "" if self.on_failure is None else f", on_failure {self.on_failure}"
+        helper = self.on_failure if self.handler is None else self.handler.skill
+        recovery = "" if helper is None else f", on_failure {helper}"
         return f"{self.module}.{self.skill}" + (f" (retry {self.retry}{recovery})" if self.retry else "")
 
 
 @dataclass(frozen=True, slots=True)
-class TaskGraph:
-    """A plan: its steps in order."""
+class Seq:
+    """Parts one after the other; nothing at all when empty."""
 
-    steps: tuple[Step, ...]
+    parts: tuple[Part, ...]
+
+    def __str__(self) -> str:
+        return f"({' → '.join(map(str, self.parts))})" if self.parts else "nothing"
+
+
+@dataclass(frozen=True, slots=True)
+class Par:
+    """Parts at the same time; it fails with the first branch that fails for good."""
+
+    branches: tuple[Part, ...]
+
+    def __str__(self) -> str:
+        return f"({' ∥ '.join(map(str, self.branches))})"
+
+
+@dataclass(frozen=True, slots=True)
+class If:
+    """`then` where the condition is measured as true, `otherwise` where as false; else it fails.
+
+    otherwise: None where the condition is taken to be always true.
+    """
+
+    condition: t.Term
+    text: str
+    then: Part
+    otherwise: Part | None = None
+
+    def __str__(self) -> str:
+        otherwise = "" if self.otherwise is None else f" else {self.otherwise}"
+        return f"(if {self.text} then {self.then}{otherwise})"
+
+
+Part = Step | Seq | Par | If
+
+
+@dataclass(frozen=True, slots=True)
+class TaskGraph:
+    """A plan: its parts in order."""
+
+    parts: tuple[Part, ...]
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """Every step, in the order written; handlers are not among them."""
+        return tuple(part for part in _parts(Seq(self.parts)) if isinstance(part, Step))
 
 
 _FORM: Final[tuple[tuple[str, tuple[Any, ...]], ...]] = (
@@ -57,26 +115,85 @@ _FORM: Final[tuple[tuple[str, tuple[Any, ...]], ...]] = (
     ("retry", (int,)),
     ("on_failure", (str, type(None))),
     ("unless", (t.Term, type(None))),
+    ("handler", (Step, type(None))),
 )
 
 
 def verify_plan(graph: object, modules: Mapping[str, Ecm], site: Site) -> list[str]:
     """Every reason not to start this plan; empty iff it may be started.  `modules`: the active ones."""
-    if not isinstance(graph, TaskGraph) or not isinstance(graph.steps, tuple):
+    if not isinstance(graph, TaskGraph) or not isinstance(graph.parts, tuple):
         return [f"the planner returned a {type(graph).__name__}, not a task graph"]
+    misshapen = _misshapen(Seq(graph.parts), 0)
+    if misshapen is not None:
+        return [misshapen]
+    pars = (part for part in _parts(Seq(graph.parts)) if isinstance(part, Par))
+    if any(
+        not any(isinstance(one, Step) for one in _parts(branch)) for par in pars for branch in par.branches
+    ):
+        return ["a branch of a `par` has no step"]
     if not graph.steps:
         return ["the plan is empty, and the goal is not measured"]
     if len(graph.steps) > MOST_STEPS:
         return [f"the plan has {len(graph.steps)} steps; at most {MOST_STEPS} are allowed"]
-    malformed = [f"step {n}: {text}" for n, step in enumerate(graph.steps, 1) if (text := _malformed(step))]
+    runs = [(f"step {n}{of}", run) for n, step in enumerate(graph.steps, 1) for of, run in _runs(step)]
+    malformed = [f"{which}: {text}" for which, run in runs if (text := _malformed(run))]
     if malformed:
         return malformed
     problems = [
-        f"step {number}, `{step.module}.{step.skill}`: {text}"
-        for number, step in enumerate(graph.steps, 1)
-        for text in _step_problems(step, modules, site)
+        f"{which}, `{run.module}.{run.skill}`: {text}"
+        for which, run in runs
+        for text in _step_problems(run, modules, site)
     ]
-    return problems + _recovery_cycles(graph)
+    return problems + _recovery_cycles(graph) or _interference(graph, modules, site)
+
+
+def _parts(part: Part) -> Iterator[Part]:
+    """`part` and everything inside it, in the order written."""
+    yield part
+    for inner in _children(part):
+        yield from _parts(inner)
+
+
+def _children(part: Part) -> tuple[Part, ...]:
+    match part:
+        case Step():
+            return ()
+        case Seq(parts=inner) | Par(branches=inner):
+            return inner
+        case If(then=then, otherwise=otherwise):
+            return (then,) if otherwise is None else (then, otherwise)
+
+
+def _runs(step: Step) -> Iterator[tuple[str, Step]]:
+    """A step, and the handlers that its failures may lead to."""
+    of, run = "", step
+    while True:
+        yield of, run
+        if not isinstance(run.handler, Step):
+            return
+        of, run = f"{of}, its handler", run.handler
+
+
+def _misshapen(part: object, depth: int) -> str | None:
+    """Why it is no graph of parts, whatever its steps are."""
+    if depth > MOST_LEVELS:
+        return f"the plan is nested more than {MOST_LEVELS} deep"
+    match part:
+        case Seq(parts=inner) if isinstance(inner, tuple):
+            pass
+        case Par(branches=inner) if isinstance(inner, tuple) and len(inner) > 1:
+            pass
+        case Par():
+            return "a `par` has not two branches"
+        case If() if isinstance(part.condition, t.Term) and isinstance(part.text, str):
+            inner = _children(part)
+        case Seq() | If():
+            return f"a {type(part).__name__} is malformed"
+        case Step():
+            return None
+        case _:
+            return f"a {type(part).__name__} is not a step"
+    return next((fault for one in inner if (fault := _misshapen(one, depth + 1)) is not None), None)
 
 
 def _malformed(step: object) -> str | None:
@@ -91,6 +208,8 @@ def _malformed(step: object) -> str | None:
 
 def _step_problems(step: Step, modules: Mapping[str, Ecm], site: Site) -> list[str]:
     problems: list[str] = []
+    if step.handler is not None and step.on_failure is not None:
+        problems.append("it has both a handler and an `on_failure`")
     if not 0 <= step.retry <= site.limits.retries:
         problems.append(f"{step.retry} retries; this site allows 0 to {site.limits.retries}")
     module = modules.get(step.module)
@@ -142,3 +261,49 @@ def _recovery_cycles(graph: TaskGraph) -> list[str]:
         "on_failure goes round in a circle: " + " → ".join(f"`{skill}`" for skill in (*cycle, cycle[0]))
         for cycle in nx.simple_cycles(recoveries)
     ]
+
+
+def _interference(graph: TaskGraph, modules: Mapping[str, Ecm], site: Site) -> list[str]:
+    """What parallel branches may not share, and do."""
+    composed = _Composed(modules)
+    body = composed.part(Seq(graph.parts))
+    composition = spec.Composition("plan", t.TRUE, None, body, composed.handlers, _NOWHERE)
+    claims = interference(composition, composed.skills, site)
+    return [claim.diagnostic.headline for claim in claims if claim.diagnostic is not None]
+
+
+_NOWHERE: Final = Source("plan", "plan").span(0, 4)
+
+
+class _Composed:
+    """A plan as a composition over the skills of all its modules, by `MODULE.SKILL`."""
+
+    def __init__(self, modules: Mapping[str, Ecm]) -> None:
+        self._modules = modules
+        self.skills: dict[str, Skill] = {}
+        self.handlers: dict[str, spec.Step] = {}
+        self._count = 0
+
+    def part(self, part: Part) -> spec.Part:
+        match part:
+            case Step():
+                return self._step(part)
+            case Seq(parts=inner):
+                return spec.Seq(tuple(map(self.part, inner)), _NOWHERE)
+            case Par(branches=inner):
+                return spec.Par(tuple(map(self.part, inner)), _NOWHERE)
+            case If(condition=condition, text=text, then=then, otherwise=otherwise):
+                other = None if otherwise is None else self.part(otherwise)
+                return spec.If(condition, text, self.part(then), other, _NOWHERE)
+
+    def _step(self, step: Step) -> spec.Step:
+        self._count += 1
+        name = f"{step.module}.{step.skill}"
+        id_ = f"{self._count} {name}"
+        self.skills[name] = self._modules[step.module].skills[step.skill]
+        helper = step.handler or (Step(step.module, step.on_failure) if step.on_failure else None)
+        handler = None
+        if helper is not None:
+            made = self._step(helper)
+            handler, self.handlers[made.id] = made.id, made
+        return spec.Step(id_, name, {}, {}, step.retry, handler, _NOWHERE)

@@ -43,8 +43,10 @@ class Agent:
         for skill in memory.interrupt():
             self._journal.tell("step-interrupted", f"{skill} was under way when the agent ended", skill=skill)
 
-    def run(self, instruction: str) -> RunReport:
+    def run(self, instruction: str, timeout: float | None = None) -> RunReport:
         """Pursue `instruction` until its goal is measured, or say why not; semantics in `pursuit.py`.
+
+        timeout: plant seconds after which what is under way is cancelled.
 
         Raises `RoutingError` where the instruction names no task or several, and lets through what
         keeps the audit record or memory from being written.
@@ -52,7 +54,8 @@ class Agent:
         routed = self._route(instruction)
         try:
             attempts = Attempts(self._runtime, self._memory, self._journal, str(routed))
-            report = Pursuit(self._runtime, self._planner, attempts, self._journal, routed).run(instruction)
+            pursuit = Pursuit(self._runtime, self._planner, attempts, self._journal, routed, timeout)
+            report = pursuit.run(instruction)
         except KeyboardInterrupt:
             self._journal.tell("run-interrupted", f"{routed} was interrupted", task=str(routed))
             raise

@@ -96,6 +96,9 @@ def why(record: Record, site: Site | None) -> list[str]:
         lines.append(f"   {code} means: {summary}")
         if site is not None:
             lines += [f"   {line}" for line in _told_by_site(record, code, rule, site)]
+    beside = record["details"].get("beside")
+    if lines and type(beside) is list:
+        lines.append(f"it was asked for beside the actions of these records: {', '.join(map(str, beside))}")
     if record["details"].get("verdict") == "ATTENUATE" and lines:
         lines.append(f"so it was reduced to {_action(record['details'].get('decided'))}")
     return lines
@@ -109,6 +112,12 @@ def _told_by_site(record: Record, code: str, rule: str, site: Site) -> Iterator[
             if found is not None:
                 yield f"the rule is written at {found.require_span}, and comes from: {found.source}"
                 yield from _read_by(found, details, site)
+        case "AE751":
+            joint = next((one for one in site.joint if one.id == rule), None)
+            if joint is not None:
+                yield f"the joint rule is written at {joint.require_span}, and comes from: {joint.source}"
+                for name in sorted(t.variables_of(joint.term).keys() & site.observed.keys()):
+                    yield _measured(site.observed[name], details)
         case "AE742" | "AE703" if any(quota.id == rule for quota in site.quotas):
             quota = next(one for one in site.quotas if one.id == rule)
             yield _used(quota, details)

@@ -8,11 +8,14 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import datetime
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from aeros.agent.composing import CompositionPlanner
 from aeros.agent.errors import RefusedError
 from aeros.agent.loop import awake
+from aeros.agent.planner import Planner, RulePlanner
 from aeros.agent.routing import Routed, route
 from aeros.cli.arguments import existing_path, writable_path
 from aeros.cli.exit_codes import EXIT_CODES, Exit
@@ -30,7 +33,9 @@ from aeros.runtime.proving import prove
 from aeros.runtime.registry.governing import Governing, Steered
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.skill_code import SkillRefusedError
+from aeros.spec.diagnostics import did_you_mean
 from aeros.spec.loading import reference_site
+from aeros.spec.model import Ecm
 from aeros.spec.verify import Report
 
 if TYPE_CHECKING:
@@ -40,11 +45,13 @@ _EXAMPLES = """\
 All modules are proved before anything moves, and each `ecm.lock` must be the certificate that
 results.  The folder given by --out holds afterwards: run.webp (physics), trace.jsonl (what the agent
 did), audit.jsonl (every decision, chained).  The exit code is 0 when the goal is measured, 1 when not.
+A composition is a graph of skills that the module declares; its branches run at the same time.
 
 examples:
   aeros run "make dumplings"
   aeros run "clean the table" --seed 7 --out runs/clean
   aeros run "make dumplings" --plant symbolic --gate shadow
+  aeros run "fetch the object" --composition fetch_once --timeout 60
   aeros run "make dumplings" --audit-key .aeros/audit.key --anchor /mnt/other/demo.anchor
 """
 
@@ -82,6 +89,15 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
     )
+    parser.add_argument(
+        "--composition", metavar="NAME", help="follow this composition of the module, not its planning rules"
+    )
+    parser.add_argument(
+        "--timeout",
+        type=_seconds,
+        metavar="SECONDS",
+        help="cancel the task after this time on the plant's clock (default: only each skill has a time-out)",
+    )
     parser.add_argument("--no-record", action="store_true", help="take no film")
     parser.add_argument(
         "--audit-key",
@@ -99,6 +115,16 @@ def _seed(text: str) -> int:
     if not text.isascii() or not text.isdigit() or not int(text) < 2**63:
         raise argparse.ArgumentTypeError("expected a whole number from 0 to 2^63 - 1")
     return int(text)
+
+
+def _seconds(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = 0.0
+    if not 0.0 < seconds < inf:
+        raise argparse.ArgumentTypeError("expected a number of seconds above 0")
+    return seconds
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
@@ -119,9 +145,10 @@ def _command(arguments: argparse.Namespace) -> Exit:
     try:
         signing = None if key_file is None else Signing(read_signing_key(key_file), arguments.anchor)
         routed = route(arguments.instruction, configuration.modules)
+        planner = _planner(arguments.composition, configuration.modules[routed.module])
         out = _output_folder(arguments.out, routed.task.id)
         with governor:
-            return _run(arguments, configuration, governor, report, routed, out, signing)
+            return _run(arguments, configuration, governor, report, routed, planner, out, signing)
     except (
         RefusedError,
         PlantRefusedError,
@@ -132,6 +159,17 @@ def _command(arguments: argparse.Namespace) -> Exit:
     ) as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
+
+
+def _planner(composition: str | None, module: Ecm) -> Planner:
+    """The task's planning rules, or the composition that is to be followed in their place."""
+    if composition is None:
+        return RulePlanner()
+    if composition not in module.compositions:
+        near = did_you_mean(composition, module.compositions)
+        hint = f"; did you mean `{near}`?" if near else ""
+        raise RefusedError(f"`{module.id}` has no composition `{composition}`{hint}")
+    return CompositionPlanner(composition)
 
 
 def _key_in(state: Path) -> Path | None:
@@ -145,6 +183,7 @@ def _run(
     governor: Governor,
     proof: Report,
     routed: Routed,
+    planner: Planner,
     out: Path,
     signing: Signing | None,
 ) -> Exit:
@@ -158,10 +197,10 @@ def _run(
         open_plant(arguments.plant, configuration, routed.task, arguments.seed, film) as plant,
     ):
         gate = Gate(configuration, GateMode(arguments.gate))
-        executor = Executor(configuration, gate, plant, audit, skills, governor)
-        audit.append("isolation", skills.details())
-        with awake(arguments.state, configuration.site.id, executor, on_event=trace.tell) as agent:
-            report = agent.run(arguments.instruction)
+        with Executor(configuration, gate, plant, audit, skills, governor) as executor:
+            audit.append("isolation", skills.details())
+            with awake(arguments.state, configuration.site.id, executor, planner, trace.tell) as agent:
+                report = agent.run(arguments.instruction, arguments.timeout)
         simulated = plant.now()
     print(summary(proof, report, arguments.plant, simulated, time.perf_counter() - began))
     audited, sound = _audited(audit_path, signing)

@@ -2,12 +2,18 @@
 
 - No motion without a decision on readings taken just before, and no decision acted on before its
   record is durable.
-- However a step ends, by itself, denied, stopped, late, or because something here is broken, the same
-  clean-up runs once: the plant is stopped unless the skill finished, the generator is closed, the
-  plant hears that the skill ended, the end is recorded.
+- Several steps may be under way, in one thread: whichever skill is due yields its next action, and time
+  goes on for all motions together once each skill has one.  An action is decided by itself and together
+  with those under way.
+- However a step ends, by itself, denied, stopped, late, cancelled, or because something here is broken,
+  the same clean-up runs once: what it moves is brought to rest unless the skill finished, the generator
+  is closed, the plant hears that the skill ended, what it held is released, the end is recorded.
+- A violation at a control tick is a protective stop of everything that moves, and ends every step that
+  does.  A denial, a time-out or a revocation ends its own step alone.
 - What a skill, a planner or a caller gets wrong is a `StepResult`.  What is wrong with AEROS itself
   (`InternalError` from the gate, a plant that raises) or with the record (`AuditError`) is raised,
-  after the clean-up.
+  after the clean-up of every step.
+- A configuration that changed is followed once nothing moves that was begun under the one before.
 
 An isolated skill is interrupted at any time; one that runs in this process, not while its own code runs.
 """
@@ -15,43 +21,40 @@ An isolated skill is interrupted at any time; one that runs in this process, not
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
-from contextlib import ExitStack, closing
-from dataclasses import dataclass, field
-from typing import Any, Final
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from math import inf
+from typing import Any, Final, Self
 
-from aeros.runtime.audit import AuditError, AuditLog, DecisionCounts
+from aeros.runtime.audit import AuditError, AuditLog
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.decision import Caller, Decision, Verdict
+from aeros.runtime.deciding import Deciding
+from aeros.runtime.decision import Caller
 from aeros.runtime.gate import Gate
 from aeros.runtime.governor import Command, Fixed, Governor
-from aeros.runtime.history import Histories
 from aeros.runtime.inputs import InputError, settle_inputs
-from aeros.runtime.monitor import MonitorFactory
 from aeros.runtime.observation import observation_for
 from aeros.runtime.ports import (
     Completion,
-    Monitor,
-    Plan,
+    Ended,
     Plant,
     Readings,
+    StepHandle,
     StepRequest,
     StepResult,
     StepStatus,
 )
 from aeros.runtime.records import (
     caller_details,
-    decision_details,
-    motion_details,
     session_details,
     spell_reasons,
 )
+from aeros.runtime.resources import Resources
 from aeros.runtime.skill_code import SkillRefusedError, told
-from aeros.runtime.skill_run import Ending, OpenRun, Run
-from aeros.runtime.trajectory import MotionDecider, motion_digest
-from aeros.runtime.usage import ClockError, Usage, denied_by_clock
+from aeros.runtime.skill_run import Ending, OpenRun
+from aeros.runtime.step import Step, UnderWay, capacities_of, needs_of
 from aeros.skill import Action
-from aeros.spec.errors import InternalError
+from aeros.spec.errors import MisuseError
 from aeros.spec.model import Ecm, Site, Skill
 
 _LOOK_EVERY: Final = 0.01  # s, while paused
@@ -63,30 +66,11 @@ class _RefusedError(Exception):
     """The step never starts; the message says why."""
 
 
-@dataclass
-class _Step:
-    """One step under way."""
-
-    ecm: Ecm
-    caller: Caller
-    run: Run
-    deadline: float
-    ending: Ending | None = None
-    counts: DecisionCounts = field(default_factory=DecisionCounts)
-
-    @property
-    def name(self) -> str:
-        return f"{self.caller.module}.{self.caller.skill}"
-
-    @property
-    def finished(self) -> bool:
-        return self.ending is not None and self.ending.status is StepStatus.FINISHED
-
-
 class Executor:
     """The runtime as the agent sees it (`ports.Runtime`), for one configuration and one plant.
 
-    Runs one step at a time.  It owns neither plant nor log: whoever made them closes them.
+    It owns neither plant nor log: whoever made them closes them.  As a context manager it leaves no step
+    under way.
     governor: says which configuration is in force; without one, `configuration` is so for good.
     """
 
@@ -103,14 +87,17 @@ class Executor:
         # Of no generation yet: what was loaded before may have changed since, so the first look follows.
         self._generation: int | None = None
         self._configuration = configuration
-        self._gate = gate
         self._plant = plant
         self._audit = audit
         self._open_run = open_run
-        self._histories = Histories(configuration.site)
-        self._monitors = MonitorFactory(configuration.site, self._histories)
-        self._motions = MotionDecider(configuration.site.motion)
-        self._usage = Usage(configuration.site.quotas)
+        self._deciding = Deciding(configuration, gate, plant, audit)
+        self._resources = Resources(capacities_of(configuration.site))
+        self._steps: dict[StepHandle, Step] = {}
+        self._started = 0
+        self._results: dict[StepHandle, StepResult] = {}
+        # Held while anything moves: until then no change of the configuration is complete.
+        self._acting = ExitStack()
+        self._is_paused = False
         audit.append("session-opened", session_details(configuration))
 
     @property
@@ -136,7 +123,20 @@ class Executor:
         self._audit.append("note", {"event": event, "details": dict(details)})
 
     def submit(self, request: StepRequest) -> StepResult:
-        """Run one skill to its end, every action decided by the gate; never raises for a bad request."""
+        """Run one skill to its end; never raises for a bad request."""
+        started = self.start(request)
+        if isinstance(started, StepResult):
+            return started
+        while started not in self._results:
+            self._go_on(inf)
+        return self._results.pop(started)
+
+    def start(self, request: StepRequest) -> StepHandle | StepResult:
+        """See `ports.Runtime`; never raises for a bad request."""
+        with self._breaking_off():
+            return self._start(request)
+
+    def _start(self, request: StepRequest) -> StepHandle | StepResult:
         self._follow()
         asked = {"module": request.module, "skill": request.skill, "inputs": request.inputs}
         try:
@@ -144,34 +144,53 @@ class Executor:
         except _RefusedError as refusal:
             self._audit.append("step-refused", {"reason": str(refusal), **asked})
             return StepResult(StepStatus.REFUSED, str(refusal))
-        # However little of the step comes about, what its skill runs in is ended.
-        with closing(step.run):
-            began = {"time": self.now(), "deadline": step.deadline}
-            self._audit.append("step-began", {**began, **caller_details(step.caller)})
-            try:
-                ending = self._carry_out(step)
-            except BaseException as failure:
-                self._record_broken(step, failure)
-                raise
-        counts = step.counts
-        # A skill's own words may hold what no file, database or terminal takes.
-        reason = ending.reason.encode("utf-8", "backslashreplace").decode()
-        outcome = {"time": self.now(), "status": ending.status.value, "reason": reason}
-        self._audit.append("step-ended", {**outcome, **caller_details(step.caller)})
-        return StepResult(ending.status, reason, counts.allowed, counts.attenuated, counts.denied)
+        self._started += 1
+        handle = StepHandle(self._started)
+        self._steps[handle] = step
+        self._resources.ask(handle, needs_of(step.skill))
+        return handle
 
-    # Before and after.
+    def wait(self, until: float = inf) -> Ended | None:
+        """See `ports.Runtime`."""
+        if not self._steps and not self._results:
+            raise MisuseError("nothing was started that could end")
+        while not self._results:
+            if self.now() >= until or self._go_on(until):
+                return None
+        handle = next(iter(self._results))
+        return Ended(handle, self._results.pop(handle))
 
-    def _prepare(self, request: StepRequest) -> _Step:
+    def cancel(self, step: StepHandle, reason: str) -> None:
+        """See `ports.Runtime`."""
+        if step in self._steps:
+            with self._breaking_off():
+                self._halt(step, Ending(StepStatus.CANCELLED, reason))
+
+    def close(self) -> None:
+        """Clean up after every step that has not ended; safe to call twice."""
+        if self._steps:
+            self._break_off(MisuseError("whoever had asked for it is gone"))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # Before a step acts.
+
+    def _prepare(self, request: StepRequest) -> Step:
         """The step, ready to start; raises `_RefusedError`."""
         ecm, skill = self._find(request)
+        lacking = self._resources.lacking(needs_of(skill))
+        if lacking is not None:
+            raise _RefusedError(f"this site has no `{lacking}`")
         try:
             inputs = settle_inputs(skill.inputs, request.inputs)
             run = self._open_run(self.site, ecm, skill, inputs)
         except (InputError, SkillRefusedError) as refusal:
             raise _RefusedError(str(refusal)) from refusal
-        deadline = self.now() + float(skill.timeout)
-        return _Step(ecm, Caller(ecm.id, skill.id, inputs), run, deadline)
+        return Step(ecm, skill, Caller(ecm.id, skill.id, inputs), run)
 
     def _find(self, request: StepRequest) -> tuple[Ecm, Skill]:
         """The module and the skill that are asked for, among the active ones."""
@@ -185,114 +204,257 @@ class Executor:
             raise _RefusedError(f"module `{ecm.id}` has no skill `{request.skill}`")
         return ecm, skill
 
-    def _carry_out(self, step: _Step) -> Ending:
-        with ExitStack() as leaving:
-            # Run from the last to the first, each even if another raises: what moves is stopped first.
-            leaving.callback(lambda: self._plant.skill_ended(step.name, finished=step.finished))
-            leaving.callback(self._close, step)
-            leaving.callback(lambda: None if step.finished else self._plant.stop())
+    def _begin(self) -> None:
+        """Begin the steps whose turn it is; their time-outs run from now on."""
+        for who in self._resources.grant():
+            step = self._steps[StepHandle(who)]
+            step.deadline = self.now() + float(step.skill.timeout)
+            began = {"time": self.now(), "deadline": step.deadline}
+            self._audit.append("step-began", {**began, **caller_details(step.caller)})
+            step.has_begun = True
             self._plant.skill_began(step.name)
-            step.ending = self._drive(step)
-        return step.ending
-
-    @staticmethod
-    def _close(step: _Step) -> None:
-        complaint = step.run.close()
-        if complaint is not None and step.ending is not None:
-            reason = f"{step.ending.reason}; and its own clean-up raised {complaint}"
-            step.ending = step.ending._replace(reason=reason)
+        for handle, step in list(self._steps.items()):
+            lacking = None if step.has_begun else self._resources.lacking(needs_of(step.skill))
+            if lacking is not None:
+                self._halt(handle, Ending(StepStatus.STOPPED, f"this site has no `{lacking}` any more"))
 
     # The loop.
 
-    def _drive(self, step: _Step) -> Ending:
-        """Action after action until the skill or somebody else ends it."""
-        for _ in range(MOST_ACTIONS):
-            asked = step.run.resume(self._observation(step.ecm), step.deadline - self.now())
-            if isinstance(asked, Ending) and asked.status is StepStatus.RAISED:
-                return asked
-            if self.now() > step.deadline:
-                return Ending(StepStatus.TIMED_OUT, "the skill's time-out has passed")
-            if isinstance(asked, Ending):
-                return asked
-            ending = self._act(step, asked)
-            if ending is not None:
+    def _go_on(self, until: float) -> bool:
+        """Let a skill that is due act; where none is, let time go on.  Whether `until` comes first."""
+        with self._breaking_off():
+            self._begin()
+            due = next((handle for handle, step in self._steps.items() if step.is_due), None)
+            if due is not None and not self._is_held_back():
+                ending = self._act(self._steps[due])
+                if ending is not None:
+                    self._halt(due, ending)
+            elif self._moving():
+                return self._advance(until)
+            elif due is not None:
+                time.sleep(_LOOK_EVERY)
+        return False
+
+    def _is_held_back(self) -> bool:
+        """Whether no action may begin: the operator pauses, or an older configuration's still move."""
+        paused = self._governor.command is Command.PAUSE
+        if paused is not self._is_paused:
+            self._is_paused = paused
+            self._audit.append("paused" if paused else "resumed", {"time": self.now()})
+        return paused or self._follow() != self._governor.generation
+
+    def _act(self, step: Step) -> Ending | None:
+        """Let the skill ask for an action and begin it; or how the step ends."""
+        if step.asked is None:
+            ending = self._resume(step)
+            if ending is not None or self._is_held_back():
                 return ending
-        return Ending(StepStatus.RAISED, f"the skill floods: more than {MOST_ACTIONS} actions")
-
-    def _observation(self, ecm: Ecm) -> Mapping[str, Any]:
-        readings = self._plant.observe()
-        return observation_for(ecm, self.site, readings, self.now())
-
-    def _act(self, step: _Step, asked: Action) -> Ending | None:
-        """Decide, record, execute, all under one generation; None when the skill may go on."""
-        while True:
-            self._pause()
-            if self._governor.command is Command.STOP:
-                return Ending(StepStatus.STOPPED, "the operator stops it")
-            generation = self._follow()
-            if not self._is_active(step.ecm):
-                return Ending(StepStatus.STOPPED, f"revoked: `{step.ecm.id}` is not active as it was")
-            with self._governor.acting(generation) as in_force:
-                if in_force:
-                    return self._act_now(step, asked)
-
-    def _act_now(self, step: _Step, asked: Action) -> Ending | None:
-        # In this order: a reading is never younger than the time it is judged at.
-        measured = self._plant.observe()
-        now = self.now()
-        names = self._histories.names
-        readings = {name: one for name, one in measured.items() if name not in names}
-        readings |= self._histories.advance(readings, now)
-        gated, usage = self._decide(step.caller, readings, asked, now)
-        decision, plan = self._decide_motion(gated, readings)
-        step.counts = step.counts.plus(decision.verdict)
-        digest = self._configuration.digest
-        details = decision_details(decision, digest, now, readings, step.caller, asked, usage)
-        details = {**motion_details(gated, decision, motion_digest(plan)), **details}
-        self._audit.append("decision", details)
-        if decision.verdict is Verdict.DENY:
-            return Ending(StepStatus.DENIED, spell_reasons(decision.reasons))
-        if decision.action is None:
-            raise InternalError(f"the gate said {decision.verdict.value} and gave no action")
-        monitor = self._watched(step, decision.action, self._monitors.watch(decision.action, readings))
-        # Counted before it moves: an action that fails half-way was executed too.
-        self._usage.executed(decision.action.kind, now)
-        if isinstance(plan, Completion):
-            completion = plan  # the plant cannot do it, and nothing moves
+        if self._governor.command is Command.STOP:
+            return Ending(StepStatus.STOPPED, "the operator stops it")
+        if not self._is_active(step.ecm):
+            return Ending(StepStatus.STOPPED, f"revoked: `{step.ecm.id}` is not active as it was")
+        if self._moving():
+            in_force = self._follow() == self._governor.generation
         else:
-            completion = self._plant.execute(decision.action, monitor, step.deadline, plan)
-        if completion.completed:
-            return None
-        if completion.reason == "deadline":
-            return Ending(StepStatus.TIMED_OUT, "the skill's time-out passed during a motion")
-        return Ending(StepStatus.STOPPED, completion.reason or "the plant gave no reason")
+            in_force = self._acting.enter_context(self._governor.acting(self._follow()))
+        try:
+            asked = step.asked
+            if not in_force or asked is None:
+                return None
+            step.asked = None
+            return self._act_now(step, asked)
+        finally:
+            self._let_go()
 
-    def _decide_motion(self, decision: Decision, readings: Readings) -> tuple[Decision, Plan | None]:
-        """What the whole motion makes of the decision, and that motion, where there is one to decide."""
-        action = decision.action
-        if action is None or not self._motions.governs(action.kind):
-            return decision, None
-        plan = self._plant.plan(action)
-        return self._motions.decide(decision, plan, readings), plan
+    def _resume(self, step: Step) -> Ending | None:
+        """Let the skill ask for its next action; or how the step ends."""
+        if step.actions == MOST_ACTIONS:
+            return Ending(StepStatus.RAISED, f"the skill floods: more than {MOST_ACTIONS} actions")
+        step.actions += 1
+        observed = observation_for(step.ecm, self.site, self._plant.observe(), self.now())
+        asked = step.run.resume(observed, step.deadline - self.now())
+        if isinstance(asked, Ending) and asked.status is StepStatus.RAISED:
+            return asked
+        if self.now() > step.deadline:
+            return Ending(StepStatus.TIMED_OUT, "the skill's time-out has passed")
+        if isinstance(asked, Ending):
+            return asked
+        step.asked = asked
+        return None
+
+    def _act_now(self, step: Step, asked: Action) -> Ending | None:
+        """Have it decided and recorded, and begin it; None when it has begun."""
+        decided = self._deciding.decide(step.caller, asked, self._moving())
+        step.counts = step.counts.plus(decided.decision.verdict)
+        begun, plan = decided.begun, decided.plan
+        if begun is None:
+            return Ending(StepStatus.DENIED, spell_reasons(decided.decision.reasons))
+        if decided.ends_others:
+            self._stop_all(f"stopped for `{step.name}`, which asks for a protective stop")
+        self._deciding.executed(begun)
+        # A completion: the plant cannot do it, and nothing moves.
+        motion = plan if isinstance(plan, Completion) else self._plant.begin(begun.action, plan)
+        if isinstance(motion, Completion):
+            return _stopped_by(motion)
+        step.under_way = UnderWay(motion, begun, plan)
+        self._deciding.monitors.watch(begun)
+        return None
+
+    def _moving(self) -> list[UnderWay]:
+        """What is under way, what comes to rest included."""
+        return [step.under_way for step in self._steps.values() if step.under_way is not None]
+
+    def _advance(self, until: float) -> bool:
+        """Let time go on until a motion ends or a time-out has passed.  Whether `until` comes first."""
+        moving = {handle: step for handle, step in self._steps.items() if step.under_way is not None}
+        latest = min([until, *(step.deadline for step in moving.values() if step.ending is None)])
+        ended = self._plant.advance(self._watch, latest)
+        landed = {
+            handle: ended[one.motion]
+            for handle, step in moving.items()
+            if (one := step.under_way) and one.motion in ended
+        }
+        self._land(landed)
+        for handle, completion in landed.items():
+            step = moving[handle]
+            ending = step.ending or (None if completion.completed else _stopped_by(completion))
+            if ending is not None:
+                self._halt(handle, ending)
+        if ended:
+            return False
+        for handle, step in moving.items():
+            if step.deadline <= latest:
+                self._halt(
+                    handle, Ending(StepStatus.TIMED_OUT, "the skill's time-out passed during a motion")
+                )
+        return latest == until
+
+    def _watch(self, now: float, measured: Mapping[str, Any]) -> str | None:
+        """The monitor of everything under way; what was revoked meanwhile is halted."""
+        if self._governor.command is Command.STOP:
+            return "the operator stops it"
+        if self._governor.generation != self._generation:
+            for handle, step in self._steps.items():
+                objection = self._revoked(step)
+                if objection is not None:
+                    self._halt(handle, Ending(StepStatus.STOPPED, f"revoked: {objection}"))
+        return self._deciding.monitors(now, measured)
+
+    def _revoked(self, step: Step) -> str | None:
+        """Why what the step has under way may not go on, or None."""
+        if step.under_way is None:
+            return None
+        caller, kind = step.caller, step.under_way.begun.action.kind
+        return self._governor.objection(caller.module, caller.skill, kind)
+
+    # Endings.
+
+    def _halt(self, handle: StepHandle, ending: Ending) -> None:
+        """End a step: now if it moves nothing, else once that has come to rest."""
+        step = self._steps[handle]
+        if step.under_way is None:
+            step.ending = ending
+            self._finish(handle)
+        elif step.ending is None:
+            step.ending = ending
+            self._plant.halt(step.under_way.motion)
+
+    def _land(self, handles: Iterable[StepHandle]) -> None:
+        """What these steps had under way is not so any more."""
+        for handle in handles:
+            step = self._steps[handle]
+            if step.under_way is not None:
+                self._deciding.monitors.forget(step.under_way.begun)
+                step.under_way = None
+        self._let_go()
+
+    def _let_go(self) -> None:
+        """Changes of the configuration may be complete once nothing moves."""
+        if not self._moving():
+            self._acting.close()
+
+    def _stop_all(self, why: str) -> None:
+        """A protective stop, which ends every step that moves something."""
+        moving = [handle for handle, step in self._steps.items() if step.under_way is not None]
+        if not moving:
+            return
+        self._plant.stop()
+        self._land(moving)
+        for handle in moving:
+            self._halt(handle, self._steps[handle].ending or Ending(StepStatus.STOPPED, why))
+
+    def _finish(self, handle: StepHandle) -> None:
+        """The one clean-up of a step, and its result."""
+        step = self._steps.pop(handle)
+        try:
+            with ExitStack() as leaving:
+                # Run from the last to the first, each even if another raises: what moves is stopped first.
+                leaving.callback(self._leave, handle, step)
+                if step.has_begun and not step.finished and not self._moving():
+                    leaving.callback(self._plant.stop)
+        except BaseException as failure:
+            self._record_broken(step, failure)
+            raise
+        status, said = step.ending or Ending(StepStatus.STOPPED, "")
+        # A skill's own words may hold what no file, database or terminal takes.
+        reason = said.encode("utf-8", "backslashreplace").decode()
+        outcome = {"time": self.now(), "status": status.value, "reason": reason}
+        event = "step-ended" if step.has_begun else "step-refused"
+        self._audit.append(event, {**outcome, **caller_details(step.caller)})
+        counts = step.counts
+        result = StepResult(status, reason, counts.allowed, counts.attenuated, counts.denied)
+        self._results[handle] = result
+
+    def _leave(self, handle: StepHandle, step: Step) -> None:
+        """Close the skill, tell the plant, release what the step holds: each even if another raises."""
+        with ExitStack() as leaving:
+            leaving.callback(self._resources.release, handle)
+            if step.has_begun:
+                leaving.callback(lambda: self._plant.skill_ended(step.name, finished=step.finished))
+            leaving.callback(step.close)
+
+    @contextmanager
+    def _breaking_off(self) -> Iterator[None]:
+        """Clean up after every step where the block raises."""
+        try:
+            yield
+        except BaseException as failure:
+            self._break_off(failure)
+            raise
+
+    def _break_off(self, failure: BaseException) -> None:
+        """The one clean-up of every step that has not ended."""
+        steps = dict(self._steps)
+        with ExitStack() as leaving:
+            for handle, step in reversed(steps.items()):
+                leaving.callback(self._record_broken, step, failure)
+                leaving.callback(self._leave, handle, step)
+            leaving.callback(self._steps.clear)
+            leaving.callback(self._land, steps)
+            if any(step.has_begun for step in steps.values()):
+                leaving.callback(self._plant.stop)
+
+    def _record_broken(self, step: Step, failure: BaseException) -> None:
+        """Say that the step broke off; a record that cannot be written is what is being raised already."""
+        try:
+            self._audit.append("step-broken", {"reason": told(failure), **caller_details(step.caller)})
+        except AuditError as unwritten:
+            failure.add_note(f"the end of the step is not in the record: {unwritten}")
 
     # Whoever governs.
 
     def _follow(self) -> int:
-        """Take over the configuration that is in force, if it is another than before; its generation."""
-        generation = self._governor.generation
-        if generation == self._generation:
-            return generation
+        """Take over the configuration that is in force, unless something moves; the generation followed."""
+        followed = self._generation
+        if followed is not None and (followed == self._governor.generation or self._moving()):
+            return followed
         generation, configuration = self._governor.configuration()
         self._generation = generation
         if configuration.digest == self._configuration.digest:
             return generation
-        if configuration.site.digest != self._configuration.site.digest:
-            self._histories = Histories(configuration.site)
-            self._usage = self._usage.under(configuration.site.quotas)
-            self._monitors = MonitorFactory(configuration.site, self._histories)
-            self._motions = MotionDecider(configuration.site.motion)
+        self._deciding.follow(configuration)
+        self._resources.under(capacities_of(configuration.site))
         self._configuration = configuration
-        self._gate = self._gate.under(configuration)
         self._audit.append("configuration-changed", session_details(configuration))
         return generation
 
@@ -302,45 +464,6 @@ class Executor:
         was = (ecm.manifest_digest, ecm.code_digest)
         return now is not None and (now.manifest_digest, now.code_digest) == was
 
-    def _pause(self) -> None:
-        """Wait while the operator asks for a pause."""
-        paused = False
-        while self._governor.command is Command.PAUSE:
-            if not paused:
-                self._audit.append("paused", {"time": self.now()})
-            paused = True
-            time.sleep(_LOOK_EVERY)
-        if paused:
-            self._audit.append("resumed", {"time": self.now()})
 
-    def _watched(self, step: _Step, action: Action, monitor: Monitor) -> Monitor:
-        """`monitor`, which also trips on a stop, and where the action is revoked while it is under way."""
-
-        def watch(now: float, measured: Mapping[str, Any]) -> str | None:
-            if self._governor.command is Command.STOP:
-                return "the operator stops it"
-            if self._governor.generation != self._generation:
-                caller = step.caller
-                objection = self._governor.objection(caller.module, caller.skill, action.kind)
-                if objection is not None:
-                    return f"revoked: {objection}"
-            return monitor(now, measured)
-
-        return watch
-
-    def _decide(
-        self, caller: Caller, readings: Readings, asked: Action, now: float
-    ) -> tuple[Decision, Mapping[str, int] | None]:
-        """The decision, and the use of quotas that it was made on."""
-        try:
-            usage = self._usage.count(now)
-        except ClockError as wrong:
-            return denied_by_clock(wrong), None
-        return self._gate.decide(caller, readings, asked, now, usage), usage
-
-    def _record_broken(self, step: _Step, failure: BaseException) -> None:
-        """Say that the step broke off; a record that cannot be written is what is being raised already."""
-        try:
-            self._audit.append("step-broken", {"reason": told(failure), **caller_details(step.caller)})
-        except AuditError as unwritten:
-            failure.add_note(f"the end of the step is not in the record: {unwritten}")
+def _stopped_by(completion: Completion) -> Ending:
+    return Ending(StepStatus.STOPPED, completion.reason or "the plant gave no reason")

@@ -10,16 +10,19 @@ envelope.  The proof assumed the envelope and the declared ranges and nothing el
 always checked here.  Whenever anything objects, everything is evaluated, so that reasons are complete.
 
 Most requests are allowed, and most of those the short way allows already (`straight.py`).
+
+An action that is to begin while others are under way is decided a second time, together with them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
 from aeros.runtime.attenuation import attenuated
+from aeros.runtime.beside import Begun, JointRules
 from aeros.runtime.conditions import CompiledCondition, Condition, SolverCondition, Truth
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Decision, Reason, Verdict
@@ -76,6 +79,20 @@ class Gate:
                 raise GateDisagreementError(f"compiled gate: {decision}; z3: {second}")
         return decision
 
+    def decide_beside(
+        self, decision: Decision, readings: Readings, now: float, others: Sequence[Begun]
+    ) -> Decision:
+        """`decision`, or a denial where what it allows may not begin beside `others`, which are under way.
+
+        readings, now: as it was decided on.  Raises `GateDisagreementError` in shadow mode.
+        """
+        together = self._decider.decide_beside(decision, readings, now, others)
+        if self._shadow is not None:
+            second = self._shadow.decide_beside(decision, readings, now, others)
+            if second != together:
+                raise GateDisagreementError(f"compiled gate: {together}; z3: {second}")
+        return together
+
 
 @dataclass(frozen=True)
 class _KindRules:
@@ -116,6 +133,7 @@ class _Decider:
         self._inputs: dict[tuple[str, str], dict[str, Form]] = {}
         self._entries: dict[tuple[str, str, str], _Entry] = {}
         self._straight: dict[tuple[str, str, str], Allowing] = {}
+        self._joint = JointRules(site, compiled=compiled)
         for module, ecm in configuration.modules.items():
             for skill in ecm.skills.values():
                 self._inputs[module, skill.id] = forms_of(skill.inputs)
@@ -197,6 +215,14 @@ class _Decider:
             reasons = self._unmet(caller, action, found)
             return self._denied_or_less(caller, readings, action, now, usage, found, reasons)
         return self._in_full(caller, readings, action, now, usage)
+
+    def decide_beside(
+        self, decision: Decision, readings: Readings, now: float, others: Sequence[Begun]
+    ) -> Decision:
+        if decision.action is None:
+            return decision
+        reasons = tuple(self._joint.objections(Begun(decision.action, readings, now, -1), others))
+        return Decision(Verdict.DENY, None, tuple(dict.fromkeys(reasons))) if reasons else decision
 
     def _in_full(self, caller: Any, readings: Any, action: Any, now: Any, usage: Any) -> Decision:
         fault = request_fault(caller, readings, action, usage) or check_now(now)

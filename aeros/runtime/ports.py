@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, NamedTuple, Protocol
+from math import inf
+from typing import Any, NamedTuple, NewType, Protocol
 
 from aeros.skill import Action
 from aeros.spec.model import Ecm, Site
@@ -42,8 +43,8 @@ class Completion:
     """How one action ended on the plant.
 
     completed: the plant did all of it.
-    reason: None when completed; else `monitor:RULE`, `deadline`, or the plant's own words
-        (for example `unreachable: …`).
+    reason: None when completed; else `monitor:RULE`, or the plant's own words (for example
+        `unreachable: …`).
     """
 
     completed: bool
@@ -133,11 +134,16 @@ Plan = Trajectory | Motionless | Completion
 """What the plant would do for an action; a `Completion` says why it cannot do it."""
 
 
+Motion = NewType("Motion", int)
+"""One action under way on a plant, by the number that the plant gave it."""
+
+
 class Plant(Protocol):
     """What executes allowed actions: a simulator, an in-memory fake, a robot.
 
     A plant never decides.  It refuses what it cannot do (`Completion` with a reason, before any
-    motion), never raises for it, and stops when `monitor` names a rule.
+    motion), never raises for it, and stops when `monitor` names a rule.  Several actions may be under
+    way; that they do not share an actuator is for others to see to.
     """
 
     def now(self) -> float:
@@ -149,16 +155,28 @@ class Plant(Protocol):
     def plan(self, action: Action) -> Plan:
         """The motion that `action` is, from where the robot is now; moves nothing."""
 
-    def execute(
-        self, action: Action, monitor: Monitor, deadline: float, decided: Plan | None = None
-    ) -> Completion:
-        """Do `action`, calling `monitor` every control tick; stop at `deadline` (plant seconds).
+    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+        """Begin `action`, beside what is under way; nothing moves before `advance`.
 
         decided: what `plan` said of this action, decided since: that motion and no other is made.
         """
 
+    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+        """Go on with everything under way until some of it ends; which, and how.
+
+        monitor: called before the first control tick and after every one.  Where it names a rule,
+            everything is brought to rest, and all that was under way has ended.
+        until: plant seconds; nothing has ended where the next tick would pass them.
+        """
+
+    def halt(self, motion: Motion) -> None:
+        """Let `motion` come to rest within limits while others go on; `advance` says when it has.
+
+        The monitor may call it, from inside `advance`.
+        """
+
     def stop(self) -> None:
-        """Protective stop: bring every actuator to rest within its limits and hold."""
+        """Protective stop: bring every actuator to rest within its limits and hold; all motions are over."""
 
     def skill_began(self, skill: str) -> None:
         """Note that `MODULE.SKILL` starts; physics ignores it, the symbolic plant samples by it."""
@@ -188,6 +206,7 @@ class StepStatus(Enum):
     STOPPED = "stopped"  # the plant or the monitor stopped a motion; the skill was halted
     TIMED_OUT = "timed_out"  # the skill was halted at its time-out
     RAISED = "raised"  # the skill's code failed; it was halted
+    CANCELLED = "cancelled"  # whoever had asked for it took it back; it was halted, or never began
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,6 +218,17 @@ class StepResult:
     allowed: int = 0
     attenuated: int = 0
     denied: int = 0
+
+
+StepHandle = NewType("StepHandle", int)
+"""A step that was started, by the number that the runtime gave it."""
+
+
+class Ended(NamedTuple):
+    """A step that has ended, and what became of it."""
+
+    step: StepHandle
+    result: StepResult
 
 
 class Runtime(Protocol):
@@ -217,8 +247,20 @@ class Runtime(Protocol):
     def observe(self) -> Readings:
         """Everything that is measured now."""
 
-    def submit(self, request: StepRequest) -> StepResult:
-        """Run one skill to its end, every action decided by the gate; never raises for a bad request."""
+    def start(self, request: StepRequest) -> StepHandle | StepResult:
+        """Start one skill, beside those under way; a result where it is refused at once.
+
+        It waits its turn where others hold what it needs.  Goes on only inside `wait`.
+        """
+
+    def wait(self, until: float = inf) -> Ended | None:
+        """Let every step go on, every action decided by the gate, until one has ended; which.
+
+        until: plant seconds; None where they come first.  Raises `MisuseError` where nothing was started.
+        """
+
+    def cancel(self, step: StepHandle, reason: str) -> None:
+        """Halt a step, by the same clean-up as any other, unless it has ended; `wait` says when it has."""
 
     def note(self, event: str, details: Mapping[str, Any]) -> None:
         """Put an event of the agent's (a plan, an outcome, a transition) into the audit record."""

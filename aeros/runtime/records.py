@@ -6,7 +6,7 @@ before it must not suffer (`canonical`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from aeros.runtime.canonical import digest_of
@@ -43,10 +43,12 @@ def decision_details(
     caller: Caller,
     asked: Action,
     usage: Mapping[str, int] | None,
+    beside: Sequence[int] = (),
 ) -> dict[str, Any]:
     """Everything the gate decided on, and what it decided: enough to decide it again.
 
     usage: by quota, what was used up; None where the clock was wrong and the gate was not asked.
+    beside: the records of the decisions on the actions that were under way.
     """
     state = {name: [reading.value, reading.time] for name, reading in readings.items()}
     return {
@@ -56,6 +58,7 @@ def decision_details(
         "state_digest": digest_of(state),
         "state": state,
         "usage": None if usage is None else dict(usage),
+        **({"beside": list(beside)} if beside else {}),
         **caller_details(caller),
         "asked": _action_details(asked),
     }

@@ -6,7 +6,8 @@ what a record cannot, the verdict alone is compared.
 
 Where the gate allowed an action and its motion was denied, what the gate said is decided again, the
 motion is not: the record holds its digest alone.  Histories and the use of quotas are taken as
-recorded; that they are what the log's own past adds up to is not checked.
+recorded; that they are what the log's own past adds up to is not checked.  So is which actions were under
+way beside another; what those were, earlier records of the same session say.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from aeros.runtime.audit_check import Record
+from aeros.runtime.beside import Begun
 from aeros.runtime.canonical import Unencodable, restored
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Decision
@@ -63,14 +65,18 @@ class Replay:
     verdict_only: int = 0
     disagreements: list[Disagreement] = field(default_factory=list)
     _clock: Usage = field(default_factory=lambda: Usage(()))
+    _allowed: dict[int, Mapping[str, Any]] = field(default_factory=dict)
 
     def take(self, record: Record) -> None:
         """Decide again what `record` says was decided, if it says so of anything."""
         if record["event"] == "session-opened":
             self._clock = Usage(())  # a session has a clock of its own
+            self._allowed.clear()
         if record["event"] != "decision":
             return
         details = record["details"]
+        if details.get("decided") is not None:
+            self._allowed[record["sequence"]] = details
         # Where the motion was denied, what the gate had said stands apart; the motion is not in the record.
         outcome = details.get("gate", details)
         recorded = {name: outcome.get(name) for name in ("verdict", "decided", "reasons")}
@@ -105,15 +111,26 @@ class Replay:
         try:
             wrong = self._clock_fault(now)
             caller = Caller(details["module"], details["skill"], restored(details["inputs"]))
-            readings = {name: Reading(restored(value), restored(at)) for name, (value, at) in state.items()}
-            action = Action(details["asked"]["kind"], restored(details["asked"]["parameters"]))
+            readings, action = _readings(state), _action(details["asked"])
+            others = [self._under_way(record) for record in details.get("beside", ())]
         except (AttributeError, KeyError, TypeError, ValueError) as fault:
             raise _UnheldError("the record is not one of a decision") from fault
         if (wrong is None) == (details["usage"] is None):
             raise _UnheldError("the use of quotas is recorded if and only if the clock was in order")
         if wrong is not None:
             return denied_by_clock(wrong)
-        return self.gate.decide(caller, readings, action, now, restored(details["usage"]))
+        decision = self.gate.decide(caller, readings, action, now, restored(details["usage"]))
+        return self.gate.decide_beside(decision, readings, now, others) if others else decision
+
+    def _under_way(self, record: int) -> Begun:
+        """What an earlier record says was decided and begun."""
+        details = self._allowed.get(record)
+        if details is None:
+            raise _UnheldError(
+                f"it was decided beside record {record}, which is none of an action that began"
+            )
+        time = restored(details["time"])
+        return Begun(_action(details["decided"]), _readings(details["state"]), time, record)
 
     def _clock_fault(self, now: float) -> ClockError | None:
         """Why nothing could be counted at `now`, after the decisions before; as `executor` finds it."""
@@ -122,6 +139,14 @@ class Replay:
         except ClockError as wrong:
             return wrong
         return None
+
+
+def _readings(state: Mapping[str, Any]) -> dict[str, Reading]:
+    return {name: Reading(restored(value), restored(at)) for name, (value, at) in state.items()}
+
+
+def _action(told: Mapping[str, Any]) -> Action:
+    return Action(told["kind"], restored(told["parameters"]))
 
 
 def _unordered(outcome: Mapping[str, Any]) -> tuple[bytes, list[bytes]]:

@@ -14,7 +14,7 @@ A plant that states that an action moves nothing is believed.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from itertools import chain
 from math import dist, isfinite
 from typing import Any
@@ -50,12 +50,20 @@ class MotionDecider:
         """Whether actions of the kind are decided as whole motions."""
         return self._policy is not None and kind in self._policy.kinds
 
-    def decide(self, decision: Decision, plan: Plan, readings: Readings) -> Decision:
-        """`decision`, or a denial where what it allows becomes a motion that is not in order."""
+    def decide(
+        self, decision: Decision, plan: Plan, readings: Readings, others: Iterable[Plan | None] = ()
+    ) -> Decision:
+        """`decision`, or a denial where what it allows becomes a motion that is not in order.
+
+        others: what the plant said of the actions under way.
+        """
         action, policy = decision.action, self._policy
         if action is None or policy is None or not self.governs(action.kind) or type(plan) is Completion:
             return decision
         reasons = self._objections(policy, action, plan, readings)
+        if type(plan) is not Motionless and any(type(other) is Trajectory for other in others):
+            text = "the robot moves already, and both motions together were not decided"
+            reasons = (*reasons, Reason("AE764", action.kind, text))
         return Decision(Verdict.DENY, None, reasons) if reasons else decision
 
     def _objections(

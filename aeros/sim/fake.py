@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from aeros.runtime.ports import Completion, Monitor, Motionless, Plan, Reading, Readings
+from aeros.runtime.ports import Completion, Monitor, Motion, Motionless, Plan, Reading, Readings
 from aeros.skill import Action
 
 
@@ -15,10 +15,11 @@ class FakePlant:
     values: what is measured, by vocabulary name, SI; change it at will.
     time: the plant's clock, s; change it at will.
     planned: what it says of the motion of every action.
-    decided: the motions that its actions were executed with, in order.
+    decided: the motions that its actions were begun with, in order.
     completions: how the actions end, in order; after the last, every action completes.
-    during: what the monitor sees under way, over `values`, at each tick of every action.
-    duration: plant seconds an action takes; one that would pass its deadline stops at it.
+    during: what the monitor sees, over `values`, at each tick of every `advance`.
+    duration: plant seconds an action takes.
+    durations: likewise, of the next actions to begin, in order; after the last, `duration`.
     stale: seconds by which readings lag behind the clock.
     failing: by method name, what calling it raises.
     calls: method names with their arguments, in order; `now` and `observe` are not among them.
@@ -32,9 +33,12 @@ class FakePlant:
         self.completions: list[Completion] = []
         self.during: list[Mapping[str, Any]] = []
         self.duration = 0.1
+        self.durations: list[float] = []
         self.stale = 0.0
         self.failing: dict[str, BaseException] = {}
         self.calls: list[tuple[Any, ...]] = []
+        self._ends: dict[Motion, float] = {}
+        self._halted: list[Motion] = []
 
     def script(self, completions: Iterable[Completion]) -> None:
         """Let the next actions end like this."""
@@ -42,8 +46,8 @@ class FakePlant:
 
     @property
     def executed(self) -> list[Action]:
-        """The actions that were executed, in order."""
-        return [call[1] for call in self.calls if call[0] == "execute"]
+        """The actions that were begun, in order."""
+        return [call[1] for call in self.calls if call[0] == "begin"]
 
     def count(self, method: str) -> int:
         """How often `method` was called."""
@@ -64,25 +68,41 @@ class FakePlant:
         self._call("plan", action)
         return self.planned
 
-    def execute(
-        self, action: Action, monitor: Monitor, deadline: float, decided: Plan | None = None
-    ) -> Completion:
-        """Show the monitor what is scripted, then end as is scripted."""
-        self._call("execute", action, deadline)
+    def begin(self, action: Action, decided: Plan | None = None) -> Motion:
+        """Remember the beginning."""
+        self._call("begin", action)
         self.decided.append(decided)
+        motion = Motion(len(self.executed))
+        self._ends[motion] = self.time + (self.durations.pop(0) if self.durations else self.duration)
+        return motion
+
+    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+        """Show the monitor what is scripted, then let end what ends next, as is scripted."""
+        self._call("advance", until)
         for tick in self.during or [{}]:
             rule = monitor(self.now(), {**self.values, **tick})
             if rule is not None:
-                return Completion(False, f"monitor:{rule}")
-        if self.time + self.duration > deadline:
-            self.time = deadline
-            return Completion(False, "deadline")
-        self.time += self.duration
-        return self.completions.pop(0) if self.completions else Completion(True)
+                return self._ended(list(self._ends), Completion(False, f"monitor:{rule}"))
+        if self._halted:
+            return self._ended(self._halted, Completion(False, "halted"))
+        ends = min(self._ends.values())
+        if ends > until:
+            self.time = max(self.time, until)
+            return {}
+        self.time = max(self.time, ends)
+        first = next(motion for motion, at in self._ends.items() if at == ends)
+        return self._ended([first], self.completions.pop(0) if self.completions else Completion(True))
+
+    def halt(self, motion: Motion) -> None:
+        """Remember the halt."""
+        self._call("halt", motion)
+        self._halted.append(motion)
 
     def stop(self) -> None:
         """Remember the stop."""
         self._call("stop")
+        self._ends.clear()
+        self._halted.clear()
 
     def skill_began(self, skill: str) -> None:
         """Remember the beginning."""
@@ -95,6 +115,12 @@ class FakePlant:
     def close(self) -> None:
         """Remember the close."""
         self._call("close")
+
+    def _ended(self, motions: list[Motion], how: Completion) -> Mapping[Motion, Completion]:
+        over = dict.fromkeys(motions, how)
+        self._ends = {motion: at for motion, at in self._ends.items() if motion not in over}
+        self._halted = [motion for motion in self._halted if motion not in over]
+        return over
 
     def _call(self, method: str, *arguments: Any) -> None:
         self.calls.append((method, *arguments))

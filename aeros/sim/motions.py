@@ -19,7 +19,7 @@ from aeros.runtime.ports import Motionless, Path, Plan, Servo, Trajectory
 from aeros.sim.body import PANDA
 from aeros.sim.kinematics import track
 from aeros.sim.limits import FINGER_GAP_MAX, GRIP_FORCE_MAX, QD_MAX, QDD_MAX, TOOL_SPEED_MAX, Vector
-from aeros.sim.panda import BASE_ACCELERATION_MAX, Panda
+from aeros.sim.panda import BASE_ACCELERATION_MAX, PARTS, Panda
 from aeros.sim.parameters import Parameters, RefusedError
 from aeros.sim.profile import (
     ACCELERATION_TO_MEAN,
@@ -39,10 +39,15 @@ Motion = Iterator[None]
 
 
 class Planned(NamedTuple):
-    """What will be done, and the motion that does just that."""
+    """What will be done, the motion that does just that, and which parts of the robot it moves."""
 
     plan: Plan
     motion: Motion
+    moves: frozenset[str] = frozenset()
+
+
+_ARM: Final = frozenset(("arm",))
+_BASE: Final = frozenset(("base",))
 
 
 SETTLE_TICKS: Final = 60
@@ -90,18 +95,17 @@ class BlockedError(Exception):
 def plan_stop(robot: Panda, parameters: Parameters) -> Planned:
     """`stop {}`: come to rest and hold."""
     parameters.done()
-    return Planned(Motionless("it brings to rest what moves"), robot.stopping())
+    return Planned(Motionless("it brings to rest what moves"), robot.stopping(), PARTS)
 
 
 def plan_wait(robot: Panda, parameters: Parameters) -> Planned:
     """`wait {duration: s}`: hold for a while."""
     duration = parameters.number("duration", 0.0, 600.0)
     parameters.done()
-    return Planned(Motionless("it waits"), _wait(robot, ceil(duration / TICK)))
+    return Planned(Motionless("it waits"), _wait(ceil(duration / TICK)))
 
 
-def _wait(robot: Panda, ticks: int) -> Motion:
-    robot.hold()
+def _wait(ticks: int) -> Motion:
     for _ in range(ticks):
         yield
 
@@ -121,7 +125,7 @@ def plan_move_tool(robot: Panda, parameters: Parameters) -> Planned:
     except UnreachableError as reason:
         raise RefusedError(f"unreachable: {reason}") from reason
     trajectory = Trajectory(PANDA, (profile.path,), base, _NOWHERE, profile.ticks * TICK)
-    return Planned(trajectory, _move_tool(robot, profile, p_WT))
+    return Planned(trajectory, _move_tool(robot, profile, p_WT), _ARM)
 
 
 _NOWHERE: Final = (0.0, 0.0, 0.0)
@@ -131,7 +135,7 @@ def _move_tool(robot: Panda, profile: JointProfile, p_WT: Triple) -> Motion:
     for position, speed in zip(*profile.sample(), strict=True):
         robot.command(position, speed)
         yield
-    robot.hold()
+    robot.hold_arm()
     yield from settle(robot)
     _arrived(robot, p_WT)
 
@@ -159,7 +163,6 @@ def plan_grip(robot: Panda, parameters: Parameters) -> Planned:
 
 
 def _grip(robot: Panda, width: float, force: float) -> Motion:
-    robot.hold()
     robot.grip(width, force)
     still = 0
     for _ in range(480):
@@ -199,7 +202,7 @@ def plan_slide(robot: Panda, parameters: Parameters) -> Planned:
     ticks = max(ticks, 120)
     servo = _servo(float(np.linalg.norm((target - start)[:2])), ticks * TICK)
     trajectory = Trajectory(PANDA, tuple(paths), base, _NOWHERE, ticks * TICK, servo)
-    return Planned(trajectory, _slide(robot, target, force, ticks, lowest, _Lanes(paths)))
+    return Planned(trajectory, _slide(robot, target, force, ticks, lowest, _Lanes(paths)), _ARM)
 
 
 def _at(p: Vector, height: float) -> Vector:
@@ -241,7 +244,6 @@ class _Lanes:
 
 
 def _slide(robot: Panda, target: Vector, force: float, ticks: int, lowest: float, lanes: _Lanes) -> Motion:
-    robot.hold()
     yield from settle(robot)
     tare = robot.wrist_load()
     start, yaw = robot.tool_command()
@@ -266,7 +268,7 @@ def _slide(robot: Panda, target: Vector, force: float, ticks: int, lowest: float
         p_BT[:2] = start[:2] + part * (target[:2] - start[:2])
         _follow(robot, p_BT, yaw, lanes)
         yield
-    robot.hold()
+    robot.hold_arm()
     yield from settle(robot)
 
 
@@ -301,18 +303,17 @@ def plan_move_base(robot: Panda, parameters: Parameters) -> Planned:
     base = (px, py, robot.sense().base_position[2])
     travel = (float(way[0]), float(way[1]), 0.0)
     trajectory = Trajectory(PANDA, ((at_rest,),), base, travel, ticks * TICK)
-    return Planned(trajectory, _move_base(robot, target, way, ticks))
+    return Planned(trajectory, _move_base(robot, target, way, ticks), _BASE)
 
 
 def _move_base(robot: Panda, target: Vector, way: Vector, ticks: int) -> Motion:
     start = robot.base_command
     share, rate, _ = minimum_jerk(np.arange(1, ticks + 1) / ticks)
-    robot.hold()
     for part, pace in zip(share, rate / (ticks * TICK), strict=True):
         robot.command_base(start + part * way, pace * way)
         yield
-    robot.hold()
-    yield from _wait(robot, SETTLE_TICKS)
+    robot.hold_base()
+    yield from _wait(SETTLE_TICKS)
     at = np.array(robot.sense().base_position[:2])
     miss = float(np.linalg.norm(at - target))
     if miss > ARRIVAL:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -34,6 +34,9 @@ BASE_ACCELERATION_MAX: Final = 1.0
 
 _STOP_SHARE: Final = 0.9
 """Share of the acceleration limits a protective stop uses."""
+
+PARTS: Final = frozenset(("arm", "base"))
+"""What has to be brought to rest; the fingers keep their grip."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +147,15 @@ class Panda:
 
     def hold(self) -> None:
         """Keep the commanded position, at rest."""
+        self.hold_arm()
+        self.hold_base()
+
+    def hold_arm(self) -> None:
+        """Keep the arm's commanded position, at rest."""
         self.command(self.q_command, np.zeros(7))
+
+    def hold_base(self) -> None:
+        """Keep the carriage's commanded position, at rest."""
         if self.has_carriage:
             self.command_base(self.base_command, np.zeros(2))
 
@@ -166,15 +177,15 @@ class Panda:
         self.q_command = np.array(self.sense().q)
         self.hold()
 
-    def stopping(self) -> Iterator[None]:
-        """Bring arm and carriage to rest, all joints together, one tick per item, then hold.
+    def stopping(self, parts: Collection[str] = PARTS) -> Iterator[None]:
+        """Bring those of arm and carriage to rest, all joints together, one tick per item, then hold.
 
         q(t) = q₀ + q̇₀·t·(1 − t/2T), T the shortest time that keeps every joint inside its limit.
         """
         q, qd = self.q_command, self.qd_command
         xy, speed = self.base_command, self.base_speed_command
-        arm_time = float((np.abs(qd) / (QDD_MAX * _STOP_SHARE)).max())
-        base_time = float(np.abs(speed).max()) / BASE_ACCELERATION_MAX
+        arm_time = float((np.abs(qd) / (QDD_MAX * _STOP_SHARE)).max()) if "arm" in parts else 0.0
+        base_time = float(np.abs(speed).max()) / BASE_ACCELERATION_MAX if "base" in parts else 0.0
         ticks = int(np.ceil(max(arm_time, base_time) / TICK))
         for tick in range(1, ticks + 1):
             arm, base = min(tick * TICK, arm_time), min(tick * TICK, base_time)
@@ -185,7 +196,10 @@ class Panda:
                 share = 1.0 - base / base_time
                 self.command_base(xy + speed * base * (1.0 + share) / 2.0, speed * share)
             yield
-        self.hold()
+        if "arm" in parts:
+            self.hold_arm()
+        if "base" in parts:
+            self.hold_base()
 
     # Sensors.
 

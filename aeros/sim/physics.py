@@ -6,13 +6,14 @@ motion, and when the monitor names a rule it stops within that tick.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.runtime.ports import Completion, Monitor, Motionless, Plan, Reading, Readings
-from aeros.sim.motions import PLANNERS, BlockedError, Motion, Planned, settle
-from aeros.sim.panda import Panda, RobotState
+from aeros.runtime.ports import Completion, Monitor, Motion, Motionless, Plan, Reading, Readings
+from aeros.sim.motions import PLANNERS, BlockedError, Planned, settle
+from aeros.sim.panda import PARTS, Panda, RobotState
 from aeros.sim.parameters import Parameters, RefusedError
 from aeros.sim.profile import TICK
 from aeros.sim.randomness import Chance
@@ -38,6 +39,19 @@ _SETTLE_TICKS: Final = 120
 """Ticks a new world gets to come to rest before its clock starts."""
 
 
+@dataclass
+class _UnderWay:
+    """A motion tick by tick, and the parts that it moves.
+
+    is_set: its motors are set for the tick to come.
+    """
+
+    ticks: Iterator[None]
+    moves: Collection[str]
+    is_set: bool = False
+    is_halting: bool = False
+
+
 class PhysicsPlant:
     """A scene in motion.  Its clock starts at 0 when everything put into the scene rests."""
 
@@ -53,6 +67,8 @@ class PhysicsPlant:
         self._seen: dict[str, Reading] = {}
         self._state = self._robot.sense()
         self._planned: tuple[int, Planned] | None = None
+        self._under_way: dict[Motion, _UnderWay] = {}
+        self._begun = 0
 
     def now(self) -> float:
         """Simulated seconds since the scene came to rest."""
@@ -73,36 +89,46 @@ class PhysicsPlant:
         self._planned = (self._world.ticks, planned)
         return planned.plan
 
-    def execute(
-        self, action: Action, monitor: Monitor, deadline: float, decided: Plan | None = None
-    ) -> Completion:
-        """Do `action`; `monitor` sees the fast values before the first tick and after every one."""
-        motion = self._motion(action, decided)
-        if isinstance(motion, Completion):
-            return motion
-        ended = self._check(monitor)
-        if ended is not None:
-            return ended
+    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+        """Begin the motion of what was decided, if that is what was planned last, and just now."""
+        plan = self.plan(action) if decided is None else decided
+        if isinstance(plan, Completion):
+            return plan
+        planned, self._planned = self._planned, None
+        if planned is None or planned[0] != self._world.ticks or planned[1].plan is not plan:
+            return Completion(False, "stale: what was decided is not what was planned from here and now")
+        self._begun += 1
+        motion = Motion(self._begun)
+        self._under_way[motion] = _UnderWay(planned[1].motion, planned[1].moves)
+        return motion
+
+    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+        """Tick by tick; `monitor` sees the fast values before the first and after every one.
+
+        Whatever is blocked ends everything: something is where nothing was expected.
+        """
+        rule = monitor(self.now(), self._fast_values())
         try:
-            for _ in motion:
-                if self.now() + TICK > deadline:
-                    self.stop()
-                    return Completion(False, "deadline")
-                self._tick()
-                ended = self._check(monitor)
-                if ended is not None:
+            while rule is None:
+                ended = self._set_motors()
+                if ended or self.now() + TICK > until:
                     return ended
+                self._tick(stopping=any(one.is_halting and "arm" in one.moves for one in self._all()))
+                rule = monitor(self.now(), self._fast_values())
         except BlockedError as obstacle:
             self._robot.yield_here()
-            self.stop()
-            return Completion(False, str(obstacle))
-        return Completion(True)
+            return self._stopped(str(obstacle))
+        return self._stopped(f"monitor:{rule}")
+
+    def halt(self, motion: Motion) -> None:
+        """Bring what `motion` moves to rest inside its limits; the fingers keep their grip."""
+        moves = self._under_way[motion].moves
+        self._under_way[motion] = _UnderWay(self._coming_to_rest(moves), moves, is_halting=True)
 
     def stop(self) -> None:
         """Bring arm and base to rest inside their limits and hold; the fingers keep their grip."""
-        for _ in self._robot.stopping():
-            self._tick(stopping=True)
-        for _ in settle(self._robot):
+        self._under_way.clear()
+        for _ in self._coming_to_rest(PARTS):
             self._tick(stopping=True)
 
     def skill_began(self, skill: str) -> None:
@@ -119,15 +145,34 @@ class PhysicsPlant:
 
     # Inside.
 
-    def _motion(self, action: Action, decided: Plan | None) -> Motion | Completion:
-        """The motion of what was decided, if that is what was planned last, and just now."""
-        plan = self.plan(action) if decided is None else decided
-        if isinstance(plan, Completion):
-            return plan
-        planned, self._planned = self._planned, None
-        if planned is None or planned[0] != self._world.ticks or planned[1].plan is not plan:
-            return Completion(False, "stale: what was decided is not what was planned from here and now")
-        return planned[1].motion
+    def _all(self) -> Collection[_UnderWay]:
+        return self._under_way.values()
+
+    def _set_motors(self) -> dict[Motion, Completion]:
+        """Set each motor for the tick to come, once; those motions that are at their end."""
+        ended = {}
+        for motion, one in self._under_way.items():
+            if one.is_set:
+                continue
+            try:
+                next(one.ticks)
+            except StopIteration:
+                ended[motion] = Completion(False, "halted") if one.is_halting else Completion(True)
+            else:
+                one.is_set = True
+        for motion in ended:
+            del self._under_way[motion]
+        return ended
+
+    def _stopped(self, why: str) -> dict[Motion, Completion]:
+        """Everything under way, over."""
+        motions = list(self._under_way)
+        self.stop()
+        return dict.fromkeys(motions, Completion(False, why))
+
+    def _coming_to_rest(self, parts: Collection[str]) -> Iterator[None]:
+        yield from self._robot.stopping(parts)
+        yield from settle(self._robot)
 
     def _plan(self, action: Action) -> Planned:
         parameters = Parameters(action.parameters)
@@ -140,7 +185,7 @@ class PhysicsPlant:
             raise RefusedError(f"unknown kind: `{action.kind}`")
         return planner(self._robot, parameters)
 
-    def _look(self, camera: str) -> Motion:
+    def _look(self, camera: str) -> Iterator[None]:
         """Take a picture, hand over what it shows once it is read out."""
         try:
             found = self._scene.look(camera)
@@ -159,15 +204,10 @@ class PhysicsPlant:
         if self._recorder is not None:
             self._recorder.tick(self._world)
         self._state = self._robot.sense()
+        for one in self._all():
+            one.is_set = False
         if not stopping and self._robot.tracking_error(self._state) > _BLOCKED:
             raise BlockedError(f"blocked: the arm is held back at {_spell(self._state)}")
-
-    def _check(self, monitor: Monitor) -> Completion | None:
-        rule = monitor(self.now(), self._fast_values())
-        if rule is None:
-            return None
-        self.stop()
-        return Completion(False, f"monitor:{rule}")
 
     def _fast_values(self) -> dict[str, Any]:
         """What is measured every tick, by vocabulary name, SI, positions in W."""

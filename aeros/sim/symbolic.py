@@ -3,23 +3,35 @@
 The lowest rung of the fidelity ladder.  Motions take effect at once and cost time on the plant's
 clock; predicates change only when a skill ends, by one of the outcomes its manifest declares.  It is
 what the closed-loop analysis assumes of the world, made to run.
-Not modelled: anything a manifest does not declare; where an interrupted motion stops.
+Not modelled: anything a manifest does not declare; where an interrupted motion stops; what goes on while
+a skill takes the rest of its declared duration after its last action.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from aeros.runtime.ports import Completion, Monitor, Motionless, Plan, Reading, Readings
+from aeros.runtime.ports import Completion, Monitor, Motion, Motionless, Plan, Reading, Readings
 from aeros.sim.outcomes import draw_outcome
-from aeros.sim.symbolic_motions import Motion, UnableError, motion_of
+from aeros.sim.symbolic_motions import UnableError, motion_of
 from aeros.sim.symbolic_state import initial_values, measured
 from aeros.skill import Action
 from aeros.spec.closed_loop.chances import shares_of
 from aeros.spec.errors import MisuseError
 from aeros.spec.model import Ecm, Outcome, Site
+
+
+@dataclass
+class _UnderWay:
+    """An action, the values that it sets meanwhile, and when it ends."""
+
+    action: Action
+    values: Mapping[str, Any]
+    ends: float
+    is_halted: bool = False
 
 
 class SymbolicPlant:
@@ -48,7 +60,9 @@ class SymbolicPlant:
             for outcome, _ in shares
         }
         self._runs: Counter[str] = Counter()
-        self._began = 0.0
+        self._began: dict[str, float] = {}
+        self._under_way: dict[Motion, _UnderWay] = {}
+        self._begun = 0
 
     def now(self) -> float:
         """Seconds that motions, waits and declared durations have cost so far."""
@@ -62,31 +76,53 @@ class SymbolicPlant:
         """Nothing: there is no body that could move through anything."""
         return Motionless("this plant has no body")
 
-    def execute(
-        self, action: Action, monitor: Monitor, deadline: float, decided: Plan | None = None
-    ) -> Completion:
-        """Do `action` at once; `monitor` sees it under way and at its end, before time passes."""
+    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+        """Let `action` be under way from now on."""
         if action.kind not in self._site.kinds:
             return Completion(False, f"unknown kind: `{action.kind}`")
         try:
             motion = motion_of(action, self._values)
         except UnableError as reason:
             return Completion(False, str(reason))
-        after = {**self._values, **self._known(motion.after)}
-        for seen in ({**self._values, **self._known(motion.under_way)}, after):
-            rule = monitor(self.now(), seen)
+        self._begun += 1
+        under_way = _UnderWay(action, self._known(motion.under_way), self._time + motion.duration)
+        self._under_way[Motion(self._begun)] = under_way
+        return Motion(self._begun)
+
+    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+        """Let end what ends next; `monitor` sees all under way, and that end, before time passes."""
+        first = min(self._under_way, key=lambda motion: self._under_way[motion].ends)
+        one = self._under_way[first]
+        changed = self._known(motion_of(one.action, self._values).after)
+        others = [other.values for motion, other in self._under_way.items() if motion != first]
+        for last in (one.values, changed):
+            rule = monitor(self.now(), self._with([*others, last]))
             if rule is not None:
-                return Completion(False, f"monitor:{rule}")
-        return self._elapse(motion, after, deadline)
+                return self._over(list(self._under_way), f"monitor:{rule}")
+        halted = [motion for motion, other in self._under_way.items() if other.is_halted]
+        if halted:
+            return self._over(halted, "halted")
+        if one.ends > until:
+            self._time = max(self._time, until)
+            return {}
+        del self._under_way[first]
+        self._time = max(self._time, one.ends)
+        self._values.update(changed)
+        return {first: Completion(True)}
+
+    def halt(self, motion: Motion) -> None:
+        """It takes no time to come to rest."""
+        self._under_way[motion].is_halted = True
 
     def stop(self) -> None:
-        """Nothing moves between actions, so there is nothing to bring to rest."""
+        """Whatever was under way is over."""
+        self._under_way.clear()
 
     def skill_began(self, skill: str) -> None:
         """Remember when; raises MisuseError for a skill of no module."""
         if skill not in self._shares:
             raise MisuseError(f"no module has the skill `{skill}`")
-        self._began = self._time
+        self._began[skill] = self._time
 
     def skill_ended(self, skill: str, *, finished: bool) -> None:
         """If it ran to its own end, draw one of its outcomes and let its effects be measured.
@@ -99,7 +135,7 @@ class SymbolicPlant:
         self._runs[skill] += 1
         outcome = draw_outcome(self._shares[skill], self._seed, skill, run)
         if outcome.duration is not None:
-            self._time = max(self._time, self._began + float(outcome.duration))
+            self._time = max(self._time, self._began[skill] + float(outcome.duration))
         self._values.update(self._effects[skill, outcome.id])
 
     def close(self) -> None:
@@ -107,13 +143,16 @@ class SymbolicPlant:
 
     # Inside.
 
-    def _elapse(self, motion: Motion, after: dict[str, Any], deadline: float) -> Completion:
-        if self._time + motion.duration > deadline:
-            self._time = max(self._time, deadline)
-            return Completion(False, "deadline")
-        self._time += motion.duration
-        self._values = after
-        return Completion(True)
+    def _with(self, changes: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+        values = dict(self._values)
+        for one in changes:
+            values.update(one)
+        return values
+
+    def _over(self, motions: Sequence[Motion], why: str) -> dict[Motion, Completion]:
+        for motion in motions:
+            del self._under_way[motion]
+        return dict.fromkeys(motions, Completion(False, why))
 
     def _known(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Those that the site's vocabulary has."""

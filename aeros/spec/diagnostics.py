@@ -152,6 +152,13 @@ _TABLE: Final = (
     Code("AE742", "quota-exhausted", "decision", "a quota has run out"),
     Code("AE750", "invariant", "decision", "the action breaks an invariant"),
     Code(
+        "AE751",
+        "joint-invariant",
+        "decision",
+        "the action breaks a joint invariant together with one that is under way",
+    ),
+    Code("AE752", "actuator-in-use", "decision", "the action moves what another that is under way moves"),
+    Code(
         "AE760", "malformed-motion", "decision", "nothing can be said of the motion that the plant would make"
     ),
     Code(
@@ -167,6 +174,7 @@ _TABLE: Final = (
         "decision",
         "a link may enter a volume it keeps out of, or leave its own",
     ),
+    Code("AE764", "second-motion", "decision", "the robot would make a second motion beside another"),
     Code("AE790", "undecided", "decision", "the solver could not decide"),
     # AE8xx: the closed loop
     Code("AE801", "precondition-not-met", "closed-loop", "a planning rule calls a skill that may not start"),

@@ -45,6 +45,16 @@ def parallel_obligations(
             yield from beside.actions(first, second)
 
 
+def interference(composition: Composition, skills: Mapping[str, Skill], site: Site) -> Iterator[Settled]:
+    """The claims about every `par` that take no solver: all but those on joint rules."""
+    for par in (part for part in parts_of(composition.body) if isinstance(part, Par)):
+        beside = _Beside("par", par, composition, skills, site)
+        yield from beside.resources()
+        for first, second in combinations(par.branches, 2):
+            yield beside.actuators(first, second)
+            yield beside.effects(first, second)
+
+
 @dataclass(frozen=True)
 class _Use:
     """Where a state variable is read or written."""

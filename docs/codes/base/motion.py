@@ -14,6 +14,7 @@ START, END = 0.0, 0.5
 DURATION = 2.0
 MEASURED = 0.0
 ASKED = 0.5
+ANOTHER_MOVES = False
 
 corners = [START + (END - START) * third / 3.0 for third in range(4)]
 path = (tuple((corner,) for corner in corners),)
@@ -24,5 +25,6 @@ motion = Trajectory(body, (path,), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), DURATION)
 target = (0.5 * cos(ASKED), 0.5 * sin(ASKED), 0.5)
 allowed = Decision(Verdict.ALLOW, act("move", target=target, speed=0.25), ())
 decider = MotionDecider(load_site("site.yaml", Diagnostics()).motion)
-decided = decider.decide(allowed, motion, {"joint_angle": Reading((MEASURED,), 10.0)})
+others = (motion,) if ANOTHER_MOVES else ()
+decided = decider.decide(allowed, motion, {"joint_angle": Reading((MEASURED,), 10.0)}, others)
 sys.stdout.write(" ".join(reason.code for reason in decided.reasons))

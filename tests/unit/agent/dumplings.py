@@ -49,6 +49,7 @@ def build(kind: type[_Model], **given: Any) -> _Model:
         if one.name not in given and one.default is dataclasses.MISSING:
             annotation = str(one.type)
             blank: Any = {} if annotation.startswith("Mapping") else ()
+            blank = frozenset() if annotation.startswith("frozenset") else blank
             given[one.name] = _BLANKS.get(annotation, blank)
     return kind(**given)
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from math import inf
 from typing import Any
 
-from aeros.runtime.ports import Reading, Readings, StepRequest, StepResult, StepStatus
+from aeros.runtime.ports import Ended, Reading, Readings, StepHandle, StepRequest, StepResult, StepStatus
 from aeros.spec.model import Ecm, Site
 from tests.unit.agent.dumplings import DUMPLING, PREDICATES, site
 
@@ -18,6 +19,7 @@ class FakeRuntime:
 
     endings: what becomes of the next submissions of a skill, in order; then its first success outcome.
     chance: if given, chooses the outcome of every submission instead.
+    last: skills that end after whatever else is under way.
     """
 
     def __init__(
@@ -32,6 +34,10 @@ class FakeRuntime:
         self.chance = chance
         self.state: dict[str, Any] = dict.fromkeys(PREDICATES, False)
         self.ages: dict[str, float] = {}
+        self.started = 0
+        self.under_way: dict[StepHandle, StepRequest] = {}
+        self.cancelled: dict[StepHandle, str] = {}
+        self.last: list[str] = []
         self.submitted: list[str] = []
         self.requests: list[StepRequest] = []
         self.notes: list[tuple[str, dict[str, Any]]] = []
@@ -52,6 +58,24 @@ class FakeRuntime:
         return {
             name: Reading(value, self.clock - self.ages.get(name, 0.0)) for name, value in self.state.items()
         }
+
+    def start(self, request: StepRequest) -> StepHandle | StepResult:
+        self.started += 1
+        self.under_way[StepHandle(self.started)] = request
+        return StepHandle(self.started)
+
+    def wait(self, until: float = inf) -> Ended | None:
+        for handle in self.cancelled:
+            if self.under_way.pop(handle, None) is not None:
+                return Ended(handle, StepResult(StepStatus.CANCELLED, self.cancelled[handle]))
+        if self.clock + 1.0 > until:
+            self.clock = max(self.clock, until)
+            return None
+        handle = min(self.under_way, key=lambda one: self.last.count(self.under_way[one].skill))
+        return Ended(handle, self.submit(self.under_way.pop(handle)))
+
+    def cancel(self, step: StepHandle, reason: str) -> None:
+        self.cancelled[step] = reason
 
     def submit(self, request: StepRequest) -> StepResult:
         self.submitted.append(request.skill)

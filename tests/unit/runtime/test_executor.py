@@ -22,6 +22,7 @@ from aeros.runtime.ports import (
     Ball,
     Body,
     Completion,
+    Motion,
     Readings,
     Runtime,
     StepRequest,
@@ -177,7 +178,6 @@ def test_a_denied_action_halts_the_skill_and_nothing_moves(make_bench: MakeBench
     [
         (Completion(False, "unreachable: too far"), StepStatus.STOPPED, "unreachable: too far"),
         (Completion(False), StepStatus.STOPPED, "the plant gave no reason"),
-        (Completion(False, "deadline"), StepStatus.TIMED_OUT, "the skill's time-out passed during a motion"),
     ],
 )
 def test_a_motion_that_does_not_complete_halts_the_skill(
@@ -322,13 +322,13 @@ def test_a_decision_is_durable_before_its_motion(
 ) -> None:
     bench = make_bench(twice)
     seen: list[int] = []
-    execute = bench.plant.execute
+    begin = bench.plant.begin
 
-    def checked(*arguments: Any) -> Completion:
+    def checked(*arguments: Any) -> Motion:
         seen.append(len(bench.records("decision")))
-        return execute(*arguments)
+        return begin(*arguments)
 
-    monkeypatch.setattr(bench.plant, "execute", checked)
+    monkeypatch.setattr(bench.plant, "begin", checked)
     bench.submit()
     assert seen == [1, 2]
 
@@ -423,7 +423,7 @@ def test_an_allowance_without_an_action_is_an_internal_error(make_bench: MakeBen
     bench.assert_cleaned_up(finished=False)
 
 
-@pytest.mark.parametrize("method", ["execute", "observe", "skill_began", "stop"])
+@pytest.mark.parametrize("method", ["begin", "advance", "observe", "skill_began", "stop"])
 def test_a_plant_that_raises_is_stopped_and_told(make_bench: MakeBench, method: str) -> None:
     ends: list[str] = []
     bench = make_bench(watched(ends))
@@ -437,7 +437,7 @@ def test_a_plant_that_raises_is_stopped_and_told(make_bench: MakeBench, method: 
 
 def test_an_interrupt_by_the_operator_stops_the_plant(make_bench: MakeBench) -> None:
     bench = make_bench(twice)
-    bench.plant.failing["execute"] = KeyboardInterrupt()
+    bench.plant.failing["advance"] = KeyboardInterrupt()
     with pytest.raises(KeyboardInterrupt):
         bench.submit()
     bench.assert_cleaned_up(finished=False)
@@ -621,7 +621,7 @@ def test_what_is_executed_is_what_was_decided_and_its_record_names_it(
     bench = _moving_bench(site, make_ecm, tmp_path / "audit.jsonl", 0.0)
     assert bench.submit().status is StepStatus.FINISHED
     methods = [call[0] for call in bench.plant.calls]
-    assert methods == ["skill_began", "plan", "execute", "plan", "execute", "skill_ended"]
+    assert methods == ["skill_began", "plan", "begin", "advance", "plan", "begin", "advance", "skill_ended"]
     assert bench.plant.decided == [_PLAN, _PLAN]
     assert {record["details"]["motion"] for record in bench.records("decision")} == {motion_digest(_PLAN)}
     bench.audit.close()

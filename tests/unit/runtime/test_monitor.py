@@ -9,17 +9,26 @@ from typing import Any
 
 import pytest
 
+from aeros.runtime.beside import Begun
 from aeros.runtime.decision import Verdict
 from aeros.runtime.history import Histories
-from aeros.runtime.monitor import MonitorFactory
-from aeros.runtime.ports import Monitor
+from aeros.runtime.monitor import Monitors
+from aeros.runtime.ports import Monitor, Readings
+from aeros.skill import Action
 from tests.unit.runtime.bench import NOW, STATE, Request, configuration, gate, request, without
 
 
-def factory() -> MonitorFactory:
-    """Of monitors under the site of the bench."""
+def monitors() -> Monitors:
+    """Of nothing yet, under the site of the bench."""
     site = configuration().site
-    return MonitorFactory(site, Histories(site))
+    return Monitors(site, Histories(site))
+
+
+def watching(action: Action, readings: Readings) -> Monitor:
+    """The monitor of one action alone."""
+    monitor = monitors()
+    monitor.watch(Begun(action, readings, NOW, 0))
+    return monitor
 
 
 def watch(asked: Request) -> Monitor:
@@ -27,7 +36,7 @@ def watch(asked: Request) -> Monitor:
     decision = asked.decided_by(gate())
     assert decision.verdict is not Verdict.DENY
     assert decision.action is not None
-    return factory().watch(decision.action, asked.readings)
+    return watching(decision.action, asked.readings)
 
 
 @pytest.mark.parametrize("kind", ["move", "carry", "sweep"])
@@ -112,17 +121,19 @@ def test_a_rule_whose_state_is_unknown_trips() -> None:
     asked = request()
     decision = asked.decided_by(gate())
     assert decision.action is not None
-    monitor = factory().watch(decision.action, without(asked, "hand").readings)
+    monitor = watching(decision.action, without(asked, "hand").readings)
     assert monitor(NOW, {}) == "input:hand.x"
     assert monitor(NOW, {"hand": (0.25, 0.0, 0.25)}) is None
 
 
 def test_one_motion_leaves_nothing_behind_for_the_next() -> None:
-    monitors = factory()
-    action, readings = request().action, request().readings
-    first, second = monitors.watch(action, readings), monitors.watch(action, readings)
-    assert first(NOW, {"human_distance": 0.1}) == "separation"
-    assert second(NOW, {"hand": (0.25, 0.0, 0.25)}) is None
+    monitor = monitors()
+    first, second = (Begun(request().action, request().readings, NOW, record) for record in (1, 2))
+    monitor.watch(first)
+    assert monitor(NOW, {"human_distance": 0.1}) == "separation"
+    monitor.forget(first)
+    monitor.watch(second)
+    assert monitor(NOW, {"hand": (0.25, 0.0, 0.25)}) is None
 
 
 def test_an_hour_of_ticks_takes_no_more_memory_than_a_few() -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from aeros.runtime.ports import Completion
 from aeros.sim.physics import PhysicsPlant
+from tests.unit.sim.acting import execute
 
 Skills = Callable[[PhysicsPlant, str], list[Completion]]
 
@@ -46,7 +47,7 @@ def run_dumpling_skill(dumpling_skills: ModuleType) -> Skills:
         ended: list[Completion] = []
         action = next(body, None)
         while action is not None:
-            ended.append(plant.execute(action, _allow, plant.now() + 60.0))
+            ended.append(execute(plant, action, _allow, plant.now() + 60.0))
             if not ended[-1].completed:
                 break
             try:
@@ -68,7 +69,7 @@ def run_skill() -> Callable[..., str | None]:
         try:
             action = next(body)
             for _ in range(actions):
-                ended = plant.execute(action, _allow, plant.now() + 60.0)
+                ended = execute(plant, action, _allow, plant.now() + 60.0)
                 if not ended.completed:
                     return ended.reason
                 action = body.send(_observed(plant))

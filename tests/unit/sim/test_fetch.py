@@ -14,6 +14,7 @@ from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.scenes.fetch import CAN, FRESH, Fetch
 from aeros.sim.world import Camera, Image, World
 from aeros.skill import act
+from tests.unit.sim.acting import execute
 
 pytestmark = pytest.mark.physics
 
@@ -52,7 +53,7 @@ def test_rules_finish_a_delivery_that_was_interrupted_on_the_way(run_skill: RunS
     for _, skill in RULES[:3]:
         assert run_skill(plant, "fetch_object", skill) is None
     assert run_skill(plant, "fetch_object", "deliver", actions=3) is None
-    plant.execute(act("wait", duration=FRESH), allow, 1e9)
+    execute(plant, act("wait", duration=FRESH), allow, 1e9)
     done = []
     for predicate, skill in RULES:
         if not observed(plant)[predicate]:
@@ -76,13 +77,13 @@ def test_the_mast_camera_tells_where_the_can_is_and_its_word_grows_old(run_skill
     after = observed(plant)
     station = after["station_position"]
     assert dist(after["object_position"][:2], (station[0] + 0.58, station[1])) < 0.15
-    plant.execute(act("wait", duration=FRESH), allow, 1e9)
+    execute(plant, act("wait", duration=FRESH), allow, 1e9)
     assert not observed(plant)["object_detected"]
 
 
 def test_an_arm_in_the_way_hides_the_can(run_skill: RunSkill) -> None:
     plant = make_plant("fetch", 0)
-    plant.execute(act("look", camera="mast"), allow, 1e9)
+    execute(plant, act("look", camera="mast"), allow, 1e9)
     assert not observed(plant)["object_detected"]
 
 
@@ -99,7 +100,7 @@ def test_a_grasp_halted_on_the_way_down_is_recovered(run_skill: RunSkill) -> Non
 
 
 def test_a_camera_that_is_not_there_is_refused() -> None:
-    ended = make_plant("fetch", 0).execute(act("look", camera="ceiling"), allow, 1e9)
+    ended = execute(make_plant("fetch", 0), act("look", camera="ceiling"), allow, 1e9)
     assert ended.reason == "unknown camera: `ceiling`"
 
 

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from aeros.runtime.beside import Begun
 from aeros.runtime.decision import Decision, Verdict
 from aeros.runtime.history import Histories
 from aeros.runtime.kinematics import Posture
-from aeros.runtime.monitor import MonitorFactory
+from aeros.runtime.monitor import Monitors
 from aeros.runtime.ports import Completion, Motionless, Trajectory
 from aeros.runtime.trajectory import MotionDecider
 from aeros.sim.body import CAPSULES, FLANGE, PANDA
@@ -26,6 +27,7 @@ from aeros.skill import Action, act
 from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.loading import load_site, reference_site
 from aeros.spec.model import Site
+from tests.unit.sim.acting import execute
 
 pytestmark = pytest.mark.physics
 
@@ -112,7 +114,7 @@ def test_the_set_points_of_a_move_are_those_of_the_trajectory_that_was_decided(p
         command(q, qd)
 
     plant._robot.command = spy  # type: ignore[method-assign]
-    assert plant.execute(MOVE, allow, FOREVER, plan).completed
+    assert execute(plant, MOVE, allow, FOREVER, plan).completed
     ticks = round(plan.duration / TICK)
     pieces = np.array(plan.paths[0])
     s = minimum_jerk(np.arange(1, ticks + 1) / ticks)[0]
@@ -125,10 +127,10 @@ def test_the_set_points_of_a_move_are_those_of_the_trajectory_that_was_decided(p
 
 def test_a_motion_that_was_planned_elsewhere_or_earlier_is_refused_before_motion(plant: PhysicsPlant) -> None:
     plan = plant.plan(MOVE)
-    assert plant.execute(act("wait", duration=0.1), allow, FOREVER).completed
+    assert execute(plant, act("wait", duration=0.1), allow, FOREVER).completed
     before = plant.now()
     for stale in (plan, Motionless("a guess")):
-        ended = plant.execute(MOVE, allow, FOREVER, stale)
+        ended = execute(plant, MOVE, allow, FOREVER, stale)
         assert not ended.completed
         assert (ended.reason or "").startswith("stale")
     assert plant.now() == before
@@ -152,7 +154,7 @@ def test_the_reference_site_allows_what_the_plant_plans(
         plan = plant.plan(action)
         decision = decider.decide(Decision(Verdict.ALLOW, action, ()), plan, plant.observe())
         assert decision.reasons == ()
-        assert plant.execute(action, allow, FOREVER, plan).completed
+        assert execute(plant, action, allow, FOREVER, plan).completed
 
 
 def _denied(plant: PhysicsPlant, site: Site, action: Action) -> list[tuple[str, str]]:
@@ -247,7 +249,8 @@ def test_a_violation_is_a_protective_stop_within_one_tick(
 ) -> None:
     action = act("move_tool", target=(0.45, 0.1, 0.35), yaw=0.0, speed=0.1)
     fault(plant)
-    watch = MonitorFactory(site, Histories(site)).watch(action, plant.observe())
+    watch = Monitors(site, Histories(site))
+    watch.watch(Begun(action, plant.observe(), plant.now(), 0))
     violations: list[int] = []
     stops: list[int] = []
     halt = plant.stop
@@ -262,7 +265,7 @@ def test_a_violation_is_a_protective_stop_within_one_tick(
         halt()
 
     plant.stop = stop  # type: ignore[method-assign]
-    ended = plant.execute(action, monitor, FOREVER)
+    ended = execute(plant, action, monitor, FOREVER)
     assert ended.reason == f"monitor:{rule}"
     assert violations[0] > 0
     # Seen once, in the tick it was first measured in, and stopped in that same tick.

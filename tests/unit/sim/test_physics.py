@@ -18,6 +18,7 @@ from aeros.sim.randomness import Chance
 from aeros.sim.scenes.bare import Bare
 from aeros.sim.world import World
 from aeros.skill import Action, act
+from tests.unit.sim.acting import execute
 
 pytestmark = pytest.mark.physics
 
@@ -62,7 +63,7 @@ def move(x: float, y: float, z: float, yaw: float = 0.0, speed: float = 0.25) ->
 def test_the_arm_arrives_within_half_a_millimetre_inside_every_limit(plant: PhysicsPlant) -> None:
     log: list[Mapping[str, Any]] = []
     for action in (move(0.5, 0.2, 0.1), move(0.4, -0.3, 0.3, yaw=1.0), move(0.55, 0.1, 0.02, speed=1.0)):
-        assert plant.execute(action, recording(log), FOREVER).completed
+        assert execute(plant, action, recording(log), FOREVER).completed
         assert math.dist(log[-1]["tool_position"], action.parameters["target"]) < 5e-4
     q = np.array([values["joint_position"] for values in log])
     assert (q > Q_MIN).all()
@@ -73,7 +74,7 @@ def test_the_arm_arrives_within_half_a_millimetre_inside_every_limit(plant: Phys
 
 def test_the_monitor_sees_every_tick(plant: PhysicsPlant) -> None:
     log: list[Mapping[str, Any]] = []
-    plant.execute(act("wait", duration=0.5), recording(log), FOREVER)
+    execute(plant, act("wait", duration=0.5), recording(log), FOREVER)
     assert len(log) == 1 + 120
 
 
@@ -94,7 +95,7 @@ def test_a_named_rule_stops_the_arm_within_that_tick_and_inside_the_limits(plant
         seen += 1
         return "too_close" if seen == 200 else None
 
-    ended = plant.execute(move(0.5, -0.4, 0.2, speed=0.5), trip, FOREVER)
+    ended = execute(plant, move(0.5, -0.4, 0.2, speed=0.5), trip, FOREVER)
     assert ended.reason == "monitor:too_close"
     # 199 ticks of motion; from then on every set point is slower than the one before.
     rates = np.array([qd for _, qd in sent])
@@ -110,13 +111,13 @@ def test_a_named_rule_stops_the_arm_within_that_tick_and_inside_the_limits(plant
 
 def test_a_rule_that_is_violated_at_rest_prevents_motion(plant: PhysicsPlant) -> None:
     before = plant.observe()["tool_position"].value
-    ended = plant.execute(move(0.5, 0.2, 0.1), lambda now, values: "no_entry", FOREVER)
+    ended = execute(plant, move(0.5, 0.2, 0.1), lambda now, values: "no_entry", FOREVER)
     assert ended.reason == "monitor:no_entry"
     assert math.dist(plant.observe()["tool_position"].value, before) < 1e-4
 
 
 def test_motion_ends_at_the_deadline(plant: PhysicsPlant) -> None:
-    ended = plant.execute(move(0.5, 0.3, 0.1), allow, plant.now() + 0.5)
+    ended = execute(plant, move(0.5, 0.3, 0.1), allow, plant.now() + 0.5)
     assert ended.reason == "deadline"
     assert plant.now() < 0.9
 
@@ -142,7 +143,7 @@ def test_motion_ends_at_the_deadline(plant: PhysicsPlant) -> None:
 def test_what_cannot_be_done_is_refused_before_motion(
     plant: PhysicsPlant, action: Action, reason: str
 ) -> None:
-    ended = plant.execute(action, allow, FOREVER)
+    ended = execute(plant, action, allow, FOREVER)
     assert not ended.completed
     assert ended.reason is not None
     assert ended.reason.startswith(reason)
@@ -158,51 +159,53 @@ def test_a_cube_is_carried_by_friction_and_falls_when_released() -> None:
         move(0.5, -0.1, 0.25),
         act("wait", duration=2.0),
     ):
-        assert plant.execute(action, allow, FOREVER).completed
+        assert execute(plant, action, allow, FOREVER).completed
     readings = plant.observe()
     assert readings["holding"].value
     assert 9.0 < readings["grip_force"].value < 11.0
     assert 0.038 < readings["finger_gap"].value < 0.043
-    plant.execute(act("grip", width=0.08, force=10.0), allow, FOREVER)
+    execute(plant, act("grip", width=0.08, force=10.0), allow, FOREVER)
     assert not plant.observe()["holding"].value
     plant.close()
 
 
 def test_a_slide_holds_the_asked_force(plant: PhysicsPlant) -> None:
     for action in (act("grip", width=0.0, force=10.0), move(0.5, 0.0, 0.013, speed=0.1)):
-        assert plant.execute(action, allow, FOREVER).completed
+        assert execute(plant, action, allow, FOREVER).completed
     forces: list[float] = []
 
     def press(now: float, values: Mapping[str, Any]) -> str | None:
         forces.append(sum(plant._robot.finger_forces()))
         return None
 
-    assert plant.execute(act("slide", target=(0.5, 0.1, 0.0), force=6.0, speed=0.1), press, FOREVER).completed
+    assert execute(
+        plant, act("slide", target=(0.5, 0.1, 0.0), force=6.0, speed=0.1), press, FOREVER
+    ).completed
     touched = next(tick for tick, force in enumerate(forces) if force > 0.0)
     assert max(forces) < 15.0
     assert max(abs(force - 6.0) for force in forces[touched + 72 :]) < 1.0
 
 
 def test_a_slide_over_nothing_ends_blocked(plant: PhysicsPlant) -> None:
-    plant.execute(move(0.5, 0.0, 0.30), allow, FOREVER)
-    ended = plant.execute(act("slide", target=(0.5, 0.1, 0.30), force=6.0, speed=0.1), allow, FOREVER)
+    execute(plant, move(0.5, 0.0, 0.30), allow, FOREVER)
+    ended = execute(plant, act("slide", target=(0.5, 0.1, 0.30), force=6.0, speed=0.1), allow, FOREVER)
     assert ended.reason is not None
     assert ended.reason.startswith("no contact")
 
 
 def test_an_obstacle_ends_a_move_and_the_arm_stops_pushing(plant: PhysicsPlant) -> None:
-    plant.execute(move(0.5, 0.0, 0.05), allow, FOREVER)
-    ended = plant.execute(move(0.5, 0.0, -0.05), allow, FOREVER)
+    execute(plant, move(0.5, 0.0, 0.05), allow, FOREVER)
+    ended = execute(plant, move(0.5, 0.0, -0.05), allow, FOREVER)
     assert ended.reason is not None
     assert ended.reason.startswith("blocked")
-    assert plant.execute(move(0.5, 0.0, 0.2), allow, FOREVER).completed
+    assert execute(plant, move(0.5, 0.0, 0.2), allow, FOREVER).completed
 
 
 def test_the_carriage_drives_to_its_target() -> None:
     plant = PhysicsPlant(CubeOnBlock(carriage=True), 0)
-    assert plant.execute(act("move_base", x=-0.6, y=0.3, speed=0.4), allow, FOREVER).completed
+    assert execute(plant, act("move_base", x=-0.6, y=0.3, speed=0.4), allow, FOREVER).completed
     assert math.dist(plant.observe()["base_position"].value, (-0.6, 0.3, 0.3)) < 0.002
-    assert plant.execute(move(-0.1, 0.3, 0.5), allow, FOREVER).completed
+    assert execute(plant, move(-0.1, 0.3, 0.5), allow, FOREVER).completed
     plant.close()
 
 
@@ -212,7 +215,7 @@ def test_the_same_seed_repeats_bit_for_bit_and_another_does_not() -> None:
         values = hashlib.sha256()
         x, y, _ = plant.observe()["wrapper_position"].value
         for action in (move(x, y, 0.2), move(x, y, 0.063), act("grip", width=0.046, force=5.0)):
-            plant.execute(action, allow, FOREVER)
+            execute(plant, action, allow, FOREVER)
             readings = {name: reading.value for name, reading in plant.observe().items()}
             values.update(repr(sorted(readings.items())).encode())
         plant.close()
@@ -224,7 +227,7 @@ def test_the_same_seed_repeats_bit_for_bit_and_another_does_not() -> None:
 
 def test_a_film_is_written(tmp_path: Path) -> None:
     plant = make_plant("bare", 0, record=tmp_path / "film.webp")
-    plant.execute(move(0.5, 0.2, 0.3), allow, FOREVER)
+    execute(plant, move(0.5, 0.2, 0.3), allow, FOREVER)
     plant.close()
     plant.close()
     with Image.open(tmp_path / "film.webp") as film:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.ports import Completion, Plant
+from aeros.runtime.ports import Completion, Motion, Plant
 from aeros.sim.outcomes import draw_outcome
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.skill import Action, act
@@ -18,6 +18,7 @@ from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, Ve
 from aeros.spec.model import Access, ActionKind, Declared, Ecm, Limits, Outcome, Risk, Site, Skill
 from aeros.spec.source import Source
 from aeros.spec.units import LENGTH, NUMBER
+from tests.unit.sim.acting import execute
 
 SPAN = Source("site.yaml", "text").span(0, 4)
 JOINTS = EnumType("joints", ("j1", "j2", "j3", "j4", "j5", "j6", "j7"))
@@ -154,7 +155,7 @@ def test_it_begins_harmless_and_inside_every_range() -> None:
 def test_a_motion_takes_effect_and_its_time(action: Action, changed: dict[str, Any], seconds: float) -> None:
     plant: Plant = SymbolicPlant(site(), {}, 0)
     before = values(plant)
-    assert plant.execute(action, watch, 100.0) == Completion(True)
+    assert execute(plant, action, watch, 100.0) == Completion(True)
     assert values(plant) == {**before, **changed}
     assert plant.now() == pytest.approx(seconds)
     assert {reading.time for reading in plant.observe().values()} == {plant.now()}
@@ -178,7 +179,7 @@ def test_a_motion_takes_effect_and_its_time(action: Action, changed: dict[str, A
 def test_what_cannot_be_done_is_refused_before_any_motion(action: Action, reason: str) -> None:
     plant = SymbolicPlant(site(), {}, 0)
     before = plant.observe()
-    assert plant.execute(action, watch, 100.0) == Completion(False, reason)
+    assert execute(plant, action, watch, 100.0) == Completion(False, reason)
     assert plant.observe() == before
 
 
@@ -190,7 +191,7 @@ def test_the_monitor_sees_the_motion_under_way_and_at_its_end() -> None:
         return None
 
     plant = SymbolicPlant(site(), {}, 0)
-    plant.execute(act("move_tool", target=(0.3, 0.5, 0.4), yaw=0.0, speed=0.25), monitor, 100.0)
+    execute(plant, act("move_tool", target=(0.3, 0.5, 0.4), yaw=0.0, speed=0.25), monitor, 100.0)
     assert [(one["tool_speed"], one["tool_position"]) for one in seen] == [
         (0.25, (0.307, 0.0, 0.487)),
         (0.0, (0.3, 0.5, 0.4)),
@@ -200,14 +201,14 @@ def test_the_monitor_sees_the_motion_under_way_and_at_its_end() -> None:
 def test_the_monitor_stops_a_motion_before_its_effect() -> None:
     plant = SymbolicPlant(site(), {}, 0)
     before = plant.observe()
-    stopped = plant.execute(act("grip", width=0.02, force=1.0), lambda now, values: "rule", 100.0)
+    stopped = execute(plant, act("grip", width=0.02, force=1.0), lambda now, values: "rule", 100.0)
     assert stopped == Completion(False, "monitor:rule")
     assert plant.observe() == before
 
 
 def test_a_motion_stops_at_its_deadline() -> None:
     plant = SymbolicPlant(site(), {}, 0)
-    assert plant.execute(act("wait", duration=5.0), watch, 2.0) == Completion(False, "deadline")
+    assert execute(plant, act("wait", duration=5.0), watch, 2.0) == Completion(False, "deadline")
     assert plant.now() == 2.0
 
 
@@ -227,7 +228,7 @@ def test_outcomes_depend_on_seed_and_invocation_and_nothing_else() -> None:
     plant = SymbolicPlant(site(), module(LIFTED, SLIPPED), seed=7)
     drawn = []
     for _ in range(50):
-        plant.execute(act("wait", duration=0.1), watch, 100.0)
+        execute(plant, act("wait", duration=0.1), watch, 100.0)
         run_skill(plant)
         drawn.append(values(plant)["holding"])
     assert drawn == [one.id == "lifted" for one in reversed(backwards)]
@@ -246,9 +247,9 @@ def test_a_skill_that_did_not_finish_has_no_outcome_and_uses_up_no_draw() -> Non
 
 def test_an_outcome_takes_its_declared_duration_at_least() -> None:
     plant = SymbolicPlant(site(), module(outcome("lifted", duration="12")), seed=0)
-    plant.execute(act("wait", duration=1.0), watch, 100.0)
+    execute(plant, act("wait", duration=1.0), watch, 100.0)
     plant.skill_began("handling.lift")
-    plant.execute(act("wait", duration=5.0), watch, 100.0)
+    execute(plant, act("wait", duration=5.0), watch, 100.0)
     plant.skill_ended("handling.lift", finished=True)
     assert plant.now() == 13.0
 
@@ -292,3 +293,46 @@ def test_it_needs_no_simulator() -> None:
     plant.close()
     plant.close()
     assert plant.now() == 0.0
+
+
+def _begun(plant: SymbolicPlant, action: Action) -> Motion:
+    motion = plant.begin(action)
+    assert not isinstance(motion, Completion)
+    return motion
+
+
+def test_what_is_under_way_together_ends_in_the_order_of_its_ends() -> None:
+    plant = SymbolicPlant(site(), {}, 0)
+    seen: list[float] = []
+
+    def monitor(now: float, values: Mapping[str, Any]) -> str | None:
+        seen.append(values["tool_speed"])
+        return None
+
+    move = _begun(plant, act("move_tool", target=(0.3, 0.5, 0.4), yaw=0.0, speed=0.25))
+    wait = _begun(plant, act("wait", duration=0.1))
+    assert plant.advance(monitor, 0.05) == {}
+    assert plant.now() == 0.05
+    assert plant.advance(monitor, 100.0) == {wait: Completion(True)}
+    assert plant.now() == 0.1
+    assert seen == [0.25] * 4  # the move goes on at the end of the wait
+    assert plant.advance(monitor, 100.0) == {move: Completion(True)}
+    assert seen[-1] == 0.0
+
+
+def test_what_is_halted_ends_without_its_effect_and_the_other_goes_on() -> None:
+    plant = SymbolicPlant(site(), {}, 0)
+    before = plant.observe()["tool_position"].value
+    move = _begun(plant, act("move_tool", target=(0.3, 0.5, 0.4), yaw=0.0, speed=0.25))
+    wait = _begun(plant, act("wait", duration=9.0))
+    plant.halt(move)
+    assert plant.advance(watch, 100.0) == {move: Completion(False, "halted")}
+    assert plant.observe()["tool_position"].value == before
+    assert plant.advance(watch, 100.0) == {wait: Completion(True)}
+
+
+def test_a_rule_that_breaks_ends_everything_under_way() -> None:
+    plant = SymbolicPlant(site(), {}, 0)
+    motions = [_begun(plant, act("wait", duration=seconds)) for seconds in (1.0, 2.0)]
+    broken = Completion(False, "monitor:rule")
+    assert plant.advance(lambda now, values: "rule", 100.0) == dict.fromkeys(motions, broken)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from aeros.runtime.audit import AuditLog
 from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate
 from aeros.runtime.governor import Command
-from aeros.runtime.ports import Completion, Monitor, Plan, StepRequest, StepResult, StepStatus
+from aeros.runtime.ports import Completion, Monitor, Motion, StepRequest, StepResult, StepStatus
 from aeros.runtime.registry.governing import Governing
 from aeros.runtime.registry.live import Live
 from aeros.runtime.registry.records import Records
@@ -25,7 +25,6 @@ from aeros.runtime.registry.registry import Registry
 from aeros.runtime.skill_run import run_in_process
 from aeros.sim.fake import FakePlant
 from aeros.sim.symbolic_state import initial_values
-from aeros.skill import Action
 from aeros.spec.model import Block
 from tests.unit.runtime.registry.conftest import BASE, Author
 
@@ -38,19 +37,18 @@ class SlowPlant(FakePlant):
     ticked = 0.0
     moving = threading.Event()
 
-    def execute(
-        self, action: Action, monitor: Monitor, deadline: float, decided: Plan | None = None
-    ) -> Completion:
-        self._call("execute", action, deadline)
-        until = time.monotonic() + _LONG
+    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+        self._call("advance", until)
+        began = time.monotonic()
         self.moving.set()
-        while time.monotonic() < until:
+        while time.monotonic() < began + _LONG:
             rule = monitor(self.time, {})
-            if rule is not None:
-                return Completion(False, f"monitor:{rule}")
+            if rule is not None or self._halted:
+                self._halted.clear()
+                return self._ended(list(self._ends), Completion(False, f"monitor:{rule}"))
             self.ticked = time.monotonic()
             time.sleep(0.001)
-        return Completion(True)
+        return self._ended(list(self._ends), Completion(True))
 
 
 class Robot:

@@ -1,0 +1,64 @@
+"""A module's composition as a task graph, and the planner that proposes it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from aeros.agent import graph
+from aeros.agent.graph import TaskGraph
+from aeros.agent.routing import Routed
+from aeros.agent.world import World
+from aeros.spec.composition import Composition, If, Par, Part, Seq, Step
+from aeros.spec.model import Ecm
+
+
+class UncomposedError(Exception):
+    """There is no such composition, or it cannot be run here and now; the message says why."""
+
+
+class CompositionPlanner:
+    """Proposes a composition of the task's module, whatever planning rules the task has."""
+
+    def __init__(self, composition: str) -> None:
+        self._composition = composition
+
+    @property
+    def name(self) -> str:
+        """As shown in the audit record."""
+        return f"composition {self._composition}"
+
+    def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+        """The composition, where its precondition is measured; raises `UncomposedError`."""
+        composition = modules[routed.module].compositions.get(self._composition)
+        if composition is None:
+            raise UncomposedError(f"`{routed.module}` has no composition `{self._composition}`")
+        if world.evaluate(composition.precondition) is not True:
+            why = world.why_not(composition.precondition)
+            raise UncomposedError(f"the precondition of `{composition.id}` is not measured: {why}")
+        return graph_of(composition, routed.module)
+
+
+def graph_of(composition: Composition, module: str) -> TaskGraph:
+    """`composition` of `module` as a task graph; raises `UncomposedError` where data flows between steps."""
+    body = _part(composition.body, composition.handlers, module)
+    return TaskGraph(body.parts if isinstance(body, graph.Seq) else (body,))
+
+
+def _part(part: Part, handlers: Mapping[str, Step], module: str) -> graph.Part:
+    match part:
+        case Step():
+            return _step(part, handlers, module)
+        case Seq(parts=parts):
+            return graph.Seq(tuple(_part(inner, handlers, module) for inner in parts))
+        case Par(branches=branches):
+            return graph.Par(tuple(_part(inner, handlers, module) for inner in branches))
+        case If(condition=condition, text=text, then=then, otherwise=otherwise):
+            other = None if otherwise is None else _part(otherwise, handlers, module)
+            return graph.If(condition, text, _part(then, handlers, module), other)
+
+
+def _step(step: Step, handlers: Mapping[str, Step], module: str) -> graph.Step:
+    if step.flows:
+        raise UncomposedError(f"`{step.id}` takes an output of another step, which cannot be run yet")
+    handler = None if step.handler is None else _step(handlers[step.handler], handlers, module)
+    return graph.Step(module, step.skill, step.inputs, step.retry, handler=handler)

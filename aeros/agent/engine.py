@@ -1,0 +1,217 @@
+"""Runs a plan's graph: its parts in sequence, in parallel and by condition, each step tried and tried again.
+
+- A try of a step: the skill is active, its precondition is measured as true, it is started.  It succeeds
+  iff the skill ran to its end and the outcome that is measured is declared and no failure.
+- A failed try is repeated at most `retry` times.  Before each further try `on_failure` runs (with default
+  inputs; whether that does any good is left to the next try's precondition), or the step's handler,
+  whose own failure is the step's.  Where the step's `unless` is by then measured, the step is done.
+  Never repeated: a try that did not start, was refused, denied or cancelled, or ended in an undeclared
+  outcome.  An `on_failure` that was submitted and refused, denied, or ended in an undeclared outcome ends
+  its step likewise.
+- A sequence fails with the first part that fails.  The branches of a `par` start in the order written.
+  When one fails for good, the whole has failed and nothing follows (as `flow.paths` takes it): the
+  others start nothing more, and what they have under way is cancelled.  It has ended once that has.
+- Once the goal is measured nothing more starts; what is under way ends by itself.
+
+A branch is a generator that yields while a step of it is under way and is sent every step that ends.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Generator, Iterator
+from dataclasses import dataclass, field
+from math import inf
+
+from aeros.agent.attempt import Attempt, Attempts, Started
+from aeros.agent.graph import If, Par, Part, Seq, Step
+from aeros.agent.journal import Journal
+from aeros.agent.report import Role
+from aeros.agent.values import plain
+from aeros.runtime.ports import Ended, StepHandle
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """Why a plan, or a step, went no further; `final` where planning again is no use."""
+
+    reason: str
+    final: bool = False
+
+
+_Branch = Generator[None, Ended, End | None]
+"""What is left of a part: returns None once it is done, else how it failed for good."""
+
+
+@dataclass
+class _Scope:
+    """Branches that are cancelled together, and those inside them.
+
+    cancelled: why nothing of it may start any more.
+    """
+
+    cancelled: str | None = None
+    under_way: set[StepHandle] = field(default_factory=set)
+    inner: list[_Scope] = field(default_factory=list)
+
+    def cancel(self, reason: str) -> Iterator[StepHandle]:
+        """Let nothing start any more; what is under way."""
+        self.cancelled = self.cancelled or reason
+        yield from sorted(self.under_way)
+        for scope in self.inner:
+            yield from scope.cancel(reason)
+
+
+class Engine:
+    """Runs the plans of one run.
+
+    until: plant seconds after which everything is cancelled; is_late: whether that has come to pass.
+    """
+
+    def __init__(
+        self, attempts: Attempts, journal: Journal, is_over: Callable[[], bool], until: float = inf
+    ) -> None:
+        self._attempts = attempts
+        self._journal = journal
+        self._is_over = is_over
+        self._until = until
+        self._denied: set[str] = set()
+        self.is_late = False
+
+    def run(self, part: Part) -> End | None:
+        """None once all of it is done or the goal is measured, else how it failed for good."""
+        scope = _Scope()
+        branch, until = self._part(part, scope), self._until
+        ended = None
+        while True:
+            try:
+                branch.send(ended)  # type: ignore[arg-type]  # the first is None
+            except StopIteration as done:
+                end: End | None = done.value
+                return end
+            while (ended := self._attempts.wait(until)) is None:
+                until, self.is_late = inf, True
+                self._cancel(scope, "the time for the task is over")
+
+    # Parts.
+
+    def _part(self, part: Part, scope: _Scope) -> _Branch:
+        match part:
+            case Step():
+                return self._step(part, scope)
+            case Seq(parts=parts):
+                return self._seq(parts, scope)
+            case Par(branches=branches):
+                return self._par(branches, scope)
+            case If():
+                return self._if(part, scope)
+
+    def _seq(self, parts: tuple[Part, ...], scope: _Scope) -> _Branch:
+        for part in parts:
+            end = yield from self._part(part, scope)
+            if end is not None:
+                return end
+        return None
+
+    def _if(self, part: If, scope: _Scope) -> _Branch:
+        if self._is_over():
+            return None
+        holds = self._attempts.world.evaluate(part.condition)
+        if holds is True:
+            return (yield from self._part(part.then, scope))
+        if holds is False and part.otherwise is not None:
+            return (yield from self._part(part.otherwise, scope))
+        why = self._attempts.world.why_not(part.condition)
+        return End(f"nothing is said of what follows where `{part.text}` is not measured: {why}")
+
+    def _par(self, parts: tuple[Part, ...], scope: _Scope) -> _Branch:
+        inner = _Scope(scope.cancelled)
+        scope.inner.append(inner)
+        running = [self._part(part, inner) for part in parts]
+        failure: End | None = None
+        ended: Ended | None = None
+        while running:
+            for branch in list(running):
+                try:
+                    branch.send(ended)  # type: ignore[arg-type]  # the first is None
+                except StopIteration as done:
+                    running.remove(branch)
+                    if done.value is not None and failure is None:
+                        failure = done.value
+                        self._cancel(inner, f"beside it, {failure.reason}")
+            if running:
+                ended = yield
+        scope.inner.remove(inner)
+        return failure
+
+    def _cancel(self, scope: _Scope, reason: str) -> None:
+        for handle in scope.cancel(reason):
+            self._attempts.cancel(handle, reason)
+
+    # Steps.
+
+    def _step(self, step: Step, scope: _Scope) -> _Branch:
+        if self._is_over():
+            return None
+        if self._is_needless(step):
+            self._journal.tell("step-left-out", f"{step} is not needed any more", step=str(step))
+            return None
+        return (yield from self._try(Role.STEP, step, scope))
+
+    def _try(self, role: Role, step: Step, scope: _Scope) -> _Branch:
+        attempt = yield from self._invoke(role, step, scope)
+        for _ in range(step.retry):
+            if not attempt.repeatable or self._is_done(step):
+                break
+            end = yield from self._recover(step, scope)
+            if end is not None:
+                return end
+            if self._is_done(step):
+                return None
+            attempt = yield from self._invoke(Role.RETRY, step, scope)
+        if not attempt.failed or (attempt.repeatable and self._is_done(step)):
+            return None
+        return self._end_of(step, attempt)
+
+    def _recover(self, step: Step, scope: _Scope) -> _Branch:
+        """Run what helps between two tries; how the step ends if what came of that forbids another."""
+        if step.handler is not None:
+            return (yield from self._try(Role.RECOVERY, step.handler, scope))
+        if step.on_failure is None:
+            return None
+        recovery = Step(step.module, step.on_failure)
+        attempt = yield from self._invoke(Role.RECOVERY, recovery, scope)
+        # Not started is no obstacle: nothing moved, and the next try checks its own precondition.
+        if not attempt.failed or attempt.repeatable or attempt.record is None:
+            return None
+        return self._end_of(recovery, attempt)
+
+    def _invoke(self, role: Role, step: Step, scope: _Scope) -> Generator[None, Ended, Attempt]:
+        if scope.cancelled is not None:
+            return Attempt(failed=True, reason=f"cancelled: {scope.cancelled}")
+        begun = self._attempts.begin(role, step.module, step.skill, step.inputs)
+        if not isinstance(begun, Started):
+            return begun
+        scope.under_way.add(begun.handle)
+        while True:
+            ended = yield
+            if ended.step == begun.handle:
+                scope.under_way.remove(begun.handle)
+                return self._attempts.conclude(begun.made, ended.result)
+
+    def _end_of(self, step: Step, attempt: Attempt) -> End:
+        name = f"`{step.module}.{step.skill}`"
+        if not attempt.denied:
+            return End(f"{name} failed: {attempt.reason}")
+        inputs = {key: plain(value) for key, value in step.inputs.items()}
+        request = json.dumps([step.module, step.skill, inputs], sort_keys=True)
+        if request in self._denied:
+            return End(f"{name} was denied a second time: {attempt.reason}", final=True)
+        self._denied.add(request)
+        return End(f"{name} was denied: {attempt.reason}")
+
+    def _is_done(self, step: Step) -> bool:
+        return self._is_over() or self._is_needless(step)
+
+    def _is_needless(self, step: Step) -> bool:
+        return step.unless is not None and self._attempts.world.evaluate(step.unless) is True

@@ -1,0 +1,114 @@
+"""What is proved of a composition is what happens when it is run, whatever comes of its steps, in any order.
+
+Where every claim about it is proved, nothing ends it but a declared failure for which nothing more is to be
+tried: no step that may not start, no condition without an alternative.  And its branches are a plan iff the
+finite claims about them are proved.
+"""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import replace
+from fractions import Fraction
+from math import inf
+from typing import Any
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aeros.agent.attempt import Attempts
+from aeros.agent.composing import graph_of
+from aeros.agent.engine import Engine
+from aeros.agent.graph import Seq, verify_plan
+from aeros.agent.journal import Journal
+from aeros.runtime.ports import Ended
+from aeros.spec.composition import Composition
+from aeros.spec.expr.semantics import holds
+from aeros.spec.model import Ecm, Site, Skill
+from tests.differential.real_loop import Forgetful
+from tests.property.mix import Mix
+from tests.property.test_compositions import (
+    STATE,
+    STATES,
+    _compositions,
+    _module,
+    _refuted,
+    _site,
+    _skills,
+    bounded,
+)
+from tests.unit.agent.fake_runtime import FakeRuntime
+
+MEASURED = {name: replace(one, max_age=Fraction(1)) for name, one in STATE.items()}
+SITE = _site(state=MEASURED)
+SKILLS = ("s0", "s1", "s2", "s3")
+PLANS, RUNS = Mix(), Counter[str]()
+
+
+class Chance(FakeRuntime):
+    """Steps end in any order, with any outcome that may happen; `v` is anything meanwhile."""
+
+    def __init__(self, module: Ecm, site: Site, start: Mapping[str, Any], seed: int) -> None:
+        self.random = random.Random(seed)  # noqa: S311 - to choose, not to keep secrets
+        self.module = module
+        self.most = 0  # under way at the same time
+        super().__init__({module.id: module}, chance=self._chosen, at=site)
+        self.state = dict(start)
+
+    def _chosen(self, skill: str, _: list[str]) -> str:
+        outcomes = self.module.skills[skill].outcomes.values()
+        return self.random.choice([one.id for one in outcomes if one.probability != 0])
+
+    def wait(self, until: float = inf) -> Ended | None:
+        self.most = max(self.most, len(self.under_way))
+        keep = list(self.under_way.items())
+        self.random.shuffle(keep)
+        self.under_way = dict(keep)
+        self.state["v"] = self.random.choice([Fraction(0), Fraction(1)])
+        return super().wait(until)
+
+
+def _ends(
+    module: Ecm, composition: Composition, start: Mapping[str, Any], seed: int
+) -> tuple[str | None, Chance]:
+    """Why the run of it failed, if it did."""
+    runtime = Chance(module, SITE, start, seed)
+    memory = Forgetful()
+    journal = Journal(runtime, memory, None)
+    engine = Engine(Attempts(runtime, memory, journal, "task"), journal, lambda: False)
+    end = engine.run(Seq(graph_of(composition, module.id).parts))
+    return None if end is None else end.reason, runtime
+
+
+@bounded
+@given(_compositions(), _skills(), st.frozensets(st.sampled_from(SKILLS)), st.integers(0, 2**32))
+def test_what_is_proved_happens(
+    composition: Composition, skills: dict[str, Skill], anytime: frozenset[str], seed: int
+) -> None:
+    # As drawn, hardly one is proved.
+    skills = {
+        name: replace(one, precondition=None) if name in anytime else one for name, one in skills.items()
+    }
+    module = replace(_module(skills, composition), id="module")
+    _, refuted = _refuted(module, _site())
+    finite = {id_ for id_ in refuted if "/par-" in id_}
+    problems = verify_plan(graph_of(composition, "module"), {"module": module}, SITE)
+    PLANS.compare("plan", proved=not finite, expected=problems == [])
+    if any(part in id_ for id_ in refuted for part in ("/par-", "/ready", "/covers")):
+        return
+    for number, start in enumerate(one for one in STATES if holds(composition.precondition, one)):
+        why, runtime = _ends(module, composition, start, seed + number)
+        assert runtime.under_way == {}
+        assert "step-not-started" not in runtime.kinds(), why
+        assert why is None or "failed: outcome `" in why
+        RUNS["done" if why is None else "failed"] += 1
+        RUNS["cancelled"] += sum(note.get("status") == "cancelled" for _, note in runtime.notes)
+        RUNS["at the same time"] += runtime.most > 1
+
+
+def test_enough_was_compared() -> None:
+    PLANS.assert_both("plan")
+    assert min(RUNS[kind] for kind in ("done", "failed", "at the same time")) > 10, RUNS
+    assert RUNS["cancelled"] > 0

@@ -1,0 +1,116 @@
+"""An executor of several steps at a time, with everything around it fake but gate, monitor and audit log."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from aeros.runtime.audit import AuditLog, verify_log
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.executor import Executor
+from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.governor import Governor
+from aeros.runtime.ports import StepHandle, StepRequest, StepResult
+from aeros.runtime.skill_run import Run, SkillRun
+from aeros.runtime.step import needs_of
+from aeros.sim.fake import FakePlant
+from aeros.skill import Action, Inputs, Observation, SkillBody, act
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.loading import load_ecm, load_site
+from aeros.spec.model import Ecm, Site, Skill
+
+FOLDER = Path(__file__).parent / "data" / "together"
+VALUES = {"charge": 0.5, "hand": 0.0, "stop_pressed": False, "done": False, "moved": False}
+Body = Callable[[Observation, Inputs], SkillBody]
+
+
+@cache
+def configuration() -> Configuration:
+    """With no certificates, so that everything is decided at the gate."""
+    sink = Diagnostics()
+    site = load_site(FOLDER / "site.yaml", sink)
+    assert site is not None, list(sink)
+    loaded = load_ecm(FOLDER, site, sink)
+    assert loaded is not None, list(sink)
+    return Configuration(site, {"cart": loaded.ecm}, {}, "c" * 64)
+
+
+def asking(*actions: Action, ends: list[str] | None = None, name: str = "") -> Body:
+    """A skill that asks for these; notes when it is closed."""
+
+    def body(observed: Observation, inputs: Inputs) -> SkillBody:
+        try:
+            yield from (action for action in actions)
+        finally:
+            if ends is not None:
+                ends.append(name)
+
+    return body
+
+
+def move(speed: float = 0.25) -> Action:
+    return act("move", speed=speed)
+
+
+def roll(pace: float = 0.25) -> Action:
+    return act("roll", pace=pace)
+
+
+class Cart:
+    """What the skills ask for is said by `bodies`, by skill."""
+
+    def __init__(
+        self,
+        log: Path,
+        bodies: Mapping[str, Body],
+        mode: GateMode = GateMode.COMPILED,
+        governor: Governor | None = None,
+        plant: FakePlant | None = None,
+    ) -> None:
+        self.log = log
+        self.bodies = bodies
+        self.plant = plant or FakePlant(VALUES)
+        self.audit = AuditLog(log)
+        self.executor = Executor(
+            configuration(), Gate(configuration(), mode), self.plant, self.audit, self._open, governor
+        )
+
+    def _open(self, site: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> Run:
+        return SkillRun(self.bodies[skill.id], inputs)
+
+    def start(self, skill: str) -> StepHandle:
+        started = self.executor.start(StepRequest("cart", skill, {}))
+        assert not isinstance(started, StepResult), started
+        return started
+
+    def ends(self, count: int) -> dict[StepHandle, StepResult]:
+        """The next steps that end."""
+        found = {}
+        for _ in range(count):
+            ended = self.executor.wait()
+            assert ended is not None
+            found[ended.step] = ended.result
+        return found
+
+    def begun(self) -> list[str]:
+        return [action.kind for action in self.plant.executed]
+
+    def calls(self, *methods: str) -> list[Any]:
+        return [call[1:] if len(call) > 2 else call[1] for call in self.plant.calls if call[0] in methods]
+
+    def records(self, event: str) -> list[dict[str, Any]]:
+        assert verify_log(self.log).sound
+        every = [json.loads(line) for line in self.log.read_bytes().splitlines()]
+        return [
+            {**record["details"], "sequence": record["sequence"]}
+            for record in every
+            if record["event"] == event
+        ]
+
+    def assert_nothing_is_held(self) -> None:
+        skills = configuration().modules["cart"].skills.values()
+        names = {name for skill in skills for name in needs_of(skill)}
+        assert {name: self.executor._resources.held(name) for name in names} == dict.fromkeys(names, 0)
