@@ -157,6 +157,20 @@ def test_what_bounds_decide(text: str, expected: Result) -> None:
 
 
 @pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("max(x, y) <= 1 m", Result.SAT),
+        ("max(x, y) <= 1 m and min(x, y) >= 1 m", None),
+        ("max(x, y) <= 1 m and x > 1 m and x < 1 m", Result.UNSAT),
+    ],
+)
+def test_what_has_no_range_may_be_anything(text: str, expected: Result | None) -> None:
+    term = check(parse(text), Scope(VARIABLES), BOOL)
+    found = _agrees(list(t.variables_of(term).values()), {}, [term])
+    assert (None if found is None else found.result) is expected
+
+
+@pytest.mark.parametrize(
     "text",
     [
         "x * y == 2 m",
