@@ -48,6 +48,7 @@ def _agrees(
             value = found.model.get(name, low)
             assert not isinstance(value, Fraction) or low <= value <= high
     else:
+        assert found.model == {}
         assert Session(variables, ranges).ask(*terms).result is Result.UNSAT
     return found
 
