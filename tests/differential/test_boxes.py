@@ -50,6 +50,7 @@ def _agrees(
             value = found.model.get(name, low)
             assert not isinstance(value, Fraction) or low <= value <= high
     else:
+        assert found.model == {}
         assert Session(variables, ranges).ask(*terms).result is Result.UNSAT
     return found
 
@@ -179,6 +180,20 @@ def test_what_bounds_decide(text: str, expected: Result) -> None:
     assert found is not None
     assert found.result is expected
     assert Session(variables, ranges).ask(term).result is expected
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("max(x, y) <= 1 m", Result.SAT),
+        ("max(x, y) <= 1 m and min(x, y) >= 1 m", None),
+        ("max(x, y) <= 1 m and x > 1 m and x < 1 m", Result.UNSAT),
+    ],
+)
+def test_what_has_no_range_may_be_anything(text: str, expected: Result | None) -> None:
+    term = check(parse(text), Scope(VARIABLES), BOOL)
+    found = _agrees(list(t.variables_of(term).values()), {}, [term])
+    assert (None if found is None else found.result) is expected
 
 
 @pytest.mark.parametrize(

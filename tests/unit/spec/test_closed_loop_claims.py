@@ -108,6 +108,18 @@ def test_a_step_that_a_failure_before_it_makes_needless_is_followed_by_the_next(
     assert refutation(found["dispatch"], "AE801") == ("start with ", "wrap → odd", "then wrapper_aligned")
 
 
+def test_a_step_that_comes_next_because_one_was_needless_is_hindered_too() -> None:
+    align = skill("align", outcome("aligned", {"wrapper_aligned": True}))
+    found = claims(
+        (align, WRAP, BOIL),
+        rule("not wrapper_aligned", "wrap"),  # only the next plan has this
+        rule("wrapper_aligned", "align"),
+        rule("wrapper_aligned", "align"),
+        rule(COOKED, "boil"),
+    )
+    assert refutation(found["dispatch"], "AE801") == ("start with ", "align → aligned", "then wrapper_aligned")
+
+
 def test_a_precondition_on_inputs_is_decided_with_the_inputs_of_the_rule() -> None:
     force = {"force": given_input("force", Fraction(1, 2), (Fraction(0), Fraction(1)))}
     pressed = skill("press", outcome("done", {COOKED: True}), precondition="inputs.force > 0.4", inputs=force)
