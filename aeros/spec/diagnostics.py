@@ -130,7 +130,7 @@ _TABLE: Final = (
     Code("AE603", "vacuous-rule", "policy", "a rule can never deny anything"),
     Code("AE604", "shadowed-rule", "policy", "a rule denies nothing that the others do not deny"),
     Code("AE605", "attenuation-not-allowed", "policy", "an attenuated action would still be denied"),
-    Code("AE606", "attenuation-enlarges", "policy", "an attenuation can make an action larger, or turn it round"),
+    Code("AE606", "attenuation-enlarges", "policy", "an attenuation can enlarge an action or turn it round"),
     Code("AE607", "no-protective-stop", "policy", "a site does not have exactly one protective stop"),
     Code("AE608", "infeasible-quota", "policy", "a quota can never be kept"),
     Code("AE609", "idle-quota", "policy", "a quota counts actions that are never allowed"),

@@ -124,10 +124,9 @@ def _turns(draw: st.DrawFn, name: str, target: str, needed: str) -> Skill:
     outcomes = draw(st.permutations(outcomes))
     precondition = draw(st.sampled_from([None, None, None, needed, needed, needed, *_AT[:2]]))
     inputs: dict[str, Declared] = {}
-    if draw(st.integers(0, 4)) == 0:
-        inputs["force"] = given_input(
-            "force", draw(st.sampled_from([Fraction(1, 4), Fraction(1, 2)])), _RANGE
-        )
+    if draw(st.integers(0, 2)) == 0:
+        usual = draw(st.sampled_from([Fraction(1, 4), Fraction(1, 2), Fraction(1, 2)]))
+        inputs["force"] = given_input("force", usual, _RANGE)
         precondition = "inputs.force > 0.4" + (f" and {precondition}" if precondition else "")
     return skill(name, *outcomes, precondition=precondition, inputs=inputs)
 

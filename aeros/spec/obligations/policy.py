@@ -158,7 +158,7 @@ def _attenuation_obligations(
         claim=Claim.ALWAYS,
         space=space,
         conclusion=_no_larger(kind, reduced),
-        headline=f"the attenuation of `{rule.id}` can make a parameter of `{kind.name}` larger or turn it round",
+        headline=f"the attenuation of `{rule.id}` can enlarge a parameter of `{kind.name}` or turn it round",
         primary=Label(rule.span, "enlarges a parameter, turns it round, or leaves its range"),
         help=("as in `speed: min(speed, 250 mm/s)`",),
     )
