@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import aeros
 from aeros.spec.model import Access, Block, Ecm, Outcome, Site, Skill, Task
 from aeros.spec.obligations.configuration import configuration_obligations
-from aeros.spec.obligations.dependencies import dependency_obligations
+from aeros.spec.obligations.dependencies import dependency_obligations, runtime_obligations
 from aeros.spec.presence import presence_of, presence_of_site
 from tests.property.mix import Mix
 from tests.property.test_permissions import bounded
@@ -75,11 +75,11 @@ _RUNTIMES = ["", ">=0", ">=0.1", "<0.1", ">9", "<9,>=0.1", f"=={aeros.__version_
 def _dependencies_are_judged(ones: list[dict[str, Any]], runtime: str) -> None:
     first = ones[0] | {"runtime": runtime}
     around = {one["id"]: one for one in ones}
+    own = presence_of(_ecm(first))
+    beside = {name: presence_of(_ecm(one)) for name, one in around.items()}
     found = {
         claim.id.removeprefix("dependencies/"): claim.diagnostic
-        for claim in dependency_obligations(
-            presence_of(_ecm(first)), {name: presence_of(_ecm(one)) for name, one in around.items()}
-        )
+        for claim in (*runtime_obligations(own), *dependency_obligations(own, beside))
     }
     for name, specifier in first["requires"].items():
         told = found.pop(name)
