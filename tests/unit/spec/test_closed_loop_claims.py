@@ -117,7 +117,8 @@ def test_a_step_that_comes_next_because_one_was_needless_is_hindered_too() -> No
         rule("wrapper_aligned", "align"),
         rule(COOKED, "boil"),
     )
-    assert refutation(found["dispatch"], "AE801") == ("start with ", "align → aligned", "then wrapper_aligned")
+    trace = refutation(found["dispatch"], "AE801")
+    assert trace == ("start with ", "align → aligned", "then wrapper_aligned")
 
 
 def test_a_precondition_on_inputs_is_decided_with_the_inputs_of_the_rule() -> None:
