@@ -122,7 +122,7 @@ def _turns(draw: st.DrawFn, name: str, target: str, needed: str) -> Skill:
     elif draw(st.integers(0, 3)) == 0:
         outcomes[-1] = replace(outcomes[-1], probability=Fraction(len(outcomes) == 1))
     outcomes = draw(st.permutations(outcomes))
-    precondition = draw(st.sampled_from([None, None, None, needed, needed, needed, *_AT[:2]]))
+    precondition = draw(st.sampled_from([*[None] * 4, *[needed] * 4, f"not {target}", *_AT[:2]]))
     inputs: dict[str, Declared] = {}
     if draw(st.integers(0, 2)) == 0:
         usual = draw(st.sampled_from([Fraction(1, 4), Fraction(1, 2), Fraction(1, 2)]))

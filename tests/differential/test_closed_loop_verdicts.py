@@ -140,7 +140,9 @@ def _turning(draw: st.DrawFn) -> Case:
     case = draw(st.one_of(loops(), loops(), loops(), marking_loops()))
     some = draw(st.lists(st.sampled_from(PREDICATES), min_size=2, max_size=3, unique=True))
     each = [f"not {name}" for name in PREDICATES if not case.task.initial[name]]
-    return _keeping(case, f"not ({' and '.join(some)})", "area == table", *each)
+    first, second, *_ = PREDICATES
+    ordered = [f"{first} or not {name}" for name in PREDICATES[1:]] + [f"{second} or not {some[0]}"]
+    return _keeping(case, f"not ({' and '.join(some)})", "area == table", *each, *ordered)
 
 
 def _keeping(case: Case, *kept: str) -> Case:
