@@ -414,6 +414,39 @@ def test_what_a_step_held_is_there_for_the_next(cart: MakeCart, body: Body, stat
     assert one.calls("skill_ended") == [("cart.reach", status is FINISHED)] * 2
 
 
+@pytest.mark.parametrize(
+    ("returned", "status", "said"),
+    [
+        (None, FINISHED, {}),
+        ({"amount": 0.5}, FINISHED, {"amount": 0.5}),
+        ({"amount": 1}, FINISHED, {"amount": 1.0}),
+        ({}, StepStatus.RAISED, "the output `amount` is missing"),
+        ({"amount": 1.5}, StepStatus.RAISED, "the output `amount` is outside its range [0, 1]"),
+        ({"amount": nan}, StepStatus.RAISED, "the output `amount` is not a finite number"),
+        ({"amount": True}, StepStatus.RAISED, "the output `amount` is not a finite number"),
+        ({"amount": 0.5, "more": 1}, StepStatus.RAISED, "the skill has no output `more`"),
+        ([0.5], StepStatus.RAISED, "the skill returned a `list`"),
+        ({1: 0.5}, StepStatus.RAISED, "the skill returned an output whose name is no text"),
+    ],
+)
+def test_what_a_skill_gives_is_what_it_declares(
+    cart: MakeCart, returned: Any, status: StepStatus, said: Any
+) -> None:
+    def giving(observed: Observation, inputs: Inputs) -> SkillBody:
+        yield act("wait", duration=1.0)
+        return returned
+
+    one = cart(look=giving)
+    result = one.executor.submit(StepRequest("cart", "look", {}))
+    assert result.status is status
+    if status is FINISHED:
+        assert result.outputs == said
+        assert [end.get("outputs", {}) for end in one.records("step-ended")] == [said]
+    else:
+        assert said in result.reason
+        assert result.outputs == {}
+
+
 @pytest.mark.parametrize("failure", [OSError("link lost"), KeyboardInterrupt()])
 @pytest.mark.parametrize("method", ["advance", "begin", "observe"])
 def test_where_something_breaks_every_step_is_cleaned_up_once(
