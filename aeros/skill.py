@@ -8,6 +8,7 @@ time-outs, isolation and replay need no help from it.
         x, y, z = observed["wrapper_position"]
         observed = yield act("move_tool", target=(x, y, z + 0.10), yaw=0.0, speed=0.2)
 
+At its end it returns the outputs that it declares, by name, if it has any to give.
 Parameters are SI numbers, booleans, enum members as strings, or 3-vectors as tuples.
 """
 
@@ -33,7 +34,7 @@ class Action(NamedTuple):
     parameters: Mapping[str, Any]
 
 
-SkillBody = Generator[Action, Observation, None]
+SkillBody = Generator[Action, Observation, Any]
 
 
 def act(kind: str, **parameters: Any) -> Action:

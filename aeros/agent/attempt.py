@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Final
 
 from aeros.agent.dispatcher import Dispatch, Dispatcher, UndispatchableError
@@ -28,12 +28,14 @@ class Attempt:
         a denial, a refusal, an unmet precondition or an undeclared outcome the plan rests on something
         that is not so.
     record: None where it was not submitted.
+    outputs: what the skill gave, by name, SI.
     """
 
     failed: bool
     reason: str
     repeatable: bool = False
     record: StepRecord | None = None
+    outputs: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def denied(self) -> bool:
@@ -165,7 +167,7 @@ class Attempts:
         )
         self.records.append(record)
         repeatable = record.failed and record.status in _TRIED and not judgement.undeclared
-        return Attempt(record.failed, record.reason, repeatable, record)
+        return Attempt(record.failed, record.reason, repeatable, record, result.outputs)
 
     def _not_started(self, role: Role, module: str, skill: str, reason: str) -> Attempt:
         name = f"{module}.{skill}"

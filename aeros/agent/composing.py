@@ -39,7 +39,7 @@ class CompositionPlanner:
 
 
 def graph_of(composition: Composition, module: str) -> TaskGraph:
-    """`composition` of `module` as a task graph; raises `UncomposedError` where data flows between steps."""
+    """`composition` of `module` as a task graph."""
     body = _part(composition.body, composition.handlers, module)
     return TaskGraph(body.parts if isinstance(body, graph.Seq) else (body,))
 
@@ -58,7 +58,6 @@ def _part(part: Part, handlers: Mapping[str, Step], module: str) -> graph.Part:
 
 
 def _step(step: Step, handlers: Mapping[str, Step], module: str) -> graph.Step:
-    if step.flows:
-        raise UncomposedError(f"`{step.id}` takes an output of another step, which cannot be run yet")
     handler = None if step.handler is None else _step(handlers[step.handler], handlers, module)
-    return graph.Step(module, step.skill, step.inputs, step.retry, handler=handler)
+    flows = {name: (flow.step, flow.output) for name, flow in step.flows.items()}
+    return graph.Step(module, step.skill, step.inputs, step.retry, handler=handler, id=step.id, flows=flows)

@@ -13,15 +13,18 @@
   others start nothing more, and what they have under way is cancelled.  It has ended once that has.
 - Once the goal is measured nothing more starts; what is under way ends by itself.
 
+- An input may take an output of a step that has succeeded; where that gave none, the step fails.
+
 A branch is a generator that yields while a step of it is under way and is sent every step that ends.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import inf
+from typing import Any
 
 from aeros.agent.attempt import Attempt, Attempts, Started
 from aeros.agent.graph import If, Par, Part, Seq, Step
@@ -76,10 +79,12 @@ class Engine:
         self._is_over = is_over
         self._until = until
         self._denied: set[str] = set()
+        self._outputs: dict[str, Mapping[str, Any]] = {}
         self.is_late = False
 
     def run(self, part: Part) -> End | None:
         """None once all of it is done or the goal is measured, else how it failed for good."""
+        self._outputs.clear()
         scope = _Scope()
         branch, until = self._part(part, scope), self._until
         ended = None
@@ -189,7 +194,13 @@ class Engine:
     def _invoke(self, role: Role, step: Step, scope: _Scope) -> Generator[None, Ended, Attempt]:
         if scope.cancelled is not None:
             return Attempt(failed=True, reason=f"cancelled: {scope.cancelled}")
-        begun = self._attempts.begin(role, step.module, step.skill, step.inputs)
+        inputs = dict(step.inputs)
+        for name, (source, output) in step.flows.items():
+            if output not in self._outputs.get(source, {}):
+                why = f"its input `{name}` takes `{source}.{output}`, which is not there"
+                return Attempt(failed=True, reason=why)
+            inputs[name] = self._outputs[source][output]
+        begun = self._attempts.begin(role, step.module, step.skill, inputs)
         if not isinstance(begun, Started):
             return begun
         scope.under_way.add(begun.handle)
@@ -197,7 +208,10 @@ class Engine:
             ended = yield
             if ended.step == begun.handle:
                 scope.under_way.remove(begun.handle)
-                return self._attempts.conclude(begun.made, ended.result)
+                attempt = self._attempts.conclude(begun.made, ended.result)
+                if not attempt.failed:
+                    self._outputs[step.id] = attempt.outputs
+                return attempt
 
     def _end_of(self, step: Step, attempt: Attempt) -> End:
         name = f"`{step.module}.{step.skill}`"

@@ -10,7 +10,7 @@ are not looked at: the gate decides them of actions.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -40,6 +40,8 @@ class Step:
     on_failure: the skill of the same module, run with its default inputs, between two tries.
     unless: the step is left out where this is measured when its turn comes.
     handler: the step run between two tries, in place of `on_failure`; where it fails for good, so has this.
+    id: the name by which other steps take its outputs.
+    flows: by input, the `id` and the output that it takes of a step that has succeeded before.
     """
 
     module: str
@@ -49,6 +51,8 @@ class Step:
     on_failure: str | None = None
     unless: t.Term | None = None
     handler: Step | None = None
+    id: str = ""
+    flows: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
     def __str__(self) -> str:
         helper = self.on_failure if self.handler is None else self.handler.skill
@@ -116,6 +120,8 @@ _FORM: Final[tuple[tuple[str, tuple[Any, ...]], ...]] = (
     ("on_failure", (str, type(None))),
     ("unless", (t.Term, type(None))),
     ("handler", (Step, type(None))),
+    ("id", (str,)),
+    ("flows", (Mapping,)),
 )
 
 
@@ -203,7 +209,14 @@ def _malformed(step: object) -> str | None:
         value = getattr(step, name)
         if not isinstance(value, allowed) or isinstance(value, bool):
             return f"`{name}` is of type {type(value).__name__}"
+    for name, source in step.flows.items():
+        if not isinstance(name, str) or not _is_source(source):
+            return "`flows` does not name an output of a step for each input"
     return None
+
+
+def _is_source(source: object) -> bool:
+    return isinstance(source, tuple) and len(source) == 2 and all(isinstance(name, str) for name in source)
 
 
 def _step_problems(step: Step, modules: Mapping[str, Ecm], site: Site) -> list[str]:
@@ -219,7 +232,7 @@ def _step_problems(step: Step, modules: Mapping[str, Ecm], site: Site) -> list[s
     if skill is None:
         problems.append(_unknown_skill(step.skill, module))
     else:
-        problems += input_problems(skill, step.inputs)
+        problems += input_problems(skill, step.inputs, step.flows)
     if step.on_failure is not None:
         recovery = module.skills.get(step.on_failure)
         if recovery is None:
@@ -235,12 +248,15 @@ def _unknown_skill(name: str, module: Ecm) -> str:
     return f"`{module.id}` has no skill `{name}`{hint}"
 
 
-def input_problems(skill: Skill, inputs: Mapping[str, Any]) -> list[str]:
-    """Why `skill` cannot be run with `inputs`; empty iff it can, defaults filled in."""
-    problems = [f"`{name}` is no input of it" for name in inputs if name not in skill.inputs]
+def input_problems(skill: Skill, inputs: Mapping[str, Any], flows: Collection[str] = ()) -> list[str]:
+    """Why `skill` cannot be run with `inputs`; empty iff it can, defaults filled in.
+
+    flows: inputs that are known only when it starts.
+    """
+    problems = [f"`{name}` is no input of it" for name in (*inputs, *flows) if name not in skill.inputs]
     for name, declared in skill.inputs.items():
         if name not in inputs:
-            if declared.default is None:
+            if declared.default is None and name not in flows:
                 problems.append(f"it needs the input `{name}`")
             continue
         try:

@@ -32,7 +32,7 @@ from aeros.runtime.deciding import Deciding
 from aeros.runtime.decision import Caller
 from aeros.runtime.gate import Gate
 from aeros.runtime.governor import Command, Fixed, Governor
-from aeros.runtime.inputs import InputError, settle_inputs
+from aeros.runtime.inputs import InputError, settle_inputs, settle_outputs
 from aeros.runtime.observation import observation_for
 from aeros.runtime.ports import (
     Completion,
@@ -278,7 +278,7 @@ class Executor:
         if self.now() > step.deadline:
             return Ending(StepStatus.TIMED_OUT, "the skill's time-out has passed")
         if isinstance(asked, Ending):
-            return asked
+            return _with_outputs(step.skill, asked)
         step.asked = asked
         return None
 
@@ -395,15 +395,17 @@ class Executor:
         except BaseException as failure:
             self._record_broken(step, failure)
             raise
-        status, said = step.ending or Ending(StepStatus.STOPPED, "")
+        status, said, outputs = step.ending or Ending(StepStatus.STOPPED, "")
         # A skill's own words may hold what no file, database or terminal takes.
         reason = said.encode("utf-8", "backslashreplace").decode()
         outcome = {"time": self.now(), "status": status.value, "reason": reason}
         event = "step-ended" if step.has_begun else "step-refused"
-        self._audit.append(event, {**outcome, **caller_details(step.caller)})
+        gave = {} if outputs is None else {"outputs": dict(outputs)}
+        self._audit.append(event, {**outcome, **caller_details(step.caller), **gave})
         counts = step.counts
-        result = StepResult(status, reason, counts.allowed, counts.attenuated, counts.denied)
-        self._results[handle] = result
+        self._results[handle] = StepResult(
+            status, reason, counts.allowed, counts.attenuated, counts.denied, dict(outputs or {})
+        )
 
     def _leave(self, handle: StepHandle, step: Step) -> None:
         """Close the skill, tell the plant, release what the step holds: each even if another raises."""
@@ -463,6 +465,16 @@ class Executor:
         now = self._configuration.modules.get(ecm.id)
         was = (ecm.manifest_digest, ecm.code_digest)
         return now is not None and (now.manifest_digest, now.code_digest) == was
+
+
+def _with_outputs(skill: Skill, ending: Ending) -> Ending:
+    """The ending, with outputs that are what the skill declares; it may give none at all."""
+    if ending.outputs is None:
+        return ending
+    try:
+        return ending._replace(outputs=settle_outputs(skill.outputs, ending.outputs))
+    except InputError as fault:
+        return Ending(StepStatus.RAISED, f"what it returned is not its outputs: {fault}")
 
 
 def _stopped_by(completion: Completion) -> Ending:

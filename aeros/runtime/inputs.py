@@ -1,4 +1,4 @@
-"""A step's inputs against what the skill declares: exact types, ranges, defaults, nothing unknown."""
+"""A step's inputs and outputs against what the skill declares: types, ranges, defaults, nothing unknown."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from aeros.spec.model import Declared
 
 
 class InputError(Exception):
-    """The inputs are not what the skill declares; the message says why."""
+    """Inputs or outputs are not what the skill declares; the message says why."""
 
 
 def settle_inputs(declared: Mapping[str, Declared], given: Mapping[str, Any]) -> dict[str, Any]:
@@ -23,20 +23,30 @@ def settle_inputs(declared: Mapping[str, Declared], given: Mapping[str, Any]) ->
     inside), vectors and families (tuple or list) tuples.  Immutable all the way down, so what was
     checked is what is used.
     """
+    return _settled("input", declared, given)
+
+
+def settle_outputs(declared: Mapping[str, Declared], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Likewise for every declared output; raises `InputError`."""
+    return _settled("output", declared, given)
+
+
+def _settled(what: str, declared: Mapping[str, Declared], given: Mapping[str, Any]) -> dict[str, Any]:
     try:
         asked = dict(given)
     except Exception:
-        raise InputError("the inputs are not a mapping") from None
+        raise InputError(f"the {what}s are not a mapping") from None
     unknown = [name for name in asked if type(name) is not str or name not in declared]
     if unknown:
-        raise InputError(f"the skill has no input {_spell(unknown[0])}")
-    return {name: _settle(name, one, asked) for name, one in declared.items()}
+        raise InputError(f"the skill has no {what} {_spell(unknown[0])}")
+    return {
+        name: _settle(f"{what} `{name}`", one, asked.get(name, one.default)) for name, one in declared.items()
+    }
 
 
-def _settle(name: str, declared: Declared, asked: Mapping[str, Any]) -> Any:
-    value = asked.get(name, declared.default)
+def _settle(name: str, declared: Declared, value: Any) -> Any:
     if value is None:
-        raise InputError(f"the input `{name}` is missing")
+        raise InputError(f"the {name} is missing")
     match declared.variable.type:
         case VectorType():
             return _several(name, declared, value, 3)
@@ -48,7 +58,7 @@ def _settle(name: str, declared: Declared, asked: Mapping[str, Any]) -> Any:
 
 def _several(name: str, declared: Declared, value: Any, count: int) -> tuple[Any, ...]:
     if type(value) not in (tuple, list) or len(value) != count:
-        raise InputError(f"the input `{name}` is not a list of {count} values")
+        raise InputError(f"the {name} is not a list of {count} values")
     type_ = declared.variable.type
     element = type_.element if isinstance(type_, FamilyType) else None
     return tuple(_one(name, declared, element, item) for item in value)
@@ -58,11 +68,11 @@ def _one(name: str, declared: Declared, type_: BoolType | RealType | EnumType | 
     match type_:
         case BoolType():
             if type(value) is not bool:
-                raise InputError(f"the input `{name}` is not a truth value")
+                raise InputError(f"the {name} is not a truth value")
             return value
         case EnumType(members=members):
             if type(value) is not str or value not in members:
-                raise InputError(f"the input `{name}` is none of {', '.join(members)}")
+                raise InputError(f"the {name} is none of {', '.join(members)}")
             return value
         case IntegerType():
             return _whole(name, _real(name, declared.range, value))
@@ -72,18 +82,18 @@ def _one(name: str, declared: Declared, type_: BoolType | RealType | EnumType | 
 
 def _real(name: str, bounds: tuple[Fraction, Fraction] | None, value: Any) -> float:
     if type(value) not in (float, int, Fraction) or (type(value) is float and not isfinite(value)):
-        raise InputError(f"the input `{name}` is not a finite number")
+        raise InputError(f"the {name} is not a finite number")
     # Compared exactly: a double is the rational it denotes.
     exact = Fraction(value)
     if bounds is not None and not bounds[0] <= exact <= bounds[1]:
         lower, upper = map(float, bounds)
-        raise InputError(f"the input `{name}` is outside its range [{lower:.9g}, {upper:.9g}]")
+        raise InputError(f"the {name} is outside its range [{lower:.9g}, {upper:.9g}]")
     return double_within(exact, bounds) if bounds is not None else _double(name, exact)
 
 
 def _whole(name: str, value: float) -> int:
     if not value.is_integer():
-        raise InputError(f"the input `{name}` is not a whole number")
+        raise InputError(f"the {name} is not a whole number")
     return int(value)
 
 
@@ -91,7 +101,7 @@ def _double(name: str, exact: Fraction) -> float:
     try:
         return float(exact)
     except OverflowError:
-        raise InputError(f"the input `{name}` is too large") from None
+        raise InputError(f"the {name} is too large") from None
 
 
 def _spell(name: object) -> str:

@@ -7,7 +7,7 @@ cannot act, and a plant can act and cannot decide.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from math import inf
 from typing import Any, NamedTuple, NewType, Protocol
@@ -211,13 +211,14 @@ class StepStatus(Enum):
 
 @dataclass(frozen=True, slots=True)
 class StepResult:
-    """What became of a step: status, the reason in words, and what the gate decided on the way."""
+    """What became of a step: status, the reason in words, what the gate decided on the way, its outputs."""
 
     status: StepStatus
     reason: str
     allowed: int = 0
     attenuated: int = 0
     denied: int = 0
+    outputs: Mapping[str, Any] = field(default_factory=dict)
 
 
 StepHandle = NewType("StepHandle", int)

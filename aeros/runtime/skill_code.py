@@ -27,7 +27,7 @@ class SkillRefusedError(Exception):
 
 
 class NoActionError(Exception):
-    """What the skill yielded is no action; the message says what it is."""
+    """What the skill yielded is no action, or what it returned no outputs; the message says what it is."""
 
 
 def told(failure: BaseException) -> str:
@@ -72,6 +72,20 @@ def snapshot(yielded: object) -> Action:
     if type(yielded.kind) is not str or not all(type(name) is str for name in parameters):
         raise NoActionError("the skill yielded a kind or a parameter name that is no text")
     return Action(yielded.kind, parameters)
+
+
+def returned(value: object) -> dict[str, object] | None:
+    """What a skill returned at its end: its outputs as they are now, or None.  Raises `NoActionError`."""
+    if value is None:
+        return None
+    if type(value) is not dict or len(value) > MOST_PARAMETERS:
+        raise NoActionError(
+            f"the skill returned a `{type_name(value)}`, not a dict of at most {MOST_PARAMETERS} outputs"
+        )
+    outputs = {name: tuple(part) if type(part) is list else part for name, part in value.items()}
+    if not all(type(name) is str for name in outputs):
+        raise NoActionError("the skill returned an output whose name is no text")
+    return outputs
 
 
 def _execute(module: str, name: str, content: bytes, path: str) -> ModuleType:

@@ -10,17 +10,21 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Protocol
 
 from aeros.runtime.ports import StepStatus
-from aeros.runtime.skill_code import NoActionError, SkillFunction, snapshot, told
+from aeros.runtime.skill_code import NoActionError, SkillFunction, returned, snapshot, told
 from aeros.runtime.skills import load_skill
 from aeros.skill import Action, Observation, SkillBody
 from aeros.spec.model import Ecm, Site, Skill
 
 
 class Ending(NamedTuple):
-    """How a skill's run ended, and why in words; no words when it finished."""
+    """How a skill's run ended, and why in words; no words when it finished.
+
+    outputs: what it returned, if it finished and returned something.
+    """
 
     status: StepStatus
     reason: str
+    outputs: Mapping[str, Any] | None = None
 
 
 class Run(Protocol):
@@ -45,6 +49,13 @@ def run_in_process(_: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -
     return SkillRun(load_skill(ecm, skill), inputs)
 
 
+def _finished(value: object) -> Ending:
+    try:
+        return Ending(StepStatus.FINISHED, "", returned(value))
+    except NoActionError as failure:
+        return Ending(StepStatus.RAISED, str(failure))
+
+
 class SkillRun:
     """A generator, not yet started."""
 
@@ -64,8 +75,8 @@ class SkillRun:
             else:
                 yielded = self._body.send(observed)
             return snapshot(yielded)
-        except StopIteration:
-            return Ending(StepStatus.FINISHED, "")
+        except StopIteration as end:
+            return _finished(end.value)
         except KeyboardInterrupt:
             raise
         except NoActionError as failure:

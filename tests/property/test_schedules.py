@@ -13,7 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.runtime.audit import verify_log
@@ -22,6 +22,7 @@ from aeros.runtime.ports import Completion, Ended, Monitor, Motion, Plan, StepHa
 from aeros.runtime.replay import Replay
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, act
+from tests.property.test_compositions import bounded
 from tests.unit.runtime.together import VALUES, Cart, asking, configuration
 
 SPEEDS = st.sampled_from([0.0, 0.25, 0.5, 0.75, 6.0])
@@ -72,7 +73,7 @@ class Watched(FakePlant):
         return ended
 
 
-@settings(deadline=None)
+@bounded
 @given(BODIES, MOVES, st.lists(st.floats(0.1, 12.0), max_size=12))
 def test_what_always_holds(bodies: dict[str, list[Action]], moves: list[Any], durations: list[float]) -> None:
     with TemporaryDirectory() as folder:

@@ -82,7 +82,9 @@ class Asked(Frame, frozen=True):
 
 
 class Finished(Frame, frozen=True):
-    """The skill ran to its end."""
+    """The skill ran to its end, and what it returned."""
+
+    outputs: dict[str, Plain | list[Plain]] | None = None
 
 
 class Raised(Frame, frozen=True):

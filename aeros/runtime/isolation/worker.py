@@ -7,7 +7,7 @@ that code may speak to the runtime itself.  What holds it is the kernel, and wha
 from __future__ import annotations
 
 import sys
-from typing import Final
+from typing import Final, cast
 
 from aeros.runtime.isolation.frames import (
     MOST_ANSWER,
@@ -18,6 +18,7 @@ from aeros.runtime.isolation.frames import (
     Finished,
     Load,
     Loaded,
+    Plain,
     Question,
     Raised,
     Refused,
@@ -32,6 +33,7 @@ from aeros.runtime.skill_code import (
     SkillFunction,
     SkillRefusedError,
     execute_skill,
+    returned,
     snapshot,
     told,
 )
@@ -71,8 +73,8 @@ class _Worker:
             else:
                 yielded = self._body.send(question.observed)
             asked = snapshot(yielded)
-        except StopIteration:
-            return Finished(question.token)
+        except StopIteration as end:
+            return _finished(question.token, end.value)
         except NoActionError as failure:
             return Raised(question.token, words(str(failure)))
         except BaseException as failure:
@@ -103,6 +105,19 @@ class _Worker:
         except BaseException as failure:
             return Closed(token, words(told(failure)))
         return Closed(token, None)
+
+
+def _finished(token: bytes, value: object) -> Answer:
+    try:
+        finished = Finished(token, cast("dict[str, Plain | list[Plain]] | None", returned(value)))
+        size = len(encode(finished))
+    except NoActionError as failure:
+        return Raised(token, words(str(failure)))
+    except (TypeError, ValueError, OverflowError, RecursionError) as failure:
+        return Raised(token, words(f"the skill returns outputs that are no plain data: {failure}"))
+    if size > MOST_ANSWER:
+        return Raised(token, f"the skill returns outputs of more than {MOST_ANSWER} bytes")
+    return finished
 
 
 def _asked(token: bytes, action: Action) -> Answer:

@@ -53,7 +53,7 @@ class Skill:
     risk: RiskWord = field(metadata={"doc": "`low`, `medium` or `high`"})
     timeout: Text = field(metadata={"doc": "when it is halted, as in `timeout: 60 s`"})
     inputs: Named[Input] = field(default=Entries(), metadata={"doc": "typed inputs"})
-    outputs: Named[Quantity] = field(default=Entries(), metadata={"doc": "typed outputs"})
+    outputs: Named[Quantity] = field(default=Entries(), metadata={"doc": "what it may return at its end"})
     precondition: Expression | None = field(
         default=None, metadata={"doc": "what must be measured before it starts"}
     )

@@ -19,8 +19,10 @@ from aeros.agent.routing import Routed
 from aeros.agent.world import measured_world
 from aeros.runtime.ports import Reading, StepResult, StepStatus
 from aeros.spec import composition as spec
+from aeros.spec.model import Ecm
 from tests.differential.real_loop import Forgetful
 from tests.unit.agent.dumplings import (
+    FORCE,
     MAKE_DUMPLINGS,
     SPAN,
     STATE,
@@ -37,6 +39,8 @@ FILLING = skill("filling", outcome("there", {"filling_on_workspace": True}), out
 WATER = skill("water", outcome("hot", {}), outcome("cold", {}, failure=True))
 ALIGN = skill("align", outcome("aligned", {"wrapper_aligned": True}), outcome("askew", {}, failure=True))
 WRAP = skill("wrap", outcome("wrapped", {"dumpling_wrapped": True}), precondition="wrapper_aligned")
+WEIGH = skill("weigh", outcome("weighed", {}))
+KNEAD = skill("knead", outcome("kneaded", {}), inputs={"force": replace(FORCE, default=None)})
 SKILLS = (DOUGH, FILLING, WATER, ALIGN, WRAP)
 MODULES = {"kitchen": module("kitchen", SKILLS)}
 
@@ -48,8 +52,14 @@ def step(name: str, retry: int = 0, **more: Any) -> Step:
 class Kitchen:
     """An engine over a runtime in memory."""
 
-    def __init__(self, endings: dict[str, list[Any]] | None = None, last: tuple[str, ...] = ()) -> None:
-        self.runtime = FakeRuntime(MODULES, endings)
+    def __init__(
+        self,
+        endings: dict[str, list[Any]] | None = None,
+        last: tuple[str, ...] = (),
+        modules: dict[str, Ecm] | None = None,
+    ) -> None:
+        self.modules = modules or MODULES
+        self.runtime = FakeRuntime(self.modules, endings)
         self.runtime.last = list(last)
         memory = Forgetful()
         self.journal = Journal(self.runtime, memory, None)
@@ -59,7 +69,7 @@ class Kitchen:
     def run(
         self, *parts: Part, is_over: Callable[[], bool] = lambda: False, until: float = inf
     ) -> End | None:
-        assert verify_plan(TaskGraph(parts), MODULES, site()) == []
+        assert verify_plan(TaskGraph(parts), self.modules, site()) == []
         self.engine = Engine(self.attempts, self.journal, is_over, until)
         return self.engine.run(Seq(parts))
 
@@ -246,6 +256,8 @@ def _nested(depth: int) -> Part:
         (_nested(21), "nested more than 20 deep"),
         (Par((step("dough"), Seq(()))), "a branch of a `par` has no step"),
         (step("dough", handler=3), "`handler` is of type int"),
+        (step("dough", flows={"force": "weigh"}), "`flows` does not name an output of a step"),
+        (step("dough", flows={"force": ("weigh", "force")}), "`force` is no input of it"),
         (
             step("dough", handler=step("flour")),
             "step 1, its handler, `kitchen.flour`: `kitchen` has no skill",
@@ -275,9 +287,10 @@ def test_a_composition_is_the_plan_that_it_says() -> None:
     )
     handlers = {"align": _spec_step("align", 1, "water"), "water": _spec_step("water")}
     graph = graph_of(spec.Composition("make", term("true"), None, body, handlers, SPAN), "kitchen")
-    helped = step("dough", retry=1, handler=step("align", retry=1, handler=step("water")))
-    choice = If(term("wrapper_aligned"), "wrapper_aligned", step("wrap"), Seq(()))
-    assert graph == TaskGraph((Par((helped, step("filling"))), choice))
+    water = step("water", id="water")
+    helped = step("dough", retry=1, handler=step("align", retry=1, handler=water, id="align"), id="dough")
+    choice = If(term("wrapper_aligned"), "wrapper_aligned", step("wrap", id="wrap"), Seq(()))
+    assert graph == TaskGraph((Par((helped, step("filling", id="filling"))), choice))
     assert [str(part) for part in graph.parts] == [
         "(kitchen.dough (retry 1, on_failure align) ∥ kitchen.filling)",
         "(if wrapper_aligned then kitchen.wrap else nothing)",
@@ -285,10 +298,30 @@ def test_a_composition_is_the_plan_that_it_says() -> None:
     assert [one.skill for one in graph.steps] == ["dough", "filling", "wrap"]
 
 
-def test_data_that_flows_is_not_run_yet() -> None:
-    flowing = _spec_step("dough", flows={"amount": spec.Flow("water", "amount", SPAN)})
-    with pytest.raises(UncomposedError, match="takes an output of another step"):
-        graph_of(spec.Composition("make", term("true"), None, flowing, {}, SPAN), "kitchen")
+def test_data_flows_as_the_composition_says() -> None:
+    flowing = _spec_step("knead", flows={"force": spec.Flow("weigh", "force", SPAN)})
+    graph = graph_of(spec.Composition("make", term("true"), None, flowing, {}, SPAN), "kitchen")
+    assert graph == TaskGraph((step("knead", id="knead", flows={"force": ("weigh", "force")}),))
+
+
+@pytest.mark.parametrize(
+    ("given", "asked", "end"),
+    [
+        ({"force": 0.25}, {"force": 0.25}, None),
+        ({}, None, "its input `force` takes `weighing.force`, which is not there"),
+        ({"force": 2.0}, None, "the input `force` is outside 0 … 1"),
+    ],
+)
+def test_an_input_takes_what_an_earlier_step_gave(given: Any, asked: Any, end: str | None) -> None:
+    kitchen = Kitchen(modules={"kitchen": module("kitchen", (*SKILLS, WEIGH, KNEAD))})
+    submit = kitchen.runtime.submit
+    kitchen.runtime.submit = lambda request: replace(submit(request), outputs=given)  # type: ignore[method-assign]
+    parts = (step("weigh", id="weighing"), step("knead", flows={"force": ("weighing", "force")}))
+    found = kitchen.run(*parts)
+    assert (found is None) == (end is None)
+    assert found is None or (end or "") in found.reason
+    assert [request.inputs for request in kitchen.runtime.requests[1:]] == ([] if asked is None else [asked])
+    assert kitchen.run(parts[1]) is not None  # of another plan's steps nothing is known
 
 
 @pytest.mark.parametrize(
@@ -310,7 +343,7 @@ def test_a_composition_is_proposed_where_it_may_start(
     assert planner.name == f"composition {name}"
     world, routed = measured_world(STATE, readings, 0.0), Routed("kitchen", MAKE_DUMPLINGS)
     if why is None:
-        assert planner.plan(routed, world, modules) == TaskGraph((step("wrap"),))
+        assert planner.plan(routed, world, modules) == TaskGraph((step("wrap", id="wrap"),))
     else:
         with pytest.raises(UncomposedError, match=why):
             planner.plan(routed, world, modules)

@@ -18,7 +18,22 @@ REPOSITORY = Path(__file__).parents[3]
 OPEN_HAND = """  open_hand:
     description: open the fingers, close them and open them again
     entry: skills:open_hand
+    inputs:
+      width: {type: real, unit: m, range: [0, 0.08]}
     outcomes: {opened: {duration: 2 s}}
+    envelope:
+      grip: width <= 81 mm and force <= 11 N
+    actuators: [gripper]
+    resources: [gripper]
+    risk: medium
+    timeout: 20 s
+
+  measure_hand:
+    description: say how wide to open
+    entry: skills:measure_hand
+    outputs:
+      width: {type: real, unit: m, range: [0, 0.08]}
+    outcomes: {measured: {}}
     envelope:
       grip: width <= 81 mm and force <= 11 N
     actuators: [gripper]
@@ -32,7 +47,10 @@ AT_ONCE = """  fetch_at_once:
     description: the same, with the hand opened on the way
     do:
       seq:
-        - par: [{skill: navigate, retry: 1}, {skill: open_hand}]
+        - skill: measure_hand
+        - par:
+            - {skill: navigate, retry: 1}
+            - {skill: open_hand, inputs: {width: {from: measure_hand.width}}}
         - {skill: detect, retry: 1, on_failure: recover}
         - {skill: grasp, retry: 1, on_failure: recover}
         - {skill: deliver, on_failure: stop}
@@ -43,8 +61,14 @@ CODE = '''
 
 def open_hand(observed: Observation, inputs: Inputs) -> SkillBody:
     """Open the fingers, close them and open them again."""
-    for width in (0.08, 0.02, 0.08):
+    for width in (inputs["width"], 0.02, inputs["width"]):
         yield act("grip", width=width, force=10.0)
+
+
+def measure_hand(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Say how wide to open."""
+    yield act("grip", width=0.08, force=10.0)
+    return {"width": 0.0625}
 '''
 
 
@@ -55,7 +79,7 @@ def fetching(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shutil.copytree(REPOSITORY / "ecms" / "fetch_object", folder)
     manifest, code = folder / "ecm.yaml", folder / "skills.py"
     text = manifest.read_text().replace(
-        "recover, fetch_once]", "recover, open_hand, fetch_once, fetch_at_once]"
+        "recover, fetch_once]", "recover, open_hand, measure_hand, fetch_once, fetch_at_once]"
     )
     text = text.replace("  detect:\n", OPEN_HAND, 1).replace("tasks:\n", AT_ONCE, 1)
     manifest.write_text(text)
@@ -97,7 +121,14 @@ def test_the_hand_opens_while_the_base_drives(plant: str, fetching: Path, tmp_pa
     events = _events(tmp_path)
     ended = {one["details"]["skill"]: one["time"] for one in events if one["kind"] == "step-ended"}
     began = {one["details"]["skill"]: one["time"] for one in events if one["kind"] == "step-started"}
-    assert began["fetch_object.open_hand"] == began["fetch_object.navigate"] == 0.0
+    assert began["fetch_object.open_hand"] == began["fetch_object.navigate"]
+    assert began["fetch_object.navigate"] == ended["fetch_object.measure_hand"]
+    grips = [
+        one["decided"]["parameters"]["width"]
+        for one in _records(tmp_path, "decision")
+        if "beside" in one and one["asked"]["kind"] == "grip"
+    ]
+    assert grips == [0.0625, 0.02, 0.0625]
     assert 0.0 < ended["fetch_object.open_hand"] < ended["fetch_object.navigate"]
     assert began["fetch_object.detect"] == ended["fetch_object.navigate"]
     decisions = {one["sequence"]: one["asked"]["kind"] for one in _records(tmp_path, "decision")}
@@ -117,11 +148,15 @@ def test_the_hand_opens_while_the_base_drives(plant: str, fetching: Path, tmp_pa
 def test_a_task_that_takes_too_long_is_cancelled_and_says_so(
     fetching: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    arguments = ("--composition", "fetch_at_once", "--plant", "symbolic", "--timeout", "1.2")
+    arguments = ("--composition", "fetch_at_once", "--plant", "symbolic", "--timeout", "1.7")
     assert _run(tmp_path, fetching, *arguments) == Exit.REJECTED
-    assert "goal not reached: the 1.2 s for the task are over" in capsys.readouterr().out
+    assert "goal not reached: the 1.7 s for the task are over" in capsys.readouterr().out
     ended = [(one["skill"], one["status"]) for one in _records(tmp_path, "step-ended")]
-    assert sorted(ended) == [("navigate", "cancelled"), ("open_hand", "cancelled")]
+    assert sorted(ended) == [
+        ("measure_hand", "finished"),
+        ("navigate", "cancelled"),
+        ("open_hand", "cancelled"),
+    ]
 
 
 def test_an_interrupted_run_leaves_everything_whole(
@@ -132,7 +167,7 @@ def test_an_interrupted_run_leaves_everything_whole(
     advance, calls = SymbolicPlant.advance, iter(range(100))
 
     def interrupted(*arguments: Any) -> Any:
-        if next(calls) == 1:
+        if next(calls) == 2:
             raise KeyboardInterrupt
         return advance(*arguments)
 

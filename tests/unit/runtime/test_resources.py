@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aeros.runtime.resources import Resources
@@ -14,6 +14,8 @@ CAPACITIES = st.fixed_dictionaries({name: st.integers(1, 3) for name in NAMES})
 NEEDS = st.frozensets(st.sampled_from(NAMES))
 MOVES = st.lists(st.one_of(NEEDS, st.integers(0, 30)), max_size=40)
 """Asking for something, or releasing what the n-th one asked for."""
+
+small = settings(max_examples=300, derandomize=True, deadline=None)
 
 
 def _follow(capacities: dict[str, int], moves: list[frozenset[str] | int]) -> None:
@@ -57,6 +59,7 @@ def _follow(capacities: dict[str, int], moves: list[frozenset[str] | int]) -> No
     assert {manager.held(name) for name in NAMES} == {0}
 
 
+@small
 @given(CAPACITIES, MOVES)
 def test_nothing_is_lost_nobody_starves_and_nobody_waits_for_nothing(
     capacities: dict[str, int], moves: list[frozenset[str] | int]
@@ -64,6 +67,7 @@ def test_nothing_is_lost_nobody_starves_and_nobody_waits_for_nothing(
     _follow(capacities, moves)
 
 
+@small
 @given(CAPACITIES, MOVES, NEEDS, st.lists(NEEDS, max_size=20))
 def test_who_comes_later_takes_nothing_that_one_waits_for(
     capacities: dict[str, int],

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
+from fractions import Fraction
 from math import nan
 from pathlib import Path
 from typing import Any
@@ -17,11 +19,26 @@ from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Decision, Verdict
 from aeros.runtime.gate import Gate, GateMode
 from aeros.runtime.governor import Command, Governor
-from aeros.runtime.ports import Ended, Reading, StepRequest, StepResult, StepStatus
+from aeros.runtime.ports import (
+    Ball,
+    Body,
+    Ended,
+    Motionless,
+    Reading,
+    StepRequest,
+    StepResult,
+    StepStatus,
+    Trajectory,
+)
 from aeros.runtime.replay import Replay
 from aeros.skill import Inputs, Observation, SkillBody, act
 from aeros.spec.errors import InternalError, MisuseError
-from tests.unit.runtime.together import Body, Cart, asking, configuration, move, roll
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import EnumType, FamilyType, RealType
+from aeros.spec.model import MotionKind, MotionPolicy, ToolLimits
+from aeros.spec.units import ANGLE
+from tests.unit.runtime.conftest import declare
+from tests.unit.runtime.together import Asking, Cart, asking, configuration, move, roll
 
 MakeCart = Callable[..., Cart]
 FINISHED = StepStatus.FINISHED
@@ -31,7 +48,7 @@ FINISHED = StepStatus.FINISHED
 def cart(tmp_path: Path) -> Iterator[MakeCart]:
     made: list[Cart] = []
 
-    def make(mode: GateMode = GateMode.COMPILED, governor: Governor | None = None, **bodies: Body) -> Cart:
+    def make(mode: GateMode = GateMode.COMPILED, governor: Governor | None = None, **bodies: Asking) -> Cart:
         made.append(Cart(tmp_path / f"audit-{len(made)}.jsonl", bodies, mode, governor))
         return made[-1]
 
@@ -241,6 +258,57 @@ def test_two_actions_on_one_actuator_are_denied_whoever_holds_it(cart: MakeCart)
         assert gate.decide_beside(denied, readings, 1.0, [lift]) == denied
 
 
+PLAN = Trajectory(
+    Body(((0.0, 0.0, 0.0),), (0.5, 0.0, 0.5), (Ball("arm", 1, (0.0, 0.0, 0.0), 0.1),)),
+    ((((0.0,),) * 4,),),
+    (0.0, 0.0, 0.0),
+    (0.0, 0.0, 0.0),
+    1.0,
+)
+
+
+def _with_motions() -> Configuration:
+    """Moves and rolls are decided as whole motions, of one joint."""
+    one, rates = (Fraction(1),), (Fraction(1),) * 3
+    policy = MotionPolicy(
+        kinds={kind: MotionKind(None, None, None) for kind in ("move", "roll")},
+        starts_at="joint_angle",
+        starts_within=Fraction(1, 100),
+        ends_within=Fraction(1, 100),
+        lowest=(Fraction(-2),),
+        highest=(Fraction(2),),
+        rates=(one, one, one),
+        tool=ToolLimits(rates, rates),
+        clearance=Fraction(0),
+        barriers=(),
+    )
+    joints = FamilyType(EnumType("joints", ("shoulder",)), RealType(ANGLE))
+    angle = declare("joint_angle", joints, t.Role.STATE, max_age=Fraction(1))
+    site = configuration().site
+    site = replace(site, motion=policy, state={**site.state, "joint_angle": angle})
+    return replace(configuration(), site=site)
+
+
+@pytest.mark.parametrize("second", [PLAN, Motionless("it turns wheels that carry nothing")])
+def test_a_second_motion_of_the_robot_is_denied_and_what_moves_nothing_of_it_is_not(
+    tmp_path: Path, second: Trajectory | Motionless
+) -> None:
+    bodies = {"reach": asking(move()), "drive": asking(roll())}
+    one = Cart(tmp_path / "audit.jsonl", bodies, under=_with_motions())
+    one.plant.values["joint_angle"] = (0.0,)
+    one.plant.planned = PLAN
+    reach, drive = one.start("reach"), one.start("drive")
+    plan = one.plant.plan
+    one.plant.plan = lambda action: plan(action) if action.kind == "move" else second  # type: ignore[method-assign]
+    results = one.ends(2)
+    assert results[reach].status is FINISHED
+    assert results[drive].status is (StepStatus.DENIED if second is PLAN else FINISHED)
+    if second is PLAN:
+        assert results[drive].reason.startswith("AE764 roll: the robot moves already")
+        assert one.records("decision")[-1]["gate"]["verdict"] == "ALLOW"
+    one.audit.close()
+
+
 # What happens while both are under way.
 
 
@@ -405,13 +473,46 @@ def _raising(observed: Observation, inputs: Inputs) -> SkillBody:
         (asking(act("fly")), StepStatus.DENIED),
     ],
 )
-def test_what_a_step_held_is_there_for_the_next(cart: MakeCart, body: Body, status: StepStatus) -> None:
+def test_what_a_step_held_is_there_for_the_next(cart: MakeCart, body: Asking, status: StepStatus) -> None:
     one = cart(reach=body)
     first, second = one.start("reach"), one.start("reach")
     results = one.ends(2)
     assert (results[first].status, results[second].status) == (status, status)
     one.assert_nothing_is_held()
     assert one.calls("skill_ended") == [("cart.reach", status is FINISHED)] * 2
+
+
+@pytest.mark.parametrize(
+    ("returned", "status", "said"),
+    [
+        (None, FINISHED, {}),
+        ({"amount": 0.5}, FINISHED, {"amount": 0.5}),
+        ({"amount": 1}, FINISHED, {"amount": 1.0}),
+        ({}, StepStatus.RAISED, "the output `amount` is missing"),
+        ({"amount": 1.5}, StepStatus.RAISED, "the output `amount` is outside its range [0, 1]"),
+        ({"amount": nan}, StepStatus.RAISED, "the output `amount` is not a finite number"),
+        ({"amount": True}, StepStatus.RAISED, "the output `amount` is not a finite number"),
+        ({"amount": 0.5, "more": 1}, StepStatus.RAISED, "the skill has no output `more`"),
+        ([0.5], StepStatus.RAISED, "the skill returned a `list`"),
+        ({1: 0.5}, StepStatus.RAISED, "the skill returned an output whose name is no text"),
+    ],
+)
+def test_what_a_skill_gives_is_what_it_declares(
+    cart: MakeCart, returned: Any, status: StepStatus, said: Any
+) -> None:
+    def giving(observed: Observation, inputs: Inputs) -> SkillBody:
+        yield act("wait", duration=1.0)
+        return returned
+
+    one = cart(look=giving)
+    result = one.executor.submit(StepRequest("cart", "look", {}))
+    assert result.status is status
+    if status is FINISHED:
+        assert result.outputs == said
+        assert [end.get("outputs", {}) for end in one.records("step-ended")] == [said]
+    else:
+        assert said in result.reason
+        assert result.outputs == {}
 
 
 @pytest.mark.parametrize("failure", [OSError("link lost"), KeyboardInterrupt()])

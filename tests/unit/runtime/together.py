@@ -24,7 +24,7 @@ from aeros.spec.model import Ecm, Site, Skill
 
 FOLDER = Path(__file__).parent / "data" / "together"
 VALUES = {"charge": 0.5, "hand": 0.0, "stop_pressed": False, "done": False, "moved": False}
-Body = Callable[[Observation, Inputs], SkillBody]
+Asking = Callable[[Observation, Inputs], SkillBody]
 
 
 @cache
@@ -38,7 +38,7 @@ def configuration() -> Configuration:
     return Configuration(site, {"cart": loaded.ecm}, {}, "c" * 64)
 
 
-def asking(*actions: Action, ends: list[str] | None = None, name: str = "") -> Body:
+def asking(*actions: Action, ends: list[str] | None = None, name: str = "") -> Asking:
     """A skill that asks for these; notes when it is closed."""
 
     def body(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -65,18 +65,18 @@ class Cart:
     def __init__(
         self,
         log: Path,
-        bodies: Mapping[str, Body],
+        bodies: Mapping[str, Asking],
         mode: GateMode = GateMode.COMPILED,
         governor: Governor | None = None,
         plant: FakePlant | None = None,
+        under: Configuration | None = None,
     ) -> None:
         self.log = log
         self.bodies = bodies
         self.plant = plant or FakePlant(VALUES)
         self.audit = AuditLog(log)
-        self.executor = Executor(
-            configuration(), Gate(configuration(), mode), self.plant, self.audit, self._open, governor
-        )
+        under = under or configuration()
+        self.executor = Executor(under, Gate(under, mode), self.plant, self.audit, self._open, governor)
 
     def _open(self, site: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> Run:
         return SkillRun(self.bodies[skill.id], inputs)

@@ -78,6 +78,31 @@ def test_a_skill_that_finishes_and_one_that_fails(nursery: Nursery) -> None:
     assert failed.close() is None
 
 
+@pytest.mark.parametrize(
+    ("returned", "ending"),
+    [
+        ("{'at': [1.0, 2.0], 'n': 3}", Ending(StepStatus.FINISHED, "", {"at": (1.0, 2.0), "n": 3})),
+        ("{}", Ending(StepStatus.FINISHED, "", {})),
+        ("3", Ending(StepStatus.RAISED, "the skill returned a `int`, not a dict of at most 64 outputs")),
+        ("{1: 2}", Ending(StepStatus.RAISED, "the skill returned an output whose name is no text")),
+        (
+            "{'x': 'x' * 70_000}",
+            Ending(StepStatus.RAISED, "the skill returns outputs of more than 65536 bytes"),
+        ),
+    ],
+)
+def test_what_a_skill_returns_are_its_outputs(nursery: Nursery, returned: str, ending: Ending) -> None:
+    skill = run(nursery, f"def lift(o, i):\n    return {returned}\n    yield\n")
+    assert skill.resume({}, 1.0) == ending
+
+
+def test_outputs_that_are_no_plain_data_are_not_taken(nursery: Nursery) -> None:
+    ending = run(nursery, "def lift(o, i):\n    return {'x': object()}\n    yield\n").resume({}, 1.0)
+    assert isinstance(ending, Ending)
+    assert ending.status is StepStatus.RAISED
+    assert ending.reason.startswith("the skill returns outputs that are no plain data")
+
+
 def test_a_skills_own_clean_up_runs_and_is_heard(nursery: Nursery) -> None:
     text = HEAD + (
         "def lift(o, i):\n"
