@@ -12,7 +12,7 @@ from aeros.spec.closed_loop.chances import (
     with_retries,
     with_skill_probabilities,
 )
-from aeros.spec.closed_loop.transition_system import NotExploredError, TransitionSystem
+from aeros.spec.closed_loop.transition_system import Node, NotExploredError, TransitionSystem
 from aeros.spec.errors import MisuseError
 from aeros.spec.model import Ecm, Outcome, Skill
 from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, module, rule, site, skill, task
@@ -94,6 +94,12 @@ def test_independent_tries_are_a_geometric_series(retry: int, replans: int) -> N
     assert found.replans == sum(p ** (n * (1 + retry)) for n in range(1, plans))
     assert found.retries == found.invocations - 1 - found.replans
     assert found.recoveries == 0
+
+
+def test_a_loop_that_has_ended_goes_nowhere() -> None:
+    ecm = boiling(Fraction(1), 0)
+    system = TransitionSystem(ecm, ecm.tasks["cook"], site())
+    assert system.moves(Node("reached", (True,))) == system.moves(Node("rejected", (False,))) == []
 
 
 def test_what_is_reached_at_the_start_takes_nothing() -> None:

@@ -85,6 +85,16 @@ def test_a_later_run_finds_the_same_answer_in_the_store(
     assert second.ask([X], RANGES, [_above(Fraction(10))]) == never == Answer(Result.UNSAT, {})
 
 
+def test_what_is_asked_after_keeping_is_kept_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = Oracle(store=Store(tmp_path / "answers"))
+    for bound in (3, 4):
+        first.ask([X], RANGES, [_above(Fraction(bound))])
+        first.keep()
+    _forbid_solving(monkeypatch)
+    second = Oracle(store=Store(tmp_path / "answers"))
+    assert second.ask([X], RANGES, [_above(Fraction(4))]).result is Result.SAT
+
+
 def test_another_budget_another_solver_or_other_code_asks_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

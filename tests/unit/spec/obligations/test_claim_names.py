@@ -1,6 +1,6 @@
 """Claims go by name: certificates list them, so a name that changes makes every certificate stale.
 
-AEROS_UPDATE_GOLDEN=1 pytest tests/unit/spec/obligations/test_names.py     rewrites `names.txt`, and fails
+AEROS_UPDATE_GOLDEN=1 pytest tests/unit/spec/obligations/test_claim_names.py   rewrites `names.txt`, and fails
 """
 
 from __future__ import annotations
