@@ -16,6 +16,7 @@ CORPUS = Path(__file__).parents[2] / "corpus"
 SITE = str(CORPUS / "site" / "table.yaml")
 REJECTED = str(CORPUS / "rejected" / "safety" / "fast_near_a_person")
 ACCEPTED = str(CORPUS / "accepted" / "left_to_the_gate")
+NEEDS_THE_SOLVER = str(CORPUS / "accepted" / "norm_of_a_difference")
 FORMATS = ("text", "json", "sarif", "junit")
 
 
@@ -29,7 +30,7 @@ def verify(*arguments: object) -> int:
     [
         ([ACCEPTED, "--no-lock"], Exit.PROVED),
         ([REJECTED, "--no-lock"], Exit.REJECTED),
-        ([ACCEPTED, "--no-lock", "--rlimit", "1"], Exit.UNDECIDED),
+        ([NEEDS_THE_SOLVER, "--no-lock", "--rlimit", "1"], Exit.UNDECIDED),
         ([ACCEPTED, "--check"], Exit.REJECTED),
     ],
     ids=["proved", "rejected", "undecided", "no certificate"],
