@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 from aeros.cli.arguments import existing_path
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.runtime.governor import Command
-from aeros.runtime.registry.live import Live, StillMovingError
+from aeros.runtime.registry.live import StillMovingError, ask
 from aeros.runtime.registry.registry import Registry
 from aeros.spec.model import Block
 
@@ -37,7 +37,6 @@ _EXAMPLES: Final = {
     "resume": "  aeros resume\n",
     "stop": "  aeros stop\n",
 }
-_PATIENCE: Final = 10.0  # s, for a protective stop or the end of an action
 
 
 def add_to(commands: Subparsers, name: str) -> None:
@@ -89,31 +88,28 @@ def _policy(arguments: argparse.Namespace) -> Exit:
     return Exit.PROVED
 
 
-def _asking(command: Command, done: str, *, patient: bool) -> Callable[[argparse.Namespace], Exit]:
-    def ask(arguments: argparse.Namespace) -> Exit:
+def _asking(command: Command, done: str) -> Callable[[argparse.Namespace], Exit]:
+    def ask_it(arguments: argparse.Namespace) -> Exit:
         folder = Registry(arguments.state).folder
         if not folder.is_dir():
             print(f"aeros: no robot runs from `{arguments.state}`", file=sys.stderr)
             return Exit.REJECTED
-        with Live(folder) as live:
-            live.ask(command)
-            try:
-                if patient:
-                    live.wait_until_still(live.generation, _PATIENCE)
-            except StillMovingError as late:
-                print(f"aeros: something still moves {late}; use the robot's own stop", file=sys.stderr)
-                return Exit.REJECTED
+        try:
+            ask(folder, command)
+        except StillMovingError as late:
+            print(f"aeros: something still moves {late}; use the robot's own stop", file=sys.stderr)
+            return Exit.REJECTED
         print(done)
         return Exit.PROVED
 
-    return ask
+    return ask_it
 
 
 _COMMANDS: Final = {
     "block": _block,
     "unblock": _unblock,
     "policy": _policy,
-    "pause": _asking(Command.PAUSE, "paused: nothing begins until `aeros resume`", patient=True),
-    "resume": _asking(Command.RUN, "resumed", patient=False),
-    "stop": _asking(Command.STOP, "stopped", patient=True),
+    "pause": _asking(Command.PAUSE, "paused: nothing begins until `aeros resume`"),
+    "resume": _asking(Command.RUN, "resumed"),
+    "stop": _asking(Command.STOP, "stopped"),
 }

@@ -18,12 +18,14 @@ from aeros.agent.loop import awake
 from aeros.agent.planner import Planner, RulePlanner
 from aeros.agent.routing import Routed, route
 from aeros.cli.arguments import existing_path, writable_path
+from aeros.cli.bag import BagRefusedError, bagged
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.plants import PLANTS, PlantRefusedError, open_plant
 from aeros.cli.run_report import TraceWriter, summary
 from aeros.runtime.audit import AuditError, AuditLog, AuditReport, verify_log
 from aeros.runtime.audit_checkpoints import AnchorError, Signing, verify_signed
 from aeros.runtime.audit_keys import KeyRefusedError, read_signing_key
+from aeros.runtime.bus.watched_plant import WatchedPlant
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate, GateMode
@@ -52,6 +54,7 @@ examples:
   aeros run "clean the table" --seed 7 --out runs/clean
   aeros run "make dumplings" --plant symbolic --gate shadow
   aeros run "fetch the object" --composition fetch_once --timeout 60
+  aeros run "make dumplings" --bag runs/demo-bag
   aeros run "make dumplings" --audit-key .aeros/audit.key --anchor /mnt/other/demo.anchor
 """
 
@@ -97,6 +100,12 @@ def add_to(commands: Subparsers) -> None:
         type=_seconds,
         metavar="SECONDS",
         help="cancel the task after this time on the plant's clock (default: only each skill has a time-out)",
+    )
+    parser.add_argument(
+        "--bag",
+        type=Path,
+        metavar="FOLDER",
+        help="keep decisions, joints, places and transforms as a ROS 2 bag in this new folder",
     )
     parser.add_argument("--no-record", action="store_true", help="take no film")
     parser.add_argument(
@@ -155,6 +164,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
         SkillRefusedError,
         AuditError,
         AnchorError,
+        BagRefusedError,
         KeyRefusedError,
     ) as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
@@ -189,13 +199,16 @@ def _run(
 ) -> Exit:
     film = None if arguments.no_record or arguments.plant != "physics" else out / "run.webp"
     audit_path = out / "audit.jsonl"
+    durability = configuration.site.durability
     began = time.perf_counter()
     with (
         _isolation(configuration) as skills,
-        AuditLog(audit_path, durability=configuration.site.durability, signing=signing) as audit,
+        bagged(arguments.bag, configuration.site) as (feed, told),
+        AuditLog(audit_path, durability=durability, signing=signing, listener=told) as audit,
         TraceWriter(out / "trace.jsonl") as trace,
-        open_plant(arguments.plant, configuration, routed.task, arguments.seed, film) as plant,
+        open_plant(arguments.plant, configuration, routed.task, arguments.seed, film) as opened,
     ):
+        plant = opened if feed is None else WatchedPlant(opened, feed)
         gate = Gate(configuration, GateMode(arguments.gate))
         with Executor(configuration, gate, plant, audit, skills, governor) as executor:
             audit.append("isolation", skills.details())
@@ -205,6 +218,10 @@ def _run(
     print(summary(proof, report, arguments.plant, simulated, time.perf_counter() - began))
     audited, sound = _audited(audit_path, signing)
     print(f"audit      {audited.records} records, {sound}")
+    if feed is not None:
+        print(
+            f"bag        {arguments.bag}/" + (f", {feed.lost} not kept: {feed.trouble}" if feed.lost else "")
+        )
     print(f"left in    {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
     return Exit.PROVED if report.reached and audited.bad_record is None else Exit.REJECTED
 

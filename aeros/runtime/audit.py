@@ -67,6 +67,7 @@ class AuditLog:
     by a crash was never acknowledged: it is replaced by a `tail-mended` record that says so.
     clock: seconds since 1970, for people; nothing is decided by it.
     signing: sign a checkpoint now, every `EVERY` records and at the end, and keep the newest at the anchor.
+    listener: is given the line of each record once that is safe, in order; must be quick and not raise.
     Assumes: `fdatasync` reaches the medium, and the process does not fork while it writes.
     """
 
@@ -77,11 +78,13 @@ class AuditLog:
         *,
         durability: Durability = Durability.EVERY_RECORD,
         signing: Signing | None = None,
+        listener: Callable[[bytes], None] | None = None,
     ) -> None:
         self.path = path
         self._clock = clock
         self._durability = durability
         self._signing = signing
+        self._listener = listener
         self._lock = threading.Lock()
         self._sequence = 0
         self._head = GENESIS
@@ -202,6 +205,8 @@ class AuditLog:
         self._unsigned += 1
         if sequence == 0:
             self._id = head
+        if self._listener is not None:
+            self._listener(line)
         return sequence
 
     def _sign(self, signing: Signing, *, closing: bool) -> None:

@@ -26,7 +26,7 @@ from contextlib import ExitStack, contextmanager
 from math import inf
 from typing import Any, Final, Self
 
-from aeros.runtime.audit import AuditError, AuditLog
+from aeros.runtime.audit import AuditError, AuditLog, DecisionCounts
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.deciding import Deciding
 from aeros.runtime.decision import Caller
@@ -157,14 +157,27 @@ class Executor:
         while not self._results:
             if self.now() >= until or self._go_on(until):
                 return None
-        handle = next(iter(self._results))
-        return Ended(handle, self._results.pop(handle))
+        return self._ended()
+
+    def turn(self, until: float) -> Ended | None:
+        """Let one thing happen, or time go on until `until` at most; a step that has ended then, if any has.
+
+        For whoever has to look at something else too; returns soon, also while the operator pauses.
+        """
+        if not self._results:
+            self._go_on(until)
+        return self._ended() if self._results else None
 
     def cancel(self, step: StepHandle, reason: str) -> None:
         """See `ports.Runtime`."""
         if step in self._steps:
             with self._breaking_off():
                 self._halt(step, Ending(StepStatus.CANCELLED, reason))
+
+    def counts(self, step: StepHandle) -> DecisionCounts | None:
+        """What was decided of a step so far; None once it has ended."""
+        under_way = self._steps.get(step)
+        return None if under_way is None else under_way.counts
 
     def close(self) -> None:
         """Clean up after every step that has not ended; safe to call twice."""
@@ -176,6 +189,11 @@ class Executor:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def _ended(self) -> Ended:
+        """The first of those that have ended and were not told yet."""
+        handle = next(iter(self._results))
+        return Ended(handle, self._results.pop(handle))
 
     # Before a step acts.
 

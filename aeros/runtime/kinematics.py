@@ -33,16 +33,16 @@ class Frame(NamedTuple):
         return (ox + a * xx + b * yx + c * zx, oy + a * xy + b * yy + c * zy, oz + a * xz + b * yz + c * zz)
 
 
-_BASE = Frame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+ORIGIN = Frame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 class Posture:
     """One joint position `q` of a body, m and rad; `frames[k]` is that of joint k, 0 the base's."""
 
     def __init__(self, body: Body, q: Sequence[float]) -> None:
-        self.frames = [_BASE]
+        self.frames = [ORIGIN]
         for (a, alpha, d), angle in zip(body.rows, q, strict=True):
-            self.frames.append(_next(self.frames[-1], a, alpha, d, angle))
+            self.frames.append(next_frame(self.frames[-1], a, alpha, d, angle))
 
     def spread(self, joint: int, p: Triple, width: Sequence[float]) -> tuple[float, list[float]]:
         """How far a point at `p` (B), moved by the first `joint` joints, gets within `width`; and each ρ."""
@@ -57,7 +57,7 @@ class Posture:
         return total, reaches
 
 
-def _next(frame: Frame, a: float, alpha: float, d: float, angle: float) -> Frame:
+def next_frame(frame: Frame, a: float, alpha: float, d: float, angle: float) -> Frame:
     """The next joint's frame: Rx(alpha)·Tx(a)·Rz(angle)·Tz(d), as Craig has it."""
     (ox, oy, oz), (xx, xy, xz), y, z = frame
     ca, sa, c, s = cos(alpha), sin(alpha), cos(angle), sin(angle)

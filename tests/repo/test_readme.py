@@ -7,34 +7,19 @@ In a block ```console a line `$ COMMAND` is followed by its standard output.
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from tests.repo.shown import COMMAND, numberless, run
 from tests.repo.tree import ROOT, UPDATE, text_of
 
 _README = text_of("README.md")
 _BLOCK = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-_COMMAND = re.compile(r"^\$ (.+)\n((?:(?!\$ ).*\n)*)", re.MULTILINE)
-_COMMANDS = [found for block in _BLOCK.findall(_README) for found in _COMMAND.findall(block)]
-
-
-def _run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    return subprocess.run(
-        ["/bin/sh", "-c", command],
-        cwd=folder,
-        env={**os.environ, "PATH": path},
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
+_COMMANDS = [found for block in _BLOCK.findall(_README) for found in COMMAND.findall(block)]
 
 
 def _marked(found: tuple[str, str]) -> object:
@@ -51,18 +36,13 @@ def clone(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def _normal(text: str) -> list[str]:
-    numberless = re.sub(r"-?\d+(\.\d+)?", "0", text)
-    return [" ".join(line.split()) for line in numberless.splitlines() if line.strip()]
-
-
 if UPDATE:
 
     @pytest.mark.physics
     def test_the_outputs_are_rewritten(clone: Path) -> None:
         def with_outputs(block: re.Match[str]) -> str:
-            found = _COMMAND.findall(block[1])
-            parts = [f"$ {command}\n{_run(command, clone).stdout}" for command, _ in found]
+            found = COMMAND.findall(block[1])
+            parts = [f"$ {command}\n{run(command, clone).stdout}" for command, _ in found]
             return "```console\n" + "".join(parts) + "```"
 
         (ROOT / "README.md").write_text(_BLOCK.sub(with_outputs, _README), encoding="utf-8")
@@ -72,14 +52,14 @@ else:
     # A command may read what the one before it wrote, so all are run, in order, wherever one is tested.
     @pytest.fixture(scope="module")
     def all_ran(clone: Path) -> dict[str, subprocess.CompletedProcess[str]]:
-        return {command: _run(command, clone) for command, _ in _COMMANDS}
+        return {command: run(command, clone) for command, _ in _COMMANDS}
 
     @pytest.mark.parametrize(("command", "shown"), [_marked(found) for found in _COMMANDS])
     def test_the_command_prints_what_the_readme_shows(
         command: str, shown: str, all_ran: dict[str, subprocess.CompletedProcess[str]]
     ) -> None:
         ran = all_ran[command]
-        assert _normal(ran.stdout) == _normal(shown), ran.stderr
+        assert numberless(ran.stdout) == numberless(shown), ran.stderr
 
 
 def test_the_readme_shows_every_command() -> None:
@@ -92,7 +72,7 @@ def test_the_readme_shows_every_command() -> None:
     "name", sorted(set(re.findall(r"\baeros (verify|run|decide|[a-z]+(?= --?[a-z]))", _README)))
 )
 def test_the_command_explains_itself_with_examples(name: str) -> None:
-    ran = _run(f"aeros {name} --help", ROOT)
+    ran = run(f"aeros {name} --help", ROOT)
     assert ran.returncode == 0
     assert "examples:" in ran.stdout
     assert "exit codes:" in ran.stdout
@@ -114,7 +94,7 @@ def test_every_file_that_the_readme_names_exists() -> None:
 
 def test_every_option_in_the_readme_exists() -> None:
     for name in ("verify", "run", "decide"):
-        known = _run(f"aeros {name} --help", ROOT).stdout
+        known = run(f"aeros {name} --help", ROOT).stdout
         for line in re.findall(rf"aeros {name} [^\n|`]*", _README):
             for option in re.findall(r"--[a-z-]+", line):
                 assert option in known, f"aeros {name} {option}"

@@ -9,43 +9,18 @@
 
 from __future__ import annotations
 
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 from textwrap import dedent
 
 import pytest
 
+from tests.repo.shown import COMMAND, carry_out
 from tests.repo.tree import text_of
 
 _BLOCK = re.compile(r"^```(console|diff|yaml|python)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-_COMMAND = re.compile(r"^\$ (.+)\n((?:(?!\$ ).*\n)*)", re.MULTILINE)
 _BLOCKS: list[tuple[str, str]] = _BLOCK.findall(text_of("docs/tutorial.md"))
 _EXCERPTED = {"yaml": "tidy/ecm.yaml", "python": "tidy/skills.py"}
-
-
-def _normal(text: str) -> list[str]:
-    numberless = re.sub(r"-?\d+(\.\d+)?", "0", text)
-    return [" ".join(line.split()) for line in numberless.splitlines() if line.strip()]
-
-
-def _carry_out(command: str, shown: str, folder: Path) -> None:
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    ran = subprocess.run(
-        ["/bin/sh", "-c", command],
-        cwd=folder,
-        env={**os.environ, "PATH": path},
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    printed = iter(_normal(ran.stdout))
-    missing = [line for line in _normal(shown) if line not in printed]
-    assert not missing, f"$ {command}\n{ran.stdout}{ran.stderr}"
-    assert (ran.returncode == 0) == ("error[" not in shown), f"$ {command}\n{ran.stdout}{ran.stderr}"
 
 
 def _edit(block: str, folder: Path) -> None:
@@ -69,8 +44,8 @@ def _is_excerpt(block: str, text: str) -> bool:
 def test_the_tutorial_does_what_it_says(tmp_path: Path) -> None:
     for kind, block in _BLOCKS:
         if kind == "console":
-            for command, shown in _COMMAND.findall(block):
-                _carry_out(command, shown, tmp_path)
+            for command, shown in COMMAND.findall(block):
+                carry_out(command, shown, tmp_path, refused="error[" in shown)
         elif kind == "diff":
             _edit(block, tmp_path)
         else:

@@ -69,6 +69,23 @@ class Vector3(Message, frozen=True):
     z: float = 0.0
 
 
+class Point(Message, frozen=True):
+    """A place, m."""
+
+    ros = "geometry_msgs/msg/Point"
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+
+
+class PointStamped(Message, frozen=True):
+    """A place in the header's frame."""
+
+    ros = "geometry_msgs/msg/PointStamped"
+    header: Header = Header()
+    point: Point = Point()
+
+
 class Quaternion(Message, frozen=True):
     """A rotation, as a unit quaternion."""
 

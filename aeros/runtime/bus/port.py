@@ -117,11 +117,15 @@ class ActionServer(Protocol[G_co, F_contra, R_contra]):
         """Take no more goals, and abort those that are not over; safe to call twice."""
 
 
-class Bus(Protocol):
-    """Where topics, services and actions meet by name; a name has one type."""
+class Publishing(Protocol):
+    """Where messages can be published: a bus, or what keeps them."""
 
     def publisher(self, topic: str, kind: type[M], *, latched: bool = False) -> Publisher[M]:
         """A publisher on `topic`; latched: who comes later still gets the last message."""
+
+
+class Bus(Publishing, Protocol):
+    """Where topics, services and actions meet by name; a name has one type."""
 
     def subscribe(self, topic: str, kind: type[M], *, depth: int = 10) -> Subscription[M]:
         """Listen on `topic`; of what is not taken the newest `depth` are kept."""

@@ -23,6 +23,7 @@ from aeros.runtime.governor import Command
 
 _PAGE: Final = struct.Struct("<QQ")  # generation, command
 _LOOK_EVERY: Final = 0.002  # s, while waiting for actions to end
+_PATIENCE: Final = 10.0  # s, for a protective stop or the end of an action
 
 
 class StillMovingError(Exception):
@@ -101,6 +102,17 @@ class Live:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def ask(folder: Path, command: Command) -> None:
+    """Ask whoever executes from `folder` for `command`, and return when it is so.
+
+    That is, for a pause or a stop, when nothing moves; raises `StillMovingError` where it does after 10 s.
+    """
+    with Live(folder) as live:
+        live.ask(command)
+        if command is not Command.RUN:
+            live.wait_until_still(live.generation, _PATIENCE)
 
 
 def _opened(path: Path) -> int:

@@ -2,9 +2,12 @@ from __future__ import annotations
 
 import json
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
+from rosbags.rosbag2 import Reader
 
 from aeros.cli.exit_codes import Exit
 from aeros.cli.main import main
@@ -179,3 +182,46 @@ def test_a_dumpling_is_made_on_physics_and_filmed(tmp_path: Path, capsys: pytest
     assert _run(tmp_path, "--seed", "3") == Exit.PROVED
     assert "measured on the physics plant: dumpling_cooked = true" in capsys.readouterr().out
     assert (tmp_path / "out" / "run.webp").read_bytes()[8:12] == b"WEBP"
+
+
+def test_a_bag_holds_each_decision_and_where_the_joints_were(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bag = tmp_path / "bag"
+    assert _run(tmp_path, "--plant", "symbolic", "--bag", str(bag)) == Exit.PROVED
+    assert f"bag        {bag}/\n" in capsys.readouterr().out
+    with Reader(bag) as reader:
+        counts = {one.topic: one.msgcount for one in reader.connections}
+    report = verify_log(tmp_path / "out" / "audit.jsonl")
+    assert counts["/aeros/events"] == report.records
+    assert counts["/aeros/decisions"] == report.decisions.allowed > 50
+    assert counts["/joint_states"] > 50
+    assert counts["/aeros/state/tool_position"] > 10
+
+
+def test_a_bag_in_a_folder_that_is_there_is_refused_before_anything_moves(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _run(tmp_path, "--plant", "symbolic", "--bag", str(tmp_path)) == Exit.REJECTED
+    said = capsys.readouterr().err
+    assert "exists already" in said
+    assert "give a new folder with --bag" in said
+    assert not (tmp_path / "out" / "audit.jsonl").exists()
+
+
+def test_a_bag_needs_what_writes_bags(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "aeros.runtime.bus.bag", None)
+    assert _run(tmp_path, "--plant", "symbolic", "--bag", str(tmp_path / "bag")) == Exit.REJECTED
+    assert "--bag needs `pip install 'aeros[ros]'`" in capsys.readouterr().err
+
+
+def test_without_a_bag_nothing_of_ros_is_imported() -> None:
+    script = (  # `--help` ends by SystemExit(0)
+        "import sys; from aeros.cli.main import main\n"
+        "try: main(['run', '--help'])\n"
+        "finally: assert not {'rosbags', 'numpy'} & set(sys.modules)\n"
+    )
+    ran = subprocess.run([sys.executable, "-c", script], cwd=REPOSITORY, capture_output=True, check=False)
+    assert ran.returncode == 0, ran.stderr

@@ -1,0 +1,115 @@
+"""A ROS 2 bag as something to publish on: each message is kept, in ROS 2's own encoding, as MCAP.
+
+The sole importer of `rosbags`, which is there with `pip install 'aeros[ros]'`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any, Final, Generic, Self, get_type_hints
+
+import numpy as np
+from rosbags.interfaces import Connection
+from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from aeros.runtime.bus.messages import Message, Time
+from aeros.runtime.bus.port import M
+
+_OWN: Final = Path(__file__).parent / "aeros_msgs" / "msg"
+_VERSION: Final = 9  # of a bag's metadata, that of ROS 2 Jazzy
+
+
+class BagError(Exception):
+    """The bag cannot be made; the message says why."""
+
+
+class Bag:
+    """Implements `port.Publishing`: what is published is kept in `folder`, which must not exist yet.
+
+    A message is kept under its own time stamp, on the plant's clock.  One thread at a time publishes.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._store = get_typestore(Stores.ROS2_HUMBLE)
+        for path in sorted(_OWN.glob("*.msg")):
+            text = path.read_text(encoding="utf-8")
+            self._store.register(get_types_from_msg(text, f"aeros_msgs/msg/{path.stem}"))
+        self._topics: dict[str, Connection] = {}
+        try:
+            self._writer = Writer(folder, version=_VERSION, storage_plugin=StoragePlugin.MCAP)
+            self._writer.open()
+        except (OSError, WriterError) as failure:
+            raise BagError(f"no bag can be made in `{folder}`: {failure}") from failure
+
+    def publisher(self, topic: str, kind: type[M], *, latched: bool = False) -> _Recorder[M]:
+        """See `Publishing`; a bag has no use for latching."""
+        if topic not in self._topics:
+            self._topics[topic] = self._writer.add_connection(topic, kind.ros, typestore=self._store)
+        return _Recorder(self, topic)
+
+    def keep(self, topic: str, message: Message) -> None:
+        """Put it into the bag."""
+        data = self._store.serialize_cdr(self._ros(message), message.ros)
+        self._writer.write(self._topics[topic], _nanoseconds(message), data)
+
+    def close(self) -> None:
+        """Finish the bag; raises `BagError` where that fails."""
+        try:
+            self._writer.close()
+        except OSError as failure:
+            raise BagError(f"the bag `{self._writer.path}` cannot be finished: {failure}") from failure
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _ros(self, value: Any) -> Any:
+        """The message as `rosbags` has it."""
+        if isinstance(value, tuple):
+            return [self._ros(one) for one in value]
+        if not isinstance(value, Message):
+            return value
+        numbers = _numbers_of(type(value))
+        fields = {
+            name: np.array(one, np.float64) if name in numbers else self._ros(one)
+            for name, one in ((name, getattr(value, name)) for name in value.__struct_fields__)
+        }
+        return self._store.types[value.ros](**fields)
+
+
+class _Recorder(Generic[M]):
+    def __init__(self, bag: Bag, topic: str) -> None:
+        self._bag, self._topic = bag, topic
+
+    def publish(self, message: M) -> None:
+        """See `port.Publisher`."""
+        self._bag.keep(self._topic, message)
+
+
+@cache
+def _numbers_of(kind: type[Message]) -> frozenset[str]:
+    """The fields that are sequences of numbers."""
+    hints = get_type_hints(kind)
+    return frozenset(name for name in kind.__struct_fields__ if hints[name] == tuple[float, ...])
+
+
+def _nanoseconds(message: Message) -> int:
+    """When it says it is, on the plant's clock; the beginning where it names no time."""
+    when = next(_times(message), Time())
+    return when.sec * 10**9 + when.nanosec
+
+
+def _times(value: Any) -> Iterator[Time]:
+    if isinstance(value, Time):
+        yield value
+    elif isinstance(value, Message):
+        for name in value.__struct_fields__:
+            yield from _times(getattr(value, name))
+    elif isinstance(value, tuple):
+        for one in value:
+            yield from _times(one)

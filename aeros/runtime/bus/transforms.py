@@ -1,0 +1,68 @@
+"""The frames of a robot's chain as transforms, each in the one before: world, base, links, tool.
+
+Joints are where they were measured; the chain itself and the base are what the plant said of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import sqrt
+from typing import Final
+
+from aeros.runtime.bus.measured import WORLD
+from aeros.runtime.bus.messages import (
+    Header,
+    Quaternion,
+    TFMessage,
+    Time,
+    Transform,
+    TransformStamped,
+    Vector3,
+)
+from aeros.runtime.kinematics import ORIGIN, Frame, next_frame
+from aeros.runtime.ports import Body, Joints, Triple
+
+BASE: Final = "base"
+TOOL: Final = "tool"
+
+
+def transforms(body: Body, base: Triple | None, names: Sequence[str], q: Joints, when: Time) -> TFMessage:
+    """Where each frame is in the one before it.
+
+    base: where the base is in the world; None where that is not known, and then it is not told.
+    names: of the joints, one for each of `q`, rad; the link that joint NAME moves is `NAME_link`.
+    """
+    found = [] if base is None else [_moved(WORLD, BASE, base, when)]
+    parent = BASE
+    for (a, alpha, d), angle, name in zip(body.rows, q, names, strict=True):
+        frame, child = next_frame(ORIGIN, a, alpha, d, angle), f"{name}_link"
+        turned = Transform(Vector3(*frame.origin), rotation_of(frame))
+        found.append(TransformStamped(Header(when, parent), child, turned))
+        parent = child
+    found.append(_moved(parent, TOOL, body.tool, when))
+    return TFMessage(tuple(found))
+
+
+def _moved(parent: str, child: str, by: Triple, when: Time) -> TransformStamped:
+    return TransformStamped(Header(when, parent), child, Transform(Vector3(*by)))
+
+
+def rotation_of(frame: Frame) -> Quaternion:
+    """The unit quaternion that turns the parent's axes into those of `frame`.
+
+    Of four ways to write it down, that which divides by the largest component.
+    """
+    _, (a, b, c), (d, e, f), (g, h, i) = frame  # the columns of the rotation
+    # Four times the squares of w, x, y and z.
+    squares = (1.0 + a + e + i, 1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i)
+    largest = max(range(4), key=squares.__getitem__)
+    twice = sqrt(squares[largest])
+    half = 0.5 / twice
+    first = 0.5 * twice
+    if largest == 0:
+        return Quaternion((f - h) * half, (g - c) * half, (b - d) * half, first)
+    if largest == 1:
+        return Quaternion(first, (b + d) * half, (g + c) * half, (f - h) * half)
+    if largest == 2:
+        return Quaternion((b + d) * half, first, (f + h) * half, (g - c) * half)
+    return Quaternion((g + c) * half, (f + h) * half, first, (b - d) * half)

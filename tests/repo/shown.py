@@ -1,0 +1,41 @@
+"""What pages show: commands in blocks ```console, each with the output that follows it."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+COMMAND = re.compile(r"^\$ (.+)\n((?:(?!\$ ).*\n)*)", re.MULTILINE)
+"""A line `$ COMMAND`, and the lines up to the next one."""
+
+
+def numberless(text: str) -> list[str]:
+    """Its lines, with every number and every gap the same, as the runs of two machines differ in them."""
+    zeros = re.sub(r"-?\d+(\.\d+)?", "0", text)
+    return [" ".join(line.split()) for line in zeros.splitlines() if line.strip()]
+
+
+def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    """In `folder`, with the `aeros` and the `python` of these tests."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    return subprocess.run(
+        ["/bin/sh", "-c", command],
+        cwd=folder,
+        env={**os.environ, "PATH": path},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+
+
+def carry_out(command: str, shown: str, folder: Path, *, refused: bool = False) -> None:
+    """Run it: it prints every line of `shown`, in this order, and succeeds unless it is to be refused."""
+    ran = run(command, folder)
+    printed = iter(numberless(ran.stdout))
+    missing = [line for line in numberless(shown) if line not in printed]
+    assert not missing, f"$ {command}\n{ran.stdout}{ran.stderr}"
+    assert (ran.returncode == 0) != refused, f"$ {command}\n{ran.stdout}{ran.stderr}"

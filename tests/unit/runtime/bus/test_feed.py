@@ -1,0 +1,122 @@
+"""The feed: in order, in its own thread; whoever runs waits for nothing and hears of no failure."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+
+import pytest
+
+from aeros.runtime.bus import feed as module
+from aeros.runtime.bus.feed import Feed
+from aeros.runtime.bus.in_process import InProcessBus
+from aeros.runtime.bus.messages import Event, Message, PointStamped
+from aeros.runtime.bus.port import M
+from aeros.runtime.bus.telling import Chain
+from aeros.runtime.ports import Reading
+from aeros.spec.model import Site
+
+KNOWN = Chain()
+RECORD = b'{"details":{},"event":"note","sequence":3}\n'
+
+
+class Odd:
+    """Publishes by `publish`, whatever the topic."""
+
+    def __init__(self, publish: Callable[[Message], None]) -> None:
+        self._publish = publish
+
+    def publisher(self, topic: str, kind: type[M], *, latched: bool = False) -> Odd:
+        return self
+
+    def publish(self, message: Message) -> None:
+        self._publish(message)
+
+
+def test_what_is_told_comes_in_order_and_one_instant_once(site: Site) -> None:
+    bus = InProcessBus()
+    heard = bus.subscribe("/aeros/state/tool_position", PointStamped)
+    with Feed(bus, site) as feed:
+        feed.observed({"tool_position": Reading((1.0, 0.0, 0.0), 0.5)}, KNOWN)
+        feed.tick(0.5, {"tool_position": (1.0, 0.0, 0.0)}, KNOWN)
+        feed.tick(0.75, {"tool_position": (1.0, 0.0, 0.0), "holding": True}, KNOWN)
+        feed.tick(1.0, {"tool_position": (2.0, 0.0, 0.0)}, KNOWN)
+        feed.tick(1.25, {}, KNOWN)
+    found = [heard.take(), heard.take(), heard.take(), heard.take()]
+    assert [one and (one.header.stamp.nanosec, one.point.x) for one in found] == [
+        (500_000_000, 1.0), (750_000_000, 1.0), (0, 2.0), None,
+    ]  # fmt: skip
+    assert (feed.lost, feed.trouble) == (0, None)
+
+
+def test_a_record_without_a_time_is_stamped_with_the_newest_of_the_plant(site: Site) -> None:
+    bus = InProcessBus()
+    heard = bus.subscribe("/aeros/events", Event)
+    with Feed(bus, site) as feed:
+        feed.record(RECORD)
+        feed.tick(4.0, {"holding": True}, KNOWN)
+        feed.record(RECORD)
+    assert [one and one.stamp.sec for one in (heard.take(), heard.take())] == [0, 4]
+
+
+def test_one_bad_value_hides_nothing_else(site: Site) -> None:
+    bus = InProcessBus()
+    events, places = (
+        bus.subscribe("/aeros/events", Event),
+        bus.subscribe("/aeros/state/tool_position", PointStamped),
+    )
+    with Feed(bus, site) as feed:
+        feed.tick(0.5, {"tool_position": ("here", None)}, KNOWN)
+        feed.record(b"no record")
+        feed.tick(float("nan"), {"tool_position": (1.0, 0.0, 0.0)}, KNOWN)
+        feed.tick(0.75, {"tool_position": (1.0, 0.0, 0.0)}, KNOWN)
+        feed.record(RECORD)
+    assert places.take() is not None
+    assert places.take() is None
+    assert events.take() is not None
+    # The bad place, the bad record, and at no time: the time itself and the place.
+    assert feed.lost == 4
+    assert feed.trouble is not None
+
+
+def test_a_bus_that_fails_fails_nobody(site: Site) -> None:
+    def fail(message: Message) -> None:
+        raise RuntimeError("the cable is out")
+
+    with Feed(Odd(fail), site) as feed:
+        feed.record(RECORD)
+        feed.tick(0.0, {"tool_position": (1.0, 0.0, 0.0)}, KNOWN)
+    assert (feed.lost, feed.trouble) == (2, "the cable is out")
+
+
+def test_nobody_waits_for_a_bus_that_hangs_and_records_outlast_states(
+    site: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "_MOST_STATES", 5)
+    monkeypatch.setattr(module, "_MOST_RECORDS", 8)
+    monkeypatch.setattr(module, "_PATIENCE", 0.05)
+    said: list[Message] = []
+    busy, go_on = threading.Event(), threading.Event()
+
+    def hang(message: Message) -> None:
+        busy.set()
+        go_on.wait()
+        said.append(message)
+
+    feed = Feed(Odd(hang), site)
+    feed.record(RECORD)
+    assert busy.wait(5.0)
+    for number in range(20):
+        feed.tick(float(number), {"tool_position": (1.0, 0.0, 0.0)}, KNOWN)
+    assert (feed.lost, feed.trouble) == (15, "the bus is slower than the run")
+    for _ in range(4):
+        feed.record(RECORD)
+    assert feed.lost == 16
+    began = time.monotonic()
+    feed.close()
+    assert time.monotonic() - began < 2.0
+    assert feed.lost == 17
+    go_on.set()
+    feed.close()
+    assert [type(one) for one in said] == [Event] + [PointStamped] * 5 + [Event] * 3
