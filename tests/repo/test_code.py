@@ -3,6 +3,7 @@ from __future__ import annotations
 import ast
 import importlib
 import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -79,3 +80,9 @@ def test_the_page_of_diagnostics_is_that_of_the_registry() -> None:
             if code.group == group
         )
     check_generated("docs/diagnostics.md", "codes", expected + "\n")
+
+
+def test_no_two_files_of_tests_have_one_name() -> None:
+    """One run could not collect both: folders of tests are no packages of their own."""
+    names = Counter(path.name for path in (ROOT / "tests").rglob("test_*.py"))
+    assert [name for name, count in names.items() if count > 1] == []
