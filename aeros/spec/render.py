@@ -6,9 +6,10 @@ invisible appear as escapes, so a hostile manifest cannot write to the terminal 
 
 from __future__ import annotations
 
+import re
 import unicodedata
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any, Final
 
@@ -18,6 +19,8 @@ from aeros.spec.source import Source, Span
 LONGEST_LINE: Final = 160
 """Characters of a source line that are shown; a longer line is shown around its mark."""
 
+_BLOCK: Final = re.compile(r"[|>][-+0-9]*\s*(#.*)?")  # what stands above a text in a block
+_MOST_LINES: Final = 8  # of a text in a block that are shown
 _LEAD: Final = 40  # characters shown before the mark in a shortened line
 _LONGEST_TEXT: Final = 4000  # characters of a headline, label or note that are shown
 _ESCAPED: Final = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
@@ -138,18 +141,18 @@ def _snippets(diagnostic: Diagnostic, paint: Paint) -> list[str]:
         labels = [(label, False) for label in diagnostic.secondary]
     else:
         labels = [(diagnostic.primary, True), *((label, False) for label in diagnostic.secondary)]
-    sources: dict[Source, list[tuple[Label, bool]]] = {}
+    marks: dict[Source, dict[int, list[_Mark]]] = {}
+    places: dict[Source, Span] = {}
     for label, is_primary in labels:
-        sources.setdefault(label.span.source, []).append((label, is_primary))
-    width = max((len(str(label.span.line)) for label, _ in labels), default=0)
+        places.setdefault(label.span.source, label.span)
+        role = _role(diagnostic.severity, is_primary)
+        for line, mark in _marks(label, "^" if is_primary else "-", role):
+            marks.setdefault(label.span.source, {}).setdefault(line, []).extend(mark)
+    width = max((len(str(line)) for lines in marks.values() for line in lines), default=0)
     rows: list[str] = []
-    for source, found in sources.items():
-        rows.append(_location(found[0][0].span, "-->" if not rows else ":::", width, paint))
-        marks: dict[int, list[_Mark]] = {}
-        for label, is_primary in found:
-            role = _role(diagnostic.severity, is_primary)
-            marks.setdefault(label.span.line, []).append(_mark(label, "^" if is_primary else "-", role))
-        rows += _marked_lines(source, marks, width, paint)
+    for source, place in places.items():
+        rows.append(_location(place, ":::" if rows else "-->", width, paint))
+        rows += _marked_lines(source, marks[source], width, paint)
     return rows
 
 
@@ -161,13 +164,26 @@ def _location(span: Span, arrow: str, width: int, paint: Paint) -> str:
     return f"{' ' * width}{paint(arrow, 'gutter')} {safe(span.source.path)}:{span.line}:{span.column}"
 
 
-def _mark(label: Label, sign: str, role: str) -> _Mark:
-    """The label's part on its first line: what goes on below is not drawn."""
+def _marks(label: Label, sign: str, role: str) -> list[tuple[int, list[_Mark]]]:
+    """The label's part on its first line, by line; of a text in a block, its part on each line of that.
+
+    What else goes on below the first line is not drawn.
+    """
     span = label.span
     line_start = span.source.line_start(span.line)
-    line_end = line_start + len(span.source.line_text(span.line))
-    start = span.start - line_start
-    return _Mark(start, max(start, min(span.end, line_end) - line_start), sign, role, safe(label.text))
+    first = span.source.line_text(span.line)
+    start, end = span.start - line_start, min(span.end - line_start, len(first))
+    if not _BLOCK.fullmatch(first, start):
+        return [(span.line, [_Mark(start, max(start, end), sign, role, safe(label.text))])]
+    marks: list[tuple[int, list[_Mark]]] = []
+    for line in range(span.line + 1, span.end_line + 1):
+        text = span.source.line_text(line).rstrip()
+        start, end = len(text) - len(text.lstrip()), span.end - span.source.line_start(line)
+        if start < min(len(text), end) and len(marks) < _MOST_LINES:
+            marks.append((line, [_Mark(start, min(len(text), end), sign, role, "")]))
+    if marks:
+        marks[-1][1][0] = replace(marks[-1][1][0], text=safe(label.text))
+    return [(span.line, []), *marks]
 
 
 def _marked_lines(source: Source, marks: dict[int, list[_Mark]], width: int, paint: Paint) -> list[str]:
@@ -179,7 +195,8 @@ def _marked_lines(source: Source, marks: dict[int, list[_Mark]], width: int, pai
         shown, columns = _window(source.line_text(line), marks[line])
         rows.append(f"{paint(f'{line:>{width}} |', 'gutter')} {shown}".rstrip())
         gutter = paint(f"{'':>{width}} |", "gutter")
-        rows += [f"{gutter} {row.shown(paint)}" for row in _rows_below(marks[line], columns)]
+        if marks[line]:
+            rows += [f"{gutter} {row.shown(paint)}" for row in _rows_below(marks[line], columns)]
         previous = line
     return rows
 
@@ -188,7 +205,7 @@ def _window(text: str, marks: list[_Mark]) -> tuple[str, Callable[[int], int]]:
     """The part of a line to show, made safe, and where on the screen each offset of it lies."""
     low, high = 0, len(text)
     if high > LONGEST_LINE:
-        low = max(0, min(marks[0].start - _LEAD, high - LONGEST_LINE))
+        low = max(0, min((marks[0].start if marks else 0) - _LEAD, high - LONGEST_LINE))
         high = low + LONGEST_LINE
     before, after = "…" if low > 0 else "", "…" if high < len(text) else ""
     parts = [_safe_character(character) for character in text[low:high]]

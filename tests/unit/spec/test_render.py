@@ -102,18 +102,27 @@ help: check the path
     )
 
 
+def test_a_text_in_a_block_is_marked_on_each_of_its_lines() -> None:
+    source = Source("a", "ab: >- # why\n  cd\n\n  efg\n\nh: i\n")
+    shown = render_text(error(Label(source.span(4, 24), "here")))
+    assert shown.endswith("1 | ab: >- # why\n2 |   cd\n  |   ^^\n...\n4 |   efg\n  |   ^^^ here\n")
+    assert render_text(error(Label(source.span(4, 22)))).endswith("4 |   efg\n  |   ^\n")
+    long = Source("a", "ab: |\n" + "  cd\n" * 20)
+    assert render_text(error(Label(long.span(4, len(long.text))))).count("^^") == 8
+
+
 def test_an_empty_span_is_one_caret_and_a_span_of_lines_is_marked_on_its_first() -> None:
-    source = Source("a", "ab: >\n  cd\n")
+    source = Source("a", "ab: x\n  cd\n")
     assert (
         render_text(error(Label(source.span(2, 2), "end")))
         == """\
 error[AE103] wrong-kind: it is wrong
  --> a:1:3
-1 | ab: >
+1 | ab: x
   |   ^ end
 """
     )
-    assert "\n1 | ab: >\n  |     ^\n" in render_text(error(Label(source.span(4, 10))))
+    assert "\n1 | ab: x\n  |     ^\n" in render_text(error(Label(source.span(4, 10))))
     assert render_text(error(Label(source.span(11, 11)))).endswith(" --> a:3:1\n3 |\n  | ^\n")
 
 
