@@ -186,11 +186,12 @@ class ExecuteSkillFeedback(Message, frozen=True):
 
 
 class ExecuteSkillResult(Message, frozen=True):
-    """How the step ended, as `StepStatus` has it, and why."""
+    """How the step ended, as `StepStatus` has it, and why; `outputs` is a JSON object, in SI."""
 
     ros = "aeros_msgs/action/ExecuteSkill_Result"
     status: str = ""
     reason: str = ""
+    outputs: str = "{}"
     allowed: Uint32 = 0
     attenuated: Uint32 = 0
     denied: Uint32 = 0

@@ -14,6 +14,7 @@ from typing import Any, Final, Protocol
 from aeros.runtime.audit import DecisionCounts
 from aeros.runtime.bus.messages import ExecuteSkillFeedback, ExecuteSkillGoal, ExecuteSkillResult
 from aeros.runtime.bus.port import ActionServer, GoalAtServer, GoalStatus
+from aeros.runtime.canonical import canonical
 from aeros.runtime.ports import Ended, Runtime, StepHandle, StepRequest, StepResult, StepStatus
 
 EXECUTE_SKILL: Final = "/aeros/execute_skill"
@@ -72,7 +73,6 @@ class _Pursued:
 
     goal: Goal
     told: DecisionCounts = field(default_factory=DecisionCounts)
-    is_cancelled: bool = False
 
 
 class _Pursuit:
@@ -102,12 +102,12 @@ class _Pursuit:
         """Cancel what whoever wants it does not want any more."""
         for step, pursued in self.goals.items():
             if pursued.goal.status is GoalStatus.CANCELING:
-                self._cancel(step, pursued, "whoever had asked for it cancels it")
+                self._runtime.cancel(step, "whoever had asked for it cancels it")
 
     def cancel_all(self) -> None:
         """Cancel whatever is under way."""
-        for step, pursued in self.goals.items():
-            self._cancel(step, pursued, "whoever pursues it ends")
+        for step in self.goals:
+            self._runtime.cancel(step, "whoever pursues it ends")
 
     def go_on(self) -> None:
         """Let steps go on for a turn; tell how they go, and the result of one that has ended."""
@@ -122,11 +122,6 @@ class _Pursuit:
                 pursued.told = counts
                 pursued.goal.tell(ExecuteSkillFeedback(counts.allowed, counts.attenuated, counts.denied))
 
-    def _cancel(self, step: StepHandle, pursued: _Pursued, reason: str) -> None:
-        if not pursued.is_cancelled:
-            pursued.is_cancelled = True
-            self._runtime.cancel(step, reason)
-
 
 def _end(goal: Goal, result: StepResult) -> None:
     status = GoalStatus.ABORTED
@@ -135,7 +130,8 @@ def _end(goal: Goal, result: StepResult) -> None:
     elif result.status is StepStatus.CANCELLED and goal.status is GoalStatus.CANCELING:
         status = GoalStatus.CANCELED
     counts = (result.allowed, result.attenuated, result.denied)
-    goal.end(status, ExecuteSkillResult(result.status.value, result.reason, *counts))
+    outputs = canonical(dict(result.outputs)).decode()
+    goal.end(status, ExecuteSkillResult(result.status.value, result.reason, outputs, *counts))
 
 
 def _inputs_of(text: str) -> dict[str, Any]:

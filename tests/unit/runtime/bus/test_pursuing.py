@@ -17,7 +17,7 @@ from aeros.runtime.bus.port import GoalAtClient, GoalStatus, NobodyAnswersError
 from aeros.runtime.bus.pursuing import EXECUTE, EXECUTE_SKILL, MOST, pursue
 from aeros.runtime.governor import Command, Fixed
 from aeros.skill import Inputs, Observation, SkillBody, act
-from tests.unit.runtime.together import Body, Cart, asking, configuration, move, roll
+from tests.unit.runtime.together import Asking, Cart, asking, configuration, move, roll
 
 Client = GoalAtClient[ExecuteSkillFeedback, ExecuteSkillResult]
 _LONG = 10.0
@@ -36,7 +36,7 @@ class Operated(Fixed):
 class Robot(Cart):
     """A cart whose executor pursues goals in a thread."""
 
-    def __init__(self, log: Path, bodies: dict[str, Body]) -> None:
+    def __init__(self, log: Path, bodies: dict[str, Asking]) -> None:
         self.operator = Operated(configuration())
         super().__init__(log, bodies, governor=self.operator)
         self.bus = InProcessBus()
@@ -72,7 +72,7 @@ MakeRobot = Callable[..., Robot]
 def make_robot(tmp_path: Path) -> Iterator[MakeRobot]:
     made: list[Robot] = []
 
-    def make(**bodies: Body) -> Robot:
+    def make(**bodies: Asking) -> Robot:
         robot = Robot(tmp_path / "audit.jsonl", bodies)
         made.append(robot)
         return robot
@@ -83,7 +83,7 @@ def make_robot(tmp_path: Path) -> Iterator[MakeRobot]:
         robot.audit.close()
 
 
-def endless(*, ends: list[str]) -> Body:
+def endless(*, ends: list[str]) -> Asking:
     def body(observed: Observation, inputs: Inputs) -> SkillBody:
         try:
             while True:
@@ -102,6 +102,17 @@ def test_a_goal_is_a_step_and_succeeds_when_its_skill_finishes(make_robot: MakeR
     assert goal.status is GoalStatus.SUCCEEDED
     assert robot.begun() == ["move", "move"]
     assert [one["status"] for one in robot.records("step-ended")] == ["finished"]
+
+
+def test_the_result_has_the_outputs_of_the_skill(make_robot: MakeRobot) -> None:
+    def body(observed: Observation, inputs: Inputs) -> SkillBody:
+        yield act("wait", duration=1.0)
+        return {"amount": 0.25}
+
+    robot = make_robot(look=body)
+    with robot.pursuing():
+        result = robot.want("look").result(_LONG)
+    assert (result.status, result.outputs) == ("finished", '{"amount":0.25}')
 
 
 def test_a_goal_whose_action_the_gate_denies_moves_nothing(make_robot: MakeRobot) -> None:
