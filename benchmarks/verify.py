@@ -129,8 +129,10 @@ def _held(pid: int) -> int:
     return next((int(line.split()[1]) * 1024 for line in lines if line.startswith("Pss:")), 0)
 
 
-def exponent(rows: Sequence[Mapping[str, Any]]) -> float:
-    """The k of the least-squares fit of seconds ~ modules^k."""
+def exponent(rows: Sequence[Mapping[str, Any]]) -> float | None:
+    """The k of the least-squares fit of seconds ~ modules^k; None of a single size."""
+    if len({row["modules"] for row in rows}) < 2:
+        return None
     points = [(math.log(row["modules"]), math.log(row["processor"])) for row in rows]
     x, y = (statistics.fmean(point[axis] for point in points) for axis in (0, 1))
     return sum((a - x) * (b - y) for a, b in points) / sum((a - x) ** 2 for a, _ in points)
@@ -151,7 +153,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         medians = reference(Path(folder), runs)
         rows = [synthetic(Path(folder), size, arguments.jobs) for size in sizes]
-    found = {
+    found: dict[str, Any] = {
         "python": platform.python_version(),
         "reference": medians,
         "synthetic": rows,
@@ -169,7 +171,8 @@ def main() -> None:
     for row in rows:
         shown = " | ".join(f"{row[key]:.2f}" for key in ("cold", "processor", "warm", "one changed"))
         print(f"| {row['modules']} | {shown} | {row['memory'] / 2**20:.0f} |")
-    print(f"\nprocessor ~ modules^{found['exponent']:.2f}")
+    if found["exponent"] is not None:
+        print(f"\nprocessor ~ modules^{found['exponent']:.2f}")
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -169,6 +170,9 @@ def _start_working(source: Source, rlimit: int) -> None:
     site = site_of(source, Diagnostics())
     if site is not None:
         _WORKING["site"] = (site, Oracle(rlimit))
+    # Next to nothing of what proves is in circles, so looking for those as often as usual is waste.
+    gc.freeze()
+    gc.set_threshold(100_000)
 
 
 def _work(folder: Path) -> Examined:
