@@ -50,7 +50,7 @@ def propagated(box: Box) -> bool:
             whole = box[of] = _interval(box[of]).meet(_total(of, box))
             for place, (name, factor) in enumerate(of):
                 rest, before = _total((*of[:place], *of[place + 1 :]), box), box[name]
-                box[name] = meet(before, whole.minus(rest).times(factor if factor == 1 else 1 / factor))
+                box[name] = meet(before, whole.minus(rest).times(factor if factor in (1, -1) else 1 / factor))
                 if is_empty(box[name]):
                     return False
                 again |= occurs[name] > 1 and box[name] != before

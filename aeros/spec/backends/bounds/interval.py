@@ -71,8 +71,16 @@ class Interval:
 
     def times(self, factor: Fraction) -> Interval:
         """Each of its reals times `factor`, which is not 0."""
-        if factor == 1:  # as most are, and fractions are slow
+        # Nearly all factors are 1 or -1, and fractions are slow.
+        if factor == 1:
             return self
+        if factor == -1:
+            return Interval(
+                None if self.high is None else -self.high,
+                None if self.low is None else -self.low,
+                self.high_open,
+                self.low_open,
+            )
         low = None if self.low is None else self.low * factor
         high = None if self.high is None else self.high * factor
         if factor > 0:
