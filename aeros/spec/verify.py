@@ -170,9 +170,9 @@ def _start_working(source: Source, rlimit: int) -> None:
     site = site_of(source, Diagnostics())
     if site is not None:
         _WORKING["site"] = (site, Oracle(rlimit))
-    # Next to nothing of what proves is in circles, so looking for those as often as usual is waste.
-    gc.freeze()
-    gc.set_threshold(100_000)
+    # Next to nothing of what proves is in circles, and this process ends with the run: looking for
+    # circles takes some hundredths of its time and frees next to nothing.
+    gc.disable()
 
 
 def _work(folder: Path) -> Examined:
