@@ -60,8 +60,10 @@ def test_smt_decides_as_the_definition() -> None:
     "twin", [Floats(), StrictOrder(), NarrowBand(), Constant()], ids=lambda twin: twin.name
 )
 def test_the_suite_refuses_a_broken_twin(twin: Backend) -> None:
+    # Hypothesis draws other cases when other modules happen to be loaded, seeded or not. The narrow band
+    # is found after 780 cases on average and after 4,600 at the latest in 25 runs: 2,000 missed it now and then.
     with pytest.raises(ConformanceError, match=twin.name):
-        check_backend(twin, 2000, shrink=False)
+        check_backend(twin, 40_000, shrink=False)
 
 
 def test_the_suite_refuses_a_run_too_short_to_be_evidence() -> None:
