@@ -61,7 +61,7 @@ def test_smt_decides_as_the_definition() -> None:
 )
 def test_the_suite_refuses_a_broken_twin(twin: Backend) -> None:
     # Hypothesis draws other cases when other modules happen to be loaded, seeded or not. The narrow band
-    # is found after 780 cases on average and after 4,600 at the latest in 25 runs: 2,000 missed it now and then.
+    # was found after 780 cases on average, and after 4,600 at the latest of 25 runs.
     with pytest.raises(ConformanceError, match=twin.name):
         check_backend(twin, 40_000, shrink=False)
 
