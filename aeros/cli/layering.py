@@ -61,9 +61,10 @@ def laid_out(ranks: Mapping[str, int], sizes: Mapping[str, Size], ties: Sequence
     for name, row in rows.items():
         layers.put(name, row, sizes[name])
     chains = [_cut(number, tie, rows, layers) for number, tie in enumerate(ties)]
+    neighbours = _neighbours(layers)
     for sweep in range(_SWEEPS):
-        _order(layers, downward=sweep % 2 == 0)
-    x = _abscissas(layers)
+        _order(layers, neighbours, downward=sweep % 2 == 0)
+    x = _abscissas(layers, neighbours)
     y, height = _ordinates(layers)
     row_of = {name: row for row, names in layers.rows.items() for name in names}
     centres = {name: (x[name], y[row_of[name]]) for name in layers.sizes}
@@ -110,9 +111,8 @@ def _neighbours(layers: _Layers) -> dict[str, list[str]]:
     return found
 
 
-def _order(layers: _Layers, *, downward: bool) -> None:
+def _order(layers: _Layers, neighbours: Mapping[str, Sequence[str]], *, downward: bool) -> None:
     """Sort each layer by the mean position of what it is tied to in the layer before."""
-    neighbours = _neighbours(layers)
     before: dict[str, float] = {}
     for row in sorted(layers.rows, reverse=not downward):
         names = layers.rows[row]
@@ -128,8 +128,7 @@ def _mean(numbers: Sequence[float]) -> float | None:
     return sum(numbers) / len(numbers) if numbers else None
 
 
-def _abscissas(layers: _Layers) -> dict[str, float]:
-    neighbours = _neighbours(layers)
+def _abscissas(layers: _Layers, neighbours: Mapping[str, Sequence[str]]) -> dict[str, float]:
     x: dict[str, float] = {}
     for names in layers.rows.values():
         x |= dict(zip(names, _apart(names, [0.0] * len(names), layers.sizes), strict=True))
