@@ -97,10 +97,9 @@ def verify_site(
     """The site that `source` declares and what there is to say of it; no site where it declares none."""
     sink, path = Diagnostics(), Path(source.path)
     site = site_of(source, sink)
-    if site is not None:
-        site = site.with_blocks(blocks)
     if site is None:
         return None, SubjectReport(str(path), path, Conclusion.REJECTED, tuple(sink))
+    site = site.with_blocks(blocks)
     settled, findings = _settle((*policy_obligations(site), *joint_policy_obligations(site)), site, oracle)
     problems = (*sink, *_diagnostics(settled, findings))
     claims = Claims.of((*map(told_of, settled), *map(_told, findings)))
