@@ -72,14 +72,13 @@ def elaborate_variable(
             span = text.span if isinstance(text, Text) else quantity.span
             sink.error("AE208", f"a {type_} has no {field}", span)
             return None
+    place = quantity.range[0].span.cover(quantity.range[-1].span) if quantity.range else None
     bounds = None if quantity.range is None else _range(quantity.range, unit, sink)
     if bounds is not None and isinstance(type_, IntegerType) and any(end.denominator != 1 for end in bounds):
-        ends = quantity.range or ()
-        sink.error("AE208", "the range of an int ends at whole numbers", ends[0].span.cover(ends[-1].span))
+        sink.error("AE208", "the range of an int ends at whole numbers", place)
         return None
     if numeric and bounds is None:
         return None
-    place = quantity.range[0].span.cover(quantity.range[-1].span) if quantity.range else None
     return Declared(t.Variable(name, type_, role), quantity.span, unit, bounds, range_span=place)
 
 
