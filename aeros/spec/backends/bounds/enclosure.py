@@ -33,8 +33,9 @@ def bounds_of(term: t.Term, box: Box) -> _Bounds:
             return value, value
         case t.Variable(name=name):
             values = box[name]
-            known = isinstance(values, Interval) and values.low is not None and values.high is not None
-            return (values.low, values.high) if known else None  # type: ignore[union-attr, return-value]
+            if not isinstance(values, Interval) or values.low is None or values.high is None:
+                return None
+            return values.low, values.high
         case t.Absolute(operand=operand):
             inner = bounds_of(operand, box)
             if inner is None:
