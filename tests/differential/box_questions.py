@@ -178,7 +178,6 @@ class _Conditions:
 
     def named(self) -> t.Term:
         members = [t.Literal(member, _TOOL) for member in _TOOL.members]
-        members = [t.Literal(member, _TOOL) for member in _TOOL.members]
         tools: list[t.Term] = [VARIABLES["tool"], VARIABLES["other"], *members]
         return self.made(
             lambda: VARIABLES[self.pick("ab")],
