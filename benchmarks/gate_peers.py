@@ -64,7 +64,6 @@ def cedar() -> Decide:
 def casbin() -> Decide:
     """Casbin with the policy as its matcher."""
     engine = import_module("casbin")
-    functions = {"subset": lambda given, known: all(one in known for one in given)}
     box = " && ".join(
         f"r.sub.{name} >= {low!r} && r.sub.{name} <= {high!r}"
         for name, low, high in zip("xyz", LOWER, UPPER, strict=True)
@@ -82,7 +81,7 @@ def casbin() -> Decide:
         f" && (!r.sub.human || r.sub.speed <= 0.25) && {box} && r.sub.force <= 30.0\n"
     )
     enforcer = engine.Enforcer(model)
-    enforcer.add_function("subset", functions["subset"])
+    enforcer.add_function("subset", lambda given, known: all(one in known for one in given))
 
     class Subject:
         known = ACTUATORS
