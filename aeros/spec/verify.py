@@ -29,6 +29,7 @@ from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.policy import policy_obligations
 from aeros.spec.obligations.safety import safety_obligations
 from aeros.spec.obligations.skill_code import skill_code_obligations
+from aeros.spec.obligations.skill_source import read_skill_files
 from aeros.spec.presence import Presence, presence_of, presence_of_site
 from aeros.spec.reports import Conclusion as Conclusion
 from aeros.spec.reports import (
@@ -113,10 +114,10 @@ def examine(folder: Path, site: Site, oracle: Oracle) -> Examined:
     if loaded is None:
         return Examined(None, tuple(sink))
     ecm = loaded.ecm
-    presence = presence_of(ecm)
+    presence, files = presence_of(ecm), read_skill_files(ecm.folder, loaded.code)
     before = (
-        *entry_point_obligations(ecm, loaded.code),
-        *skill_code_obligations(ecm, site, loaded.code),
+        *entry_point_obligations(ecm, files),
+        *skill_code_obligations(ecm, site, files),
         *runtime_obligations(presence),
     )
     claims = (

@@ -22,6 +22,7 @@ from aeros.spec.expr.types import RealType
 from aeros.spec.model import ActionKind, Clause, Declared, Ecm, Risk, Site, Skill
 from aeros.spec.obligations.entry_points import entry_point_obligations
 from aeros.spec.obligations.skill_code import skill_code_obligations
+from aeros.spec.obligations.skill_source import read_skill_files
 from aeros.spec.units import NUMBER
 from tests.property.mix import Mix
 from tests.property.test_permissions import bounded
@@ -74,7 +75,7 @@ def test_an_entry_point_is_refused_exactly_where_calling_it_gives_no_generator()
 def _entries_are_judged(name: str, taken: str, is_async: bool, body: list[str]) -> None:
     word = "async def" if is_async and not any("yield from" in line for line in body) else "def"
     code = f"{word} {name}({taken}):\n    " + "\n    ".join(body) + "\n"
-    (found,) = entry_point_obligations(_module(), {"skills.py": code.encode()})
+    (found,) = entry_point_obligations(_module(), read_skill_files("", {"skills.py": code.encode()}))
     scope: dict[str, Any] = {"act": lambda kind: kind}
     exec(code, scope)  # noqa: S102  our own few lines
     function = scope.get("tidy")
@@ -124,7 +125,9 @@ def _askings_are_judged(body: list[str], helped: list[str], envelope: frozenset[
         + "\n"
         for name, more, lines in (("helper", "", helped), ("tidy", ", inputs", body))
     )
-    claims = skill_code_obligations(_module(*envelope), SITE, {"skills.py": code.encode()})
+    claims = skill_code_obligations(
+        _module(*envelope), SITE, read_skill_files("", {"skills.py": code.encode()})
+    )
     found = {one.id: one.diagnostic for one in claims}["form/tidy/asks"]
     assert found is None or found.code == "AE133"
 
@@ -167,7 +170,7 @@ def test_code_is_refused_exactly_where_running_it_opens_a_door() -> None:
 @given(st.lists(st.sampled_from(_LINES), min_size=1, max_size=2))
 def _reaches_are_judged(lines: list[str]) -> None:
     code = "\n".join(lines) + "\n"
-    claims = skill_code_obligations(_module(), SITE, {"skills.py": code.encode()})
+    claims = skill_code_obligations(_module(), SITE, read_skill_files("", {"skills.py": code.encode()}))
     found = {one.id: one.diagnostic for one in claims}["form/code/skills.py"]
     assert found is None or found.code == "AE134"
     REACHES.compare("AE134", proved=found is None, expected=not _opens_a_door(code))

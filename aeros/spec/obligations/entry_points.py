@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Iterator, Mapping
-from functools import cache
+from collections.abc import Iterator, Mapping
 
 from aeros.spec.diagnostics import Diagnostic, Label, did_you_mean
 from aeros.spec.model import Ecm, Skill
@@ -14,28 +13,27 @@ from aeros.spec.obligations.skill_source import SkillFile, UnreadableCodeError
 _Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
-def entry_point_obligations(ecm: Ecm, code: Mapping[str, bytes]) -> Iterator[Settled]:
+def entry_point_obligations(
+    ecm: Ecm, files: Mapping[str, SkillFile | UnreadableCodeError]
+) -> Iterator[Settled]:
     """Every skill's entry point exists and is a generator of two arguments.
 
-    code: the module's Python files by path relative to its folder.
+    files: the module's Python files by path relative to its folder.
     """
-    read = cache(lambda path: _functions(SkillFile(path, code[path]).tree))  # many skills share a file
     for skill in ecm.skills.values():
-        yield Settled(f"form/{skill.id}/entry", _fault(skill, code, read))
+        yield Settled(f"form/{skill.id}/entry", _fault(skill, files))
 
 
-def _fault(
-    skill: Skill, code: Mapping[str, bytes], read: Callable[[str], dict[str, _Function]]
-) -> Diagnostic | None:
+def _fault(skill: Skill, files: Mapping[str, SkillFile | UnreadableCodeError]) -> Diagnostic | None:
     path, label = f"{skill.module_name}.py", Label(skill.entry_span)
-    if path not in code:
-        near = did_you_mean(path, code)
+    file = files.get(path)
+    if file is None:
+        near = did_you_mean(path, files)
         help_ = (f"did you mean `{near}`?",) if near else ()
         return Diagnostic("AE123", f"there is no `{path}` in this module", label, help=help_)
-    try:
-        functions = read(path)
-    except UnreadableCodeError as error:
-        return Diagnostic("AE123", f"`{path}` is not plain Python: {error}", label)
+    if isinstance(file, UnreadableCodeError):
+        return Diagnostic("AE123", f"`{path}` is not plain Python: {file}", label)
+    functions = _functions(file.tree)
     function = functions.get(skill.function)
     if function is None:
         near = did_you_mean(skill.function, functions)

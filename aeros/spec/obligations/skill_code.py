@@ -21,19 +21,18 @@ from aeros.spec.obligations.skill_source import SkillFile, UnreadableCodeError
 _ASKING = ("act", "Action")
 
 
-def skill_code_obligations(ecm: Ecm, site: Site, code: Mapping[str, bytes]) -> Iterator[Settled]:
+def skill_code_obligations(
+    ecm: Ecm, site: Site, files: Mapping[str, SkillFile | UnreadableCodeError]
+) -> Iterator[Settled]:
     """Every claim about the code of `ecm`.
 
-    code: the module's Python files by path relative to its folder.
+    files: the module's Python files by path relative to its folder.
     """
-    for path, content in code.items():
-        name = str(Path(ecm.folder) / path)
-        try:
-            file = SkillFile(name, content)
-        except UnreadableCodeError as error:
-            help_ = ("write it as plain UTF-8",)
+    for path, file in files.items():
+        if isinstance(file, UnreadableCodeError):
+            name, help_ = Path(ecm.folder) / path, ("write it as plain UTF-8",)
             yield Settled(
-                f"form/code/{path}", Diagnostic("AE134", f"`{name}` is not plain Python: {error}", help=help_)
+                f"form/code/{path}", Diagnostic("AE134", f"`{name}` is not plain Python: {file}", help=help_)
             )
             continue
         yield Settled(f"form/code/{path}", _reach(ecm, file))

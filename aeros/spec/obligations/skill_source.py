@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import ast
 import re
+from collections.abc import Mapping
+from pathlib import Path
 
 from aeros.spec.source import Source, Span
 
@@ -41,6 +43,18 @@ class SkillFile:
         ends_here = node.end_lineno == node.lineno and node.end_col_offset is not None
         length = node.end_col_offset - node.col_offset if ends_here and node.end_col_offset else len(line)
         return self.source.span(start, min(start + max(length, 1), start + max(len(line) - column, 0)))
+
+
+def read_skill_files(folder: str, code: Mapping[str, bytes]) -> dict[str, SkillFile | UnreadableCodeError]:
+    """Each of the module's Python files, by path relative to its folder, or why it cannot be read."""
+    return {path: _read(str(Path(folder) / path), content) for path, content in code.items()}
+
+
+def _read(path: str, content: bytes) -> SkillFile | UnreadableCodeError:
+    try:
+        return SkillFile(path, content)
+    except UnreadableCodeError as error:
+        return error
 
 
 def _text(content: bytes) -> str:

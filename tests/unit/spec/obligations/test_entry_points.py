@@ -9,6 +9,7 @@ from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Ecm
 from aeros.spec.obligations.entry_points import entry_point_obligations
+from aeros.spec.obligations.skill_source import read_skill_files
 from aeros.spec.render import render_text
 
 CORPUS = Path(__file__).parents[3] / "corpus"
@@ -27,7 +28,7 @@ def ecm(tmp_path_factory: pytest.TempPathFactory) -> Ecm:
 
 def fault(ecm: Ecm, code: bytes) -> str | None:
     """The first line of what is said of a module whose `skills.py` is `code`."""
-    (found,) = entry_point_obligations(ecm, {"skills.py": code})
+    (found,) = entry_point_obligations(ecm, read_skill_files("", {"skills.py": code}))
     return None if found.diagnostic is None else render_text(found.diagnostic).splitlines()[0]
 
 
@@ -91,7 +92,7 @@ def test_only_a_function_at_the_top_is_an_entry_point(ecm: Ecm, code: bytes) -> 
 def test_only_a_name_that_is_nearly_the_same_is_offered(
     ecm: Ecm, code: bytes, help_: tuple[str, ...]
 ) -> None:
-    (found,) = entry_point_obligations(ecm, {"skills.py": code})
+    (found,) = entry_point_obligations(ecm, read_skill_files("", {"skills.py": code}))
     assert found.diagnostic is not None
     assert found.diagnostic.help == help_
 

@@ -9,6 +9,8 @@ from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.loading import load_ecm, load_site, reference_site
 from aeros.spec.model import Ecm, Site
 from aeros.spec.obligations.skill_code import skill_code_obligations
+from aeros.spec.obligations.skill_source import read_skill_files
+from aeros.spec.verdicts import Settled
 
 MODULE = Path(__file__).parents[4] / "ecms" / "clean_table"
 HEAD = "from aeros.skill import Action, act\n"
@@ -24,8 +26,13 @@ def loaded() -> tuple[Ecm, Site]:
     return replace(ecm, skills={"wipe": ecm.skills["wipe"]}), site
 
 
+def _claims(loaded: tuple[Ecm, Site], code: bytes) -> list[Settled]:
+    ecm, site = loaded
+    return list(skill_code_obligations(ecm, site, read_skill_files(ecm.folder, {"skills.py": code})))
+
+
 def _faults(loaded: tuple[Ecm, Site], code: str) -> set[tuple[str, str]]:
-    settled = skill_code_obligations(*loaded, {"skills.py": code.encode()})
+    settled = _claims(loaded, code.encode())
     return {(one.diagnostic.code, one.diagnostic.headline) for one in settled if one.diagnostic is not None}
 
 
@@ -95,7 +102,7 @@ def test_a_name_that_is_bound_twice_hides_nothing(loaded: tuple[Ecm, Site], code
 
 def test_a_claim_about_code_goes_by_one_name_whether_it_holds_or_not(loaded: tuple[Ecm, Site]) -> None:
     def names(code: bytes) -> list[str]:
-        return [one.id for one in skill_code_obligations(*loaded, {"skills.py": code})]
+        return [one.id for one in _claims(loaded, code)]
 
     whole = ["form/code/skills.py", "form/code/skills.py/asking", "form/wipe/asks"]
     assert names(b"def wipe(o, i):\n    yield act('grip', width=0.0, force=1.0)\n") == whole
@@ -142,7 +149,7 @@ def test_every_door_that_can_be_read_is_shut(loaded: tuple[Ecm, Site], reach: st
     ],
 )
 def test_bytes_that_python_may_read_otherwise_are_refused(loaded: tuple[Ecm, Site], content: bytes) -> None:
-    settled = list(skill_code_obligations(*loaded, {"skills.py": content}))
+    settled = _claims(loaded, content)
     said = [(one.diagnostic.code, one.diagnostic.help) for one in settled if one.diagnostic is not None]
     assert said == [("AE134", ("write it as plain UTF-8",))]
 
@@ -209,9 +216,7 @@ ONE_MEANING = "call `act(KIND, ...)` where the action is asked for, and give eve
 def test_the_code_that_asks_unclearly_is_underlined_and_a_cure_is_named(
     loaded: tuple[Ecm, Site], code: str, headline: str, underlined: str, help_: str
 ) -> None:
-    settled = skill_code_obligations(
-        *loaded, {"skills.py": ("from aeros.skill import act\n" + code).encode()}
-    )
+    settled = _claims(loaded, ("from aeros.skill import act\n" + code).encode())
     (found,) = [one.diagnostic for one in settled if one.diagnostic is not None]
     assert (found.headline, found.help) == (headline, (help_,))
     assert found.primary is not None
@@ -234,7 +239,7 @@ def test_the_code_that_asks_unclearly_is_underlined_and_a_cure_is_named(
     ],
 )
 def test_what_the_code_reaches_for_is_named(loaded: tuple[Ecm, Site], code: str, what: str) -> None:
-    settled = skill_code_obligations(*loaded, {"skills.py": (HEAD + code + GRIP).encode()})
+    settled = _claims(loaded, (HEAD + code + GRIP).encode())
     said = [
         one.diagnostic for one in settled if one.diagnostic is not None and one.diagnostic.code == "AE134"
     ]
