@@ -25,7 +25,8 @@ from aeros.spec.closed_loop.exploration import Exploration, explore
 from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
-from aeros.spec.loading import load_ecm, load_site, reference_site
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Clause, Ecm, Outcome, PlanningRule, Site, Task
 
 _TEMPLATE = Path(__file__).parents[1] / "ecms" / "clean_table"

@@ -20,7 +20,8 @@ from aeros.runtime.proving import prove
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.replay import Disagreement, Replay
 from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.loading import load_site, reference_site
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_site
 from aeros.spec.model import Site
 from aeros.spec.render import safe
 

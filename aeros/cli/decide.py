@@ -16,7 +16,7 @@ from aeros.runtime.explaining import Explainer
 from aeros.runtime.gate import GateMode
 from aeros.runtime.proving import prove
 from aeros.runtime.requests import MAX_LINE, decide_line, decision_json, explain_line, explanation_json
-from aeros.spec.loading import reference_site
+from aeros.spec.folders import reference_site
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]

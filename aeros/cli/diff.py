@@ -13,7 +13,7 @@ from aeros.spec.backends.budget import DEFAULT_RLIMIT
 from aeros.spec.diagnostics import Severity
 from aeros.spec.difference.change import Change, Relation
 from aeros.spec.difference.compare import Difference, compare, is_site
-from aeros.spec.loading import reference_site
+from aeros.spec.folders import reference_site
 from aeros.spec.render import render_all, render_json, safe
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from aeros.runtime.registry.records import Installed, Snapshot
 from aeros.runtime.registry.registry import Registry
 from aeros.spec.diagnostics import Diagnostic
 from aeros.spec.errors import UserError
-from aeros.spec.loading import MANIFEST
+from aeros.spec.folders import MANIFEST
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]

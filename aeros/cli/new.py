@@ -20,7 +20,8 @@ import aeros
 from aeros.cli.arguments import existing_path
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.loading import MANIFEST, load_ecm, load_site, reference_site
+from aeros.spec.folders import MANIFEST, reference_site
+from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.located import PATTERNS
 from aeros.spec.model import Site
 from aeros.spec.render import safe

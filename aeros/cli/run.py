@@ -36,7 +36,7 @@ from aeros.runtime.registry.governing import Governing, Steered
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.skill_code import SkillRefusedError
 from aeros.spec.diagnostics import did_you_mean
-from aeros.spec.loading import reference_site
+from aeros.spec.folders import reference_site
 from aeros.spec.model import Ecm
 from aeros.spec.verify import Report
 

@@ -8,7 +8,8 @@ from typing import TypeVar
 
 from aeros.cli.arguments import UsageError
 from aeros.spec.diagnostics import Diagnostics, did_you_mean
-from aeros.spec.loading import load_ecm, load_site, module_folders, reference_site
+from aeros.spec.folders import module_folders, reference_site
+from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Ecm, Site
 from aeros.spec.render import safe
 

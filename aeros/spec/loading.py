@@ -15,9 +15,7 @@ from aeros.spec.digests import code_digest, code_files, text_digest
 from aeros.spec.elaborate.ecm import elaborate_ecm
 from aeros.spec.elaborate.site import elaborate_site
 from aeros.spec.errors import UserError
-from aeros.spec.folders import MANIFEST as MANIFEST
-from aeros.spec.folders import module_folders as module_folders
-from aeros.spec.folders import reference_site as reference_site
+from aeros.spec.folders import MANIFEST
 from aeros.spec.model import Ecm, Site
 from aeros.spec.reader import read_yaml
 from aeros.spec.source import Source

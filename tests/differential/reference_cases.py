@@ -10,7 +10,8 @@ from aeros.spec.closed_loop.chain import Prediction, predict
 from aeros.spec.closed_loop.chances import with_skill_probabilities
 from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.loading import load_ecm, load_site, reference_site
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_ecm, load_site
 from tests.differential.small_tasks import Case
 from tests.differential.tree_expansion import Expected, variables
 

@@ -25,7 +25,7 @@ from aeros.spec.expr.parser import parse
 from aeros.spec.expr.scope import Box, Scope
 from aeros.spec.expr.semantics import holds
 from aeros.spec.expr.types import BOOL, IntegerType, RealType
-from aeros.spec.loading import reference_site
+from aeros.spec.folders import reference_site
 from aeros.spec.units import NUMBER
 from aeros.spec.verify import verify
 from tests.differential.box_questions import Asked, questions

@@ -31,7 +31,7 @@ from aeros.spec.doubles import neighbours
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import holds
 from aeros.spec.expr.types import EnumType, FamilyType, VectorType
-from aeros.spec.loading import reference_site
+from aeros.spec.folders import reference_site
 from aeros.spec.model import Declared
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.safety import safety_obligations

@@ -13,7 +13,7 @@ from aeros.spec.agreement import Agreement, SecondSolver, agreement_on
 from aeros.spec.backends.oracle import Question
 from aeros.spec.backends.second import Cvc5
 from aeros.spec.backends.store import Store
-from aeros.spec.loading import reference_site
+from aeros.spec.folders import reference_site
 from aeros.spec.verify import verify
 
 ROOT = Path(__file__).parents[2]

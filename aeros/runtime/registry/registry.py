@@ -30,7 +30,8 @@ from aeros.runtime.registry.records import Installed, Records, Snapshot
 from aeros.spec.diagnostics import Diagnostic, Diagnostics, did_you_mean
 from aeros.spec.digests import file_digest
 from aeros.spec.errors import UserError
-from aeros.spec.loading import load_ecm, load_site, reference_site
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Block, Ecm, Site
 from aeros.spec.verify import Report
 

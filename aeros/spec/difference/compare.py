@@ -14,7 +14,8 @@ from aeros.spec.diagnostics import Diagnostic, Diagnostics, Label
 from aeros.spec.difference.change import Change, Relation
 from aeros.spec.difference.modules import module_changes
 from aeros.spec.difference.sites import site_changes
-from aeros.spec.loading import MANIFEST, load_ecm, load_site, module_folders
+from aeros.spec.folders import MANIFEST, module_folders
+from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Ecm, Site
 
 

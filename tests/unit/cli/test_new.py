@@ -10,7 +10,7 @@ import pytest
 
 from aeros.cli.exit_codes import Exit
 from aeros.cli.main import main
-from aeros.spec.loading import reference_site
+from aeros.spec.folders import reference_site
 
 REPOSITORY = Path(__file__).parents[3]
 OTHER_SITE = REPOSITORY / "tests" / "corpus" / "site" / "table.yaml"

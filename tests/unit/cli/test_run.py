@@ -14,7 +14,7 @@ from aeros.cli.main import main
 from aeros.runtime.audit import verify_log
 from aeros.runtime.isolation.lockdown import Layer
 from aeros.runtime.isolation.nursery import Nursery
-from aeros.spec.loading import reference_site
+from aeros.spec.folders import reference_site
 
 REPOSITORY = Path(__file__).parents[3]
 

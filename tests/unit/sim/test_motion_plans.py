@@ -25,7 +25,8 @@ from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.profile import TICK, minimum_jerk
 from aeros.skill import Action, act
 from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.loading import load_site, reference_site
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_site
 from aeros.spec.model import Site
 from tests.unit.sim.acting import execute
 

@@ -8,7 +8,8 @@ import pytest
 
 from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.digests import code_digest, code_files
-from aeros.spec.loading import load_ecm, load_site, module_folders, reference_site
+from aeros.spec.folders import module_folders, reference_site
+from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Durability, Site
 
 CORPUS = Path(__file__).parents[2] / "corpus"

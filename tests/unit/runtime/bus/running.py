@@ -16,7 +16,7 @@ from aeros.runtime.ports import Plant
 from aeros.runtime.proving import prove
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.spec.doubles import as_doubles
-from aeros.spec.loading import reference_site
+from aeros.spec.folders import reference_site
 from tests.repo.tree import ROOT
 
 

@@ -14,7 +14,8 @@ from aeros.runtime.ports import Reading
 from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import EnumType, FamilyType, RealType, Type, VectorType
-from aeros.spec.loading import load_site, reference_site
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_site
 from aeros.spec.model import Site
 from aeros.spec.units import ANGLE, LENGTH, TIME, Dimension
 from tests.unit.runtime.conftest import declare

@@ -16,7 +16,8 @@ from aeros.runtime.ports import Body, Completion, Motion, Motionless, Plan, Plan
 from aeros.sim.fake import FakePlant
 from aeros.skill import act
 from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.loading import load_site, reference_site
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_site
 from aeros.spec.model import Site
 from tests.unit.runtime.bus.test_transforms import placed_in_first
 

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.loading import load_site, reference_site
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_site
 from aeros.spec.model import MotionKind, Site
 from aeros.spec.render import render_text
 

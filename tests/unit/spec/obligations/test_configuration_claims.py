@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.loading import load_ecm, load_site, reference_site
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Block
 from aeros.spec.obligations.configuration import configuration_obligations
 from aeros.spec.presence import presence_of, presence_of_site

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.loading import load_ecm, load_site, reference_site
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Ecm, Site
 from aeros.spec.obligations.skill_code import skill_code_obligations
 from aeros.spec.obligations.skill_source import read_skill_files
