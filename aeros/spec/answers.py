@@ -10,8 +10,9 @@ from aeros.spec.boundary import boundary_of, envelope_about
 from aeros.spec.core import core_of, labels_of_breach, labels_of_core
 from aeros.spec.discharge import Finding
 from aeros.spec.model import Site
-from aeros.spec.obligations.obligation import Claim, Obligation, Verdict
+from aeros.spec.obligations.obligation import Claim, Obligation
 from aeros.spec.repair import repairs_of
+from aeros.spec.verdicts import Verdict
 
 
 def answered(findings: Iterable[Finding], site: Site, oracle: Oracle) -> tuple[Finding, ...]:

@@ -10,7 +10,8 @@ from aeros.spec.backends.oracle import Oracle
 from aeros.spec.diagnostics import Label
 from aeros.spec.expr import terms as t
 from aeros.spec.model import about, ranges_of
-from aeros.spec.obligations.obligation import Claim, Obligation, Verdict
+from aeros.spec.obligations.obligation import Claim, Obligation
+from aeros.spec.verdicts import Verdict
 from aeros.spec.witness import Replay, Witness, witness_of
 
 

@@ -17,7 +17,8 @@ from aeros.spec.elaborate.scopes import scope_over
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import ExpressionSyntaxError
 from aeros.spec.model import Clause, Site
-from aeros.spec.obligations.obligation import Claim, Obligation, Verdict
+from aeros.spec.obligations.obligation import Claim, Obligation
+from aeros.spec.verdicts import Verdict
 
 _AMBIGUOUS = re.compile(r"[\[\]{},#:]")  # in a plain YAML scalar
 

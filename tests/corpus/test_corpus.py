@@ -30,8 +30,9 @@ from aeros.spec.diagnostics import CODES
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import holds
 from aeros.spec.model import Block, Site
-from aeros.spec.obligations.obligation import Claim, Obligation, Settled, Verdict
+from aeros.spec.obligations.obligation import Claim, Obligation
 from aeros.spec.source import Source
+from aeros.spec.verdicts import Settled, Verdict
 from aeros.spec.verify import Report, SubjectReport, verify
 
 CORPUS = Path(__file__).parent

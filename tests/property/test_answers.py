@@ -29,8 +29,9 @@ from aeros.spec.expr.semantics import Environment, holds
 from aeros.spec.expr.types import BOOL
 from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Site
-from aeros.spec.obligations.obligation import Obligation, Verdict
+from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.safety import safety_obligations
+from aeros.spec.verdicts import Verdict
 from tests.property.mix import Mix
 
 bounded = settings(

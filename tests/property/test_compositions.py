@@ -40,9 +40,10 @@ from aeros.spec.model import (
 from aeros.spec.obligations import joint
 from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.joint import joint_policy_obligations
-from aeros.spec.obligations.obligation import Obligation, Verdict
+from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.source import Source, Span
 from aeros.spec.units import NUMBER
+from aeros.spec.verdicts import Verdict
 from tests.property.mix import Mix
 
 _NIGHTLY = os.environ.get("AEROS_HYPOTHESIS") == "nightly"

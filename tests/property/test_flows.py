@@ -17,8 +17,8 @@ from aeros.spec.expr.types import BOOL, RealType, Type
 from aeros.spec.model import Declared, Outcome, Skill
 from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.flows import data_obligations
-from aeros.spec.obligations.obligation import Settled
 from aeros.spec.units import LENGTH, NUMBER
+from aeros.spec.verdicts import Settled
 from tests.property.mix import Mix
 from tests.property.test_compositions import TEXT, P, _module, _site, _skill, bounded
 

@@ -26,8 +26,8 @@ from aeros.spec.model import (
     Skill,
     Task,
 )
-from aeros.spec.obligations.obligation import Settled
 from aeros.spec.obligations.permission import permission_obligations
+from aeros.spec.verdicts import Settled
 from tests.property.mix import Mix
 from tests.property.test_verdicts import SPAN
 from tests.unit.agent.dumplings import build

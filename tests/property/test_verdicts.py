@@ -37,12 +37,13 @@ from aeros.spec.model import (
     Skill,
     Task,
 )
-from aeros.spec.obligations.obligation import Claim, Obligation, Settled, Space, Verdict
+from aeros.spec.obligations.obligation import Claim, Obligation, Space
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.policy import policy_obligations
 from aeros.spec.obligations.safety import safety_obligations
 from aeros.spec.source import Source
 from aeros.spec.units import NUMBER
+from aeros.spec.verdicts import Settled, Verdict
 from tests.property.mix import Mix
 
 _NIGHTLY = os.environ.get("AEROS_HYPOTHESIS") == "nightly"

@@ -18,8 +18,9 @@ from aeros.spec.discharge import Finding, discharge
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
 from aeros.spec.model import Declared
-from aeros.spec.obligations.obligation import Claim, Obligation, Space, Verdict
+from aeros.spec.obligations.obligation import Claim, Obligation, Space
 from aeros.spec.source import Span
+from aeros.spec.verdicts import Verdict
 from aeros.spec.witness import Witness
 
 

@@ -19,7 +19,7 @@ from aeros.spec.closed_loop.exploration import Exploration, explore
 from aeros.spec.closed_loop.transition_system import NotExploredError
 from aeros.spec.diagnostics import Diagnostic, Label
 from aeros.spec.model import Ecm, Site, Task, TaskInvariant
-from aeros.spec.obligations.obligation import Settled
+from aeros.spec.verdicts import Settled
 
 
 def closed_loop_obligations(ecm: Ecm, site: Site) -> Iterator[Settled]:

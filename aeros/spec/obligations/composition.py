@@ -31,8 +31,9 @@ from aeros.spec.flow.graph import handler_cycle
 from aeros.spec.flow.paths import Situations, TooManyPathsError, conjuncts, earlier_in, folded, paths_of
 from aeros.spec.model import Declared, Ecm, Site, Skill
 from aeros.spec.obligations.flows import data_obligations
-from aeros.spec.obligations.obligation import Claim, Member, Obligation, Settled, Space, Verdict
+from aeros.spec.obligations.obligation import Claim, Member, Obligation, Space
 from aeros.spec.obligations.parallel import parallel_obligations
+from aeros.spec.verdicts import Settled, Verdict
 
 
 def composition_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Settled]:

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 
 from aeros.spec.diagnostics import Diagnostic, Label, did_you_mean
 from aeros.spec.model import Ecm, Skill
-from aeros.spec.obligations.obligation import Settled
 from aeros.spec.obligations.skill_source import SkillFile, UnreadableCodeError
+from aeros.spec.verdicts import Settled
 
 _Function = ast.FunctionDef | ast.AsyncFunctionDef
 

@@ -8,8 +8,8 @@ from fractions import Fraction
 from aeros.spec.composition import Composition, Flow, If, Par, Part, Seq, Step, steps_of
 from aeros.spec.diagnostics import Diagnostic, Label
 from aeros.spec.model import Declared, Skill
-from aeros.spec.obligations.obligation import Settled
 from aeros.spec.units import Unit, show_number
+from aeros.spec.verdicts import Settled
 
 
 def data_obligations(

@@ -16,15 +16,8 @@ from aeros.spec.diagnostics import Label
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import Arguments
 from aeros.spec.model import Declared, JointRule, Site, Skill
-from aeros.spec.obligations.obligation import (
-    Claim,
-    Member,
-    Obligation,
-    Space,
-    Verdict,
-    members_of,
-    required_by,
-)
+from aeros.spec.obligations.obligation import Claim, Member, Obligation, Space, members_of, required_by
+from aeros.spec.verdicts import Verdict
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,7 @@ from functools import cached_property
 from aeros.spec.diagnostics import Label
 from aeros.spec.expr import terms as t
 from aeros.spec.model import Clause, Conjunct, Declared, Rule
-from aeros.spec.verdicts import Settled as Settled
-from aeros.spec.verdicts import Verdict as Verdict
+from aeros.spec.verdicts import Verdict
 
 
 class Claim(Enum):

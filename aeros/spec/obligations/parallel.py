@@ -27,8 +27,9 @@ from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import arguments_of
 from aeros.spec.model import Ecm, Site, Skill
 from aeros.spec.obligations.joint import Running, joint_obligations
-from aeros.spec.obligations.obligation import Obligation, Settled
+from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.source import Span
+from aeros.spec.verdicts import Settled
 
 
 def parallel_obligations(

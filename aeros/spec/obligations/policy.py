@@ -9,17 +9,9 @@ from aeros.spec.diagnostics import Diagnostic, Label
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.model import ActionKind, Rule, Site
-from aeros.spec.obligations.obligation import (
-    Claim,
-    Member,
-    Obligation,
-    Settled,
-    Space,
-    Verdict,
-    members_of,
-    required_by,
-)
+from aeros.spec.obligations.obligation import Claim, Member, Obligation, Space, members_of, required_by
 from aeros.spec.obligations.quotas import quota_obligations
+from aeros.spec.verdicts import Settled, Verdict
 
 
 def policy_obligations(site: Site) -> Iterator[Obligation | Settled]:

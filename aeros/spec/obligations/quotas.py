@@ -11,7 +11,7 @@ from math import ceil
 
 from aeros.spec.diagnostics import Diagnostic, Label, Severity
 from aeros.spec.model import Quota, Site
-from aeros.spec.obligations.obligation import Settled
+from aeros.spec.verdicts import Settled
 
 
 def quota_obligations(site: Site) -> Iterator[Settled]:

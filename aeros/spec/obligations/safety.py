@@ -20,15 +20,8 @@ from dataclasses import replace
 from aeros.spec.diagnostics import Diagnostic, Label
 from aeros.spec.expr import terms as t
 from aeros.spec.model import Clause, Ecm, Rule, Site, Skill, Task, about
-from aeros.spec.obligations.obligation import (
-    Claim,
-    Obligation,
-    Settled,
-    Space,
-    Verdict,
-    members_of,
-    required_by,
-)
+from aeros.spec.obligations.obligation import Claim, Obligation, Space, members_of, required_by
+from aeros.spec.verdicts import Settled, Verdict
 
 
 def safety_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Settled]:

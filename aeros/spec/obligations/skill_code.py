@@ -14,9 +14,9 @@ from pathlib import Path
 
 from aeros.spec.diagnostics import Diagnostic, Label, did_you_mean
 from aeros.spec.model import Ecm, Site, Skill
-from aeros.spec.obligations.obligation import Settled
 from aeros.spec.obligations.skill_reach import first_reach
 from aeros.spec.obligations.skill_source import SkillFile, UnreadableCodeError
+from aeros.spec.verdicts import Settled
 
 _ASKING = ("act", "Action")
 

@@ -12,7 +12,7 @@ from aeros.spec.closed_loop import exploration
 from aeros.spec.diagnostics import Severity
 from aeros.spec.model import Ecm, Outcome, PlanningRule, Skill, TaskInvariant
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
-from aeros.spec.obligations.obligation import Settled, Verdict
+from aeros.spec.verdicts import Settled, Verdict
 from tests.unit.agent.dumplings import (
     DUMPLING,
     MAKE_DUMPLINGS,

@@ -16,10 +16,11 @@ from aeros.spec.discharge import Finding
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.model import Declared
-from aeros.spec.obligations.obligation import Claim, Member, Obligation, Space, Verdict
+from aeros.spec.obligations.obligation import Claim, Member, Obligation, Space
 from aeros.spec.questions import impossible
 from aeros.spec.source import Source
 from aeros.spec.units import NUMBER
+from aeros.spec.verdicts import Verdict
 from aeros.spec.verify import SubjectReport, verify
 
 CORPUS = Path(__file__).parents[2] / "corpus"

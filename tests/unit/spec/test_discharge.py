@@ -14,9 +14,10 @@ from aeros.spec.discharge import discharge
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.model import Declared
-from aeros.spec.obligations.obligation import Claim, Obligation, Space, Verdict
+from aeros.spec.obligations.obligation import Claim, Obligation, Space
 from aeros.spec.source import Source
 from aeros.spec.units import NUMBER
+from aeros.spec.verdicts import Verdict
 
 SPAN = Source("site.yaml", "x").span(0, 1)
 REAL = RealType(NUMBER)

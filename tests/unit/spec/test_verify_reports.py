@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from aeros.spec.backends.boxes import Boxes
-from aeros.spec.obligations.obligation import Verdict
+from aeros.spec.verdicts import Verdict
 from aeros.spec.verify import Conclusion, Report, verify
 
 CORPUS = Path(__file__).parents[2] / "corpus"
