@@ -16,7 +16,7 @@ from aeros.skill import Action
 from aeros.spec.doubles import neighbours
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, VectorType
 from aeros.spec.model import Declared, Ecm, Site, Skill
-from aeros.spec.verify import Report
+from aeros.spec.reports import Report
 
 _NOW = 10.0
 _ATTEMPTS = 200

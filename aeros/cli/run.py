@@ -38,7 +38,7 @@ from aeros.runtime.skill_code import SkillRefusedError
 from aeros.spec.diagnostics import did_you_mean
 from aeros.spec.folders import reference_site
 from aeros.spec.model import Ecm
-from aeros.spec.verify import Report
+from aeros.spec.reports import Report
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]

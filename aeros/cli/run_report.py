@@ -11,7 +11,7 @@ from typing import Any, Self
 from aeros.agent.journal import Event
 from aeros.agent.report import RunReport
 from aeros.spec.render import safe
-from aeros.spec.verify import Report
+from aeros.spec.reports import Report
 
 
 class TraceWriter:

@@ -31,10 +31,12 @@ from aeros.spec.obligations.safety import safety_obligations
 from aeros.spec.obligations.skill_code import skill_code_obligations
 from aeros.spec.obligations.skill_source import read_skill_files
 from aeros.spec.presence import Presence, presence_of, presence_of_site
-from aeros.spec.reports import Conclusion as Conclusion
 from aeros.spec.reports import (
+    Conclusion,
     Examined,
     Progress,
+    Report,
+    SubjectReport,
     conclude,
     modules_around,
     report_on,
@@ -42,8 +44,6 @@ from aeros.spec.reports import (
     report_on_paths,
     report_on_unreadable,
 )
-from aeros.spec.reports import Report as Report
-from aeros.spec.reports import SubjectReport as SubjectReport
 from aeros.spec.source import Source
 from aeros.spec.texts import read_source
 from aeros.spec.told import Claims, Told, told_of

@@ -31,9 +31,10 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import holds
 from aeros.spec.model import Block, Site
 from aeros.spec.obligations.obligation import Claim, Obligation
+from aeros.spec.reports import Report, SubjectReport
 from aeros.spec.source import Source
 from aeros.spec.verdicts import Settled, Verdict
-from aeros.spec.verify import Report, SubjectReport, verify
+from aeros.spec.verify import verify
 
 CORPUS = Path(__file__).parent
 CASES = sorted(

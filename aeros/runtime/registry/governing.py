@@ -14,7 +14,7 @@ from aeros.runtime.registry.lifecycle import State
 from aeros.runtime.registry.live import Live
 from aeros.runtime.registry.records import Snapshot
 from aeros.runtime.registry.registry import Registry
-from aeros.spec.verify import Report
+from aeros.spec.reports import Report
 
 _LOOK_EVERY: Final = 0.002  # s, while a change is being made
 

@@ -33,7 +33,7 @@ from aeros.spec.errors import UserError
 from aeros.spec.folders import reference_site
 from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Block, Ecm, Site
-from aeros.spec.verify import Report
+from aeros.spec.reports import Report
 
 _FOLDER: Final = "registry"
 _LOCK: Final = "change.lock"

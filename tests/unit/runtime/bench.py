@@ -14,7 +14,7 @@ from aeros.runtime.gate import Gate, GateMode
 from aeros.runtime.ports import Reading
 from aeros.runtime.proving import prove
 from aeros.skill import Action
-from aeros.spec.verify import Report
+from aeros.spec.reports import Report
 
 SITE = Path(__file__).parent / "data" / "bench.yaml"
 MODULE = Path(__file__).parent / "data" / "handling"

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.verify import SubjectReport, verify
+from aeros.spec.reports import SubjectReport
+from aeros.spec.verify import verify
 
 TABLE = Path(__file__).parents[2] / "corpus" / "site" / "table.yaml"
 

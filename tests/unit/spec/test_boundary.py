@@ -17,7 +17,7 @@ from aeros.spec.expr.types import BOOL
 from aeros.spec.loading import load_site
 from aeros.spec.model import Site
 from aeros.spec.questions import impossible
-from aeros.spec.verify import SubjectReport
+from aeros.spec.reports import SubjectReport
 
 Judge = Callable[..., SubjectReport]
 RULE = "require: person_near implies pace <= slow"

@@ -18,10 +18,11 @@ from aeros.spec.expr.types import RealType
 from aeros.spec.model import Declared
 from aeros.spec.obligations.obligation import Claim, Member, Obligation, Space
 from aeros.spec.questions import impossible
+from aeros.spec.reports import SubjectReport
 from aeros.spec.source import Source
 from aeros.spec.units import NUMBER
 from aeros.spec.verdicts import Verdict
-from aeros.spec.verify import SubjectReport, verify
+from aeros.spec.verify import verify
 
 CORPUS = Path(__file__).parents[2] / "corpus"
 Judge = Callable[..., SubjectReport]

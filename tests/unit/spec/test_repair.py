@@ -9,8 +9,8 @@ import z3
 
 import aeros.spec.edits
 from aeros.spec.backends.oracle import Oracle
+from aeros.spec.reports import Conclusion, SubjectReport
 from aeros.spec.units import decimal
-from aeros.spec.verify import Conclusion, SubjectReport
 
 Judge = Callable[..., SubjectReport]
 
