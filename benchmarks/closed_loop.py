@@ -11,10 +11,7 @@ that limit; here the limit is lifted, as what is measured is the exploration.
 
 from __future__ import annotations
 
-import argparse
-import json
 import statistics
-import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -28,6 +25,7 @@ from aeros.spec.expr.types import BOOL
 from aeros.spec.folders import reference_site
 from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Clause, Ecm, Outcome, PlanningRule, Site, Task
+from benchmarks.command import parser_of, print_json
 
 _TEMPLATE = Path(__file__).parents[1] / "ecms" / "clean_table"
 
@@ -90,21 +88,16 @@ def _states(explored: Exploration) -> int:
 
 def main() -> None:
     """Measure, and print a table or JSON."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__, quick="one small loop")
     parser.add_argument("--steps", type=int, nargs="+", default=[10, 100, 1000])
     parser.add_argument("--runs", type=int, default=3)
-    parser.add_argument("--format", choices=("text", "json"), default="text")
-    parser.add_argument("--quick", action="store_true", help="one small loop, to see that it works")
     arguments = parser.parse_args()
     rows = []
     for steps in [5] if arguments.quick else arguments.steps:
         runs = [measure(steps) for _ in range(1 if arguments.quick else arguments.runs)]
         rows.append({key: statistics.median(run[key] for run in runs) for key in runs[0]})
     if arguments.format == "json":
-        json.dump(rows, sys.stdout, indent=1)
-        print()
+        print_json(rows)
         return
     print("| steps | nodes | exploring, s | safety, s | progress, s |\n|--:|--:|--:|--:|--:|")
     for row in rows:

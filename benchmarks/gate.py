@@ -7,8 +7,6 @@ Engines that are not installed are left out: `pip install 'aeros[benchmark]'`.
 
 from __future__ import annotations
 
-import argparse
-import json
 import platform
 import statistics
 import sys
@@ -25,6 +23,7 @@ from aeros.runtime.decision import Caller, Verdict
 from aeros.runtime.gate import Gate, GateMode
 from aeros.runtime.ports import Reading
 from aeros.skill import Action
+from benchmarks.command import parser_of, print_json
 from benchmarks.gate_peers import PEERS
 from benchmarks.gate_policy import NOW, Asked, careful, configuration, naive, requests
 
@@ -181,19 +180,14 @@ def _version(engine: str) -> str:
 
 def main() -> None:
     """Measure, and print a table or JSON."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__, quick="few requests once")
     parser.add_argument("--requests", type=int, default=1000)
     parser.add_argument("--rounds", type=int, default=7, help="of each call the best of so many is taken")
-    parser.add_argument("--format", choices=("text", "json"), default="text")
-    parser.add_argument("--quick", action="store_true", help="few requests once, to see that it works")
     arguments = parser.parse_args()
     count, rounds = (50, 1) if arguments.quick else (arguments.requests, arguments.rounds)
     found = run(count, rounds)
     if arguments.format == "json":
-        json.dump(found, sys.stdout, indent=1)
-        print()
+        print_json(found)
         return
     print(f"{found['requests']} requests, {found['allowed']} allowed, all engines agree; µs per decision\n")
     print(

@@ -10,8 +10,6 @@ is shown.  Monitors that are not installed are left out: `pip install 'aeros[ben
 
 from __future__ import annotations
 
-import argparse
-import json
 import random
 import statistics
 import sys
@@ -27,6 +25,7 @@ from aeros.runtime.history import Histories
 from aeros.runtime.ports import Reading
 from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.loading import load_site
+from benchmarks.command import parser_of, print_json
 
 _OPERATORS = ("historically", "once")
 _SITE = """schema: aeros/site/1
@@ -170,14 +169,10 @@ def after_corruption(absent: Sequence[str]) -> dict[str, dict[str, str]]:
 
 def main() -> None:
     """Measure, and print a table or JSON."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__, quick="one small window")
     parser.add_argument("--windows", type=int, nargs="+", default=[10, 100, 1000, 5000])
     parser.add_argument("--samples", type=int, default=20_000)
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--format", choices=("text", "json"), default="text")
-    parser.add_argument("--quick", action="store_true", help="one small window, to see that it works")
     arguments = parser.parse_args()
     sizes, count, rounds = arguments.windows, arguments.samples, arguments.rounds
     if arguments.quick:
@@ -185,8 +180,7 @@ def main() -> None:
     absent = [name for name in MONITORS if name != "AEROS" and find_spec(name) is None]
     rows, corrupted = windows(sizes, count, rounds, absent), after_corruption(absent)
     if arguments.format == "json":
-        json.dump({"windows": rows, "after_corruption": corrupted, "absent": absent}, sys.stdout, indent=1)
-        print()
+        print_json({"windows": rows, "after_corruption": corrupted, "absent": absent})
         return
     names = list(rows[0]["us"])
     print(f"µs per sample\n\n| condition | {' | '.join(names)} |\n|---|{'--:|' * len(names)}")

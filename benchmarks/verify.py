@@ -9,8 +9,6 @@ machine does, and the ratio to a bare `python -c pass` of the same run.
 
 from __future__ import annotations
 
-import argparse
-import json
 import math
 import os
 import platform
@@ -24,6 +22,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from benchmarks.command import parser_of, print_json
 from benchmarks.synthetic import write_module, write_modules
 
 _ROOT = Path(__file__).parents[1]
@@ -140,14 +139,10 @@ def exponent(rows: Sequence[Mapping[str, Any]]) -> float | None:
 
 def main() -> None:
     """Measure, and print tables or JSON."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__, quick="few and small runs")
     parser.add_argument("--sizes", type=int, nargs="+", default=[10, 50, 200, 1000])
     parser.add_argument("--runs", type=int, default=11)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--format", choices=("text", "json"), default="text")
-    parser.add_argument("--quick", action="store_true", help="few and small runs, to see that it works")
     arguments = parser.parse_args()
     sizes, runs = ([2, 4], 1) if arguments.quick else (arguments.sizes, arguments.runs)
     with tempfile.TemporaryDirectory() as folder:
@@ -160,7 +155,7 @@ def main() -> None:
         "exponent": exponent(rows),
     }
     if arguments.format == "json":
-        print(json.dumps(found, indent=1))
+        print_json(found)
         return
     bare = medians["python -c pass"]["clock"]
     print("| the three modules | s | processor, s | × bare Python |\n|:--|--:|--:|--:|")

@@ -1,0 +1,22 @@
+"""What the command lines of all benchmarks share: a quick run, and figures as tables or as JSON."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import Any
+
+
+def parser_of(description: str | None, quick: str) -> argparse.ArgumentParser:
+    """A parser that knows `--format` and `--quick`, of which `quick` says what it does."""
+    parser = argparse.ArgumentParser(
+        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--format", choices=("text", "json"), default="text")
+    parser.add_argument("--quick", action="store_true", help=f"{quick}, to see that it works")
+    return parser
+
+
+def print_json(found: Any) -> None:
+    """The figures for a program."""
+    print(json.dumps(found, indent=1))
