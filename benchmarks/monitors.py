@@ -111,9 +111,9 @@ def rtamt(operator: str, window: int) -> Update:
 MONITORS: Mapping[str, Callable[[str, int], Update]] = {"AEROS": aeros, "reelay": reelay, "rtamt": rtamt}
 
 
-def stream(count: int, window: int, seed: int = 1) -> list[float]:
+def stream(count: int, window: int) -> list[float]:
     """Alternately a stretch without and one with what changes the result, each about a window long."""
-    chance = random.Random(seed)  # noqa: S311 - repeats, and guards nothing
+    chance = random.Random(1)  # noqa: S311 - repeats, and guards nothing
     found: list[float] = []
     while len(found) < count:
         usual = chance.choice([0.5, 1.5])
