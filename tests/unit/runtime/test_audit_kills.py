@@ -26,9 +26,12 @@ KILLS = 100
 LONGEST = 0.08
 PIECE = 60
 ACKNOWLEDGED = struct.Struct("<QQ")
+BEGUN = b"!"
 
 
 def append_for_ever(log: Path, signing: Signing | None, acknowledge: int, first: int) -> None:
+    """Say that it has begun by a byte, then each record that is durable."""
+    os.write(acknowledge, BEGUN)
     pwrite = os.pwrite
 
     def slow(file: int, data: Any, at: int) -> int:
@@ -56,10 +59,11 @@ def acknowledged_until_killed(log: Path, signing: Signing | None, first: int, li
         finally:
             os._exit(1)
     os.close(write)
-    time.sleep(lives)
-    os.kill(child, signal.SIGKILL)
-    _, status = os.waitpid(child, 0)
     with os.fdopen(read, "rb") as pipe:
+        assert pipe.read(1) == BEGUN  # a busy machine may not even start it for longer than it is to live
+        time.sleep(lives)
+        os.kill(child, signal.SIGKILL)
+        _, status = os.waitpid(child, 0)
         said = pipe.read()
     assert os.WIFSIGNALED(status), "the writer ended by itself"
     return dict(ACKNOWLEDGED.iter_unpack(said))
