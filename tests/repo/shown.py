@@ -8,8 +8,15 @@ import subprocess
 import sys
 from pathlib import Path
 
+CONSOLE = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
 COMMAND = re.compile(r"^\$ (.+)\n((?:(?!\$ ).*\n)*)", re.MULTILINE)
 """A line `$ COMMAND`, and the lines up to the next one."""
+
+
+def commands_of(page: str) -> list[tuple[str, str]]:
+    """Every command of the page, and the output that is shown after it."""
+    return [found for block in CONSOLE.findall(page) for found in COMMAND.findall(block)]
 
 
 def numberless(text: str) -> list[str]:

@@ -5,15 +5,13 @@ Numbers apart, as the runs of two machines differ in their times.
 
 from __future__ import annotations
 
-import re
 import shutil
 from pathlib import Path
 
-from tests.repo.shown import COMMAND, carry_out
+from tests.repo.shown import carry_out, commands_of
 from tests.repo.tree import ROOT, text_of
 
-_BLOCK = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-_COMMANDS = [found for block in _BLOCK.findall(text_of("docs/audit.md")) for found in COMMAND.findall(block)]
+_COMMANDS = commands_of(text_of("docs/audit.md"))
 
 
 def test_the_page_does_what_it_says(tmp_path: Path) -> None:

@@ -14,12 +14,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.repo.shown import COMMAND, numberless, run
+from tests.repo.shown import COMMAND, CONSOLE, commands_of, numberless, run
 from tests.repo.tree import ROOT, UPDATE, text_of
 
 _README = text_of("README.md")
-_BLOCK = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-_COMMANDS = [found for block in _BLOCK.findall(_README) for found in COMMAND.findall(block)]
+_COMMANDS = commands_of(_README)
 
 
 def _marked(found: tuple[str, str]) -> object:
@@ -45,7 +44,7 @@ if UPDATE:
             parts = [f"$ {command}\n{run(command, clone).stdout}" for command, _ in found]
             return "```console\n" + "".join(parts) + "```"
 
-        (ROOT / "README.md").write_text(_BLOCK.sub(with_outputs, _README), encoding="utf-8")
+        (ROOT / "README.md").write_text(CONSOLE.sub(with_outputs, _README), encoding="utf-8")
         pytest.fail("README.md was rewritten")
 
 else:
