@@ -9,7 +9,7 @@ from typing import cast
 from aeros.spec.backends import closure, smt
 from aeros.spec.backends.answers import Result, Scalar
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.conformance import Ranges, Raw, exact_environment, raw_scalars
+from aeros.spec.expr.cases import Ranges, Raw, exact_environment, raw_scalars
 from aeros.spec.expr.lower import lower, scalars_of
 from aeros.spec.expr.semantics import holds
 

@@ -18,8 +18,8 @@ from aeros.spec.backends.bounds.interval import Interval
 from aeros.spec.backends.boxes import Boxes
 from aeros.spec.backends.smt import Session
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.cases import VARIABLES, Ranges, conditions, vocabulary_ranges
 from aeros.spec.expr.check import check
-from aeros.spec.expr.conformance import VARIABLES, Ranges, conditions, vocabulary_ranges
 from aeros.spec.expr.lower import lower, scalar_variables
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.scope import Box, Scope

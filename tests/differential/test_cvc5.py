@@ -11,8 +11,8 @@ from aeros.spec.backends import smt
 from aeros.spec.backends.answers import Result
 from aeros.spec.backends.second import Cvc5
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.cases import VARIABLES, Case, cases, exact_environment
 from aeros.spec.expr.check import check
-from aeros.spec.expr.conformance import VARIABLES, Case, cases, exact_environment
 from aeros.spec.expr.lower import scalar_variables, scalars_of
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.scope import Box, Scope

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.conformance import VARIABLES, Case, cases, conditions, exact_environment
+from aeros.spec.expr.cases import VARIABLES, Case, cases, conditions, exact_environment
 from aeros.spec.expr.lower import lower, measure, scalars_of
 from aeros.spec.expr.parser import KEYWORDS, ExpressionSyntaxError, parse
 from aeros.spec.expr.semantics import holds

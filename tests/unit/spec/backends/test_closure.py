@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from aeros.spec.backends import closure
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.conformance import (
+from aeros.spec.expr.cases import (
     VARIABLES,
     Raw,
     environments,

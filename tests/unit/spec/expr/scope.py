@@ -5,8 +5,8 @@ from __future__ import annotations
 from fractions import Fraction
 
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.cases import JOINT, MODE, VARIABLES
 from aeros.spec.expr.check import check
-from aeros.spec.expr.conformance import JOINT, MODE, VARIABLES
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.scope import Box, Scope
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.cases import JOINT, MODE, VARIABLES, Case, cases, exact_environment
 from aeros.spec.expr.check import check
-from aeros.spec.expr.conformance import JOINT, MODE, VARIABLES, Case, cases, exact_environment
 from aeros.spec.expr.parser import MAX_LENGTH, ExpressionSyntaxError, parse
 from aeros.spec.expr.scope import Scope
 from aeros.spec.expr.semantics import evaluate
