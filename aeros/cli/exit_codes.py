@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from aeros.spec.reports import Conclusion
+from aeros.spec.verdicts import Conclusion
 
 
 class Exit(IntEnum):

@@ -28,7 +28,8 @@ from aeros.spec.diagnostics import Diagnostic, Severity
 from aeros.spec.errors import DisagreementError
 from aeros.spec.folders import reference_site
 from aeros.spec.render import safe
-from aeros.spec.reports import Conclusion, Progress, Report
+from aeros.spec.reports import Progress, Report
+from aeros.spec.verdicts import Conclusion
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]

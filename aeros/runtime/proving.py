@@ -11,7 +11,8 @@ from aeros.spec.certificate import check_lock
 from aeros.spec.diagnostics import Diagnostic
 from aeros.spec.errors import UndecidedError, UserError
 from aeros.spec.model import Block
-from aeros.spec.reports import Conclusion, Report
+from aeros.spec.reports import Report
+from aeros.spec.verdicts import Conclusion
 from aeros.spec.verify import verify
 
 

@@ -16,7 +16,6 @@ from aeros.spec.folders import module_folders
 from aeros.spec.keeping import Keeper, Kept
 from aeros.spec.presence import Presence, SitePresence, presence_of_site
 from aeros.spec.reports import (
-    Conclusion,
     Examined,
     Progress,
     Report,
@@ -31,6 +30,7 @@ from aeros.spec.reports import (
 from aeros.spec.source import Source
 from aeros.spec.texts import read_source
 from aeros.spec.told import Claims
+from aeros.spec.verdicts import Conclusion
 
 if TYPE_CHECKING:
     from aeros.spec.backends.oracle import Oracle

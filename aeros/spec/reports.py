@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,23 +16,12 @@ from aeros.spec.obligations.configuration import configuration_obligations
 from aeros.spec.obligations.dependencies import dependency_obligations
 from aeros.spec.presence import Presence, SitePresence
 from aeros.spec.told import Claims, Tally, Told, said_of, told_of
-from aeros.spec.verdicts import Settled
+from aeros.spec.verdicts import Conclusion, Settled
 
 if TYPE_CHECKING:
     from aeros.spec.agreement import Agreement
     from aeros.spec.discharge import Finding
     from aeros.spec.model import Ecm, Site
-
-
-class Conclusion(Enum):
-    """What a report comes to.  Has no truth value on purpose: callers compare."""
-
-    PROVED = "proved"
-    REJECTED = "rejected"
-    UNDECIDED = "undecided"
-
-    def __bool__(self) -> bool:
-        raise TypeError("a conclusion has no truth value; compare it")
 
 
 Progress = Callable[[str], None]

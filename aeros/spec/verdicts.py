@@ -1,4 +1,4 @@
-"""What becomes of a claim, and claims that were settled when they were made; known without formulas."""
+"""What becomes of claims and of reports on them, and claims settled when made; known without formulas."""
 
 from __future__ import annotations
 
@@ -18,6 +18,17 @@ class Verdict(Enum):
 
     def __bool__(self) -> bool:
         raise TypeError("a verdict has no truth value; compare it")
+
+
+class Conclusion(Enum):
+    """What a report comes to.  Has no truth value on purpose: callers compare."""
+
+    PROVED = "proved"
+    REJECTED = "rejected"
+    UNDECIDED = "undecided"
+
+    def __bool__(self) -> bool:
+        raise TypeError("a conclusion has no truth value; compare it")
 
 
 @dataclass(frozen=True)

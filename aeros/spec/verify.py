@@ -32,7 +32,6 @@ from aeros.spec.obligations.skill_code import skill_code_obligations
 from aeros.spec.obligations.skill_source import read_skill_files
 from aeros.spec.presence import Presence, presence_of, presence_of_site
 from aeros.spec.reports import (
-    Conclusion,
     Examined,
     Progress,
     Report,
@@ -47,7 +46,7 @@ from aeros.spec.reports import (
 from aeros.spec.source import Source
 from aeros.spec.texts import read_source
 from aeros.spec.told import Claims, Told, told_of
-from aeros.spec.verdicts import Settled, Verdict
+from aeros.spec.verdicts import Conclusion, Settled, Verdict
 
 
 def verify(

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from aeros.cli.reports.result import Result
 from aeros.spec.render import render_text, safe
-from aeros.spec.reports import Conclusion, SubjectReport
+from aeros.spec.reports import SubjectReport
+from aeros.spec.verdicts import Conclusion
 
 
 def as_text(result: Result, *, colour: bool = False) -> str:

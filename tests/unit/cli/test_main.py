@@ -12,7 +12,7 @@ from aeros.cli import decide
 from aeros.cli.exit_codes import Exit, exit_for
 from aeros.cli.main import main
 from aeros.runtime.audit import verify_log
-from aeros.spec.reports import Conclusion
+from aeros.spec.verdicts import Conclusion
 
 ROOT = Path(__file__).parents[3]
 

@@ -19,8 +19,9 @@ from aeros.spec.backends.store import Store
 from aeros.spec.brief import verify_in_brief
 from aeros.spec.digests import text_digest
 from aeros.spec.folders import reference_site
-from aeros.spec.reports import Conclusion, Report
+from aeros.spec.reports import Report
 from aeros.spec.texts import read_source
+from aeros.spec.verdicts import Conclusion
 from aeros.spec.verify import verify
 from benchmarks.synthetic import write_module, write_modules
 

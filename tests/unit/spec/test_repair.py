@@ -9,8 +9,9 @@ import z3
 
 import aeros.spec.edits
 from aeros.spec.backends.oracle import Oracle
-from aeros.spec.reports import Conclusion, SubjectReport
+from aeros.spec.reports import SubjectReport
 from aeros.spec.units import decimal
+from aeros.spec.verdicts import Conclusion
 
 Judge = Callable[..., SubjectReport]
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from aeros.spec.backends.boxes import Boxes
-from aeros.spec.reports import Conclusion, Report
-from aeros.spec.verdicts import Verdict
+from aeros.spec.reports import Report
+from aeros.spec.verdicts import Conclusion, Verdict
 from aeros.spec.verify import verify
 
 CORPUS = Path(__file__).parents[2] / "corpus"

@@ -14,8 +14,9 @@ from aeros.spec.backends.budget import DEFAULT_RLIMIT
 from aeros.spec.backends.second import Cvc5
 from aeros.spec.certificate import check_lock
 from aeros.spec.diagnostics import Diagnostic, Label, Severity
-from aeros.spec.reports import Conclusion, Report, SubjectReport
+from aeros.spec.reports import Report, SubjectReport
 from aeros.spec.source import Source
+from aeros.spec.verdicts import Conclusion
 from aeros.spec.verify import verify
 
 CORPUS = Path(__file__).parents[3] / "corpus"

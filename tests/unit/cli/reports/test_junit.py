@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from aeros.cli.reports.junit import as_junit
 from aeros.spec.diagnostics import Diagnostic, Severity
-from aeros.spec.reports import Conclusion
+from aeros.spec.verdicts import Conclusion
 from tests.unit.cli.reports.results import RUNS, diagnostic_at, result_of, result_with
 
 

@@ -15,8 +15,8 @@ from aeros.cli.reports import sarif
 from aeros.cli.reports.result import Result
 from aeros.cli.reports.sarif import as_sarif
 from aeros.spec.diagnostics import CODES, Diagnostic, Label, Severity
-from aeros.spec.reports import Conclusion
 from aeros.spec.source import Source
+from aeros.spec.verdicts import Conclusion
 from aeros.spec.verify import verify
 from tests.unit.cli.reports.results import CORPUS, RUNS, diagnostic_at, result_of, result_with
 

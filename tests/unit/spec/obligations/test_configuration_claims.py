@@ -12,7 +12,8 @@ from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Block
 from aeros.spec.obligations.configuration import configuration_obligations
 from aeros.spec.presence import presence_of, presence_of_site
-from aeros.spec.reports import Conclusion, Report
+from aeros.spec.reports import Report
+from aeros.spec.verdicts import Conclusion
 from aeros.spec.verify import verify
 
 ROOT = Path(__file__).parents[4]
