@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from aeros.runtime.bus.feed import Feed
 from aeros.spec.model import Site
-
-Listener = Callable[[bytes], None]
 
 
 class BagRefusedError(Exception):
@@ -17,13 +15,10 @@ class BagRefusedError(Exception):
 
 
 @contextmanager
-def bagged(folder: Path | None, site: Site) -> Iterator[tuple[Feed, Listener] | tuple[None, None]]:
-    """A feed into a new bag in `folder`, complete when the block ends, and what hears of the audit log.
-
-    Neither where no bag is asked for.
-    """
+def bagged(folder: Path | None, site: Site) -> Iterator[Feed | None]:
+    """A feed into a new bag in `folder`, complete when the block ends; None where no bag is asked for."""
     if folder is None:
-        yield None, None
+        yield None
         return
     try:
         from aeros.runtime.bus.bag import Bag, BagError
@@ -35,6 +30,6 @@ def bagged(folder: Path | None, site: Site) -> Iterator[tuple[Feed, Listener] | 
         raise BagRefusedError(f"{refusal}; give a new folder with --bag") from refusal
     try:
         with bag, Feed(bag, site) as feed:
-            yield feed, feed.record
+            yield feed
     except BagError as failure:
         raise BagRefusedError(str(failure)) from failure

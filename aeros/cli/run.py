@@ -203,8 +203,10 @@ def _run(
     began = time.perf_counter()
     with (
         _isolation(configuration) as skills,
-        bagged(arguments.bag, configuration.site) as (feed, told),
-        AuditLog(audit_path, durability=durability, signing=signing, listener=told) as audit,
+        bagged(arguments.bag, configuration.site) as feed,
+        AuditLog(
+            audit_path, durability=durability, signing=signing, listener=None if feed is None else feed.record
+        ) as audit,
         TraceWriter(out / "trace.jsonl") as trace,
         open_plant(arguments.plant, configuration, routed.task, arguments.seed, film) as opened,
     ):
