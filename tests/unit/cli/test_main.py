@@ -32,6 +32,14 @@ def test_help_and_version_are_no_error(capsys: pytest.CaptureFixture[str]) -> No
         assert shown in capsys.readouterr().out
 
 
+def test_what_proves_and_reports_is_imported_only_for_a_command_that_does() -> None:
+    script = "import sys, aeros.cli.main, aeros.cli.explain; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    loaded = set(done.stdout.split())
+    assert "aeros.spec.verdicts" in loaded
+    assert not {"aeros.spec.reports", "aeros.spec.verify", "sqlite3", "yaml", "z3"} & loaded
+
+
 @pytest.mark.parametrize("command", ["verify", "run", "decide"])
 def test_every_command_has_help_with_examples_and_exit_codes(
     command: str, capsys: pytest.CaptureFixture[str]
