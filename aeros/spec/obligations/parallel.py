@@ -41,8 +41,7 @@ def parallel_obligations(
         beside = _Beside(f"{identity}/par-{number}", par, composition, ecm.skills, site)
         yield from beside.resources()
         for first, second in combinations(par.branches, 2):
-            yield beside.actuators(first, second)
-            yield beside.effects(first, second)
+            yield from beside.sharing(first, second)
             yield from beside.actions(first, second)
 
 
@@ -52,8 +51,7 @@ def interference(composition: Composition, skills: Mapping[str, Skill], site: Si
         beside = _Beside("par", par, composition, skills, site)
         yield from beside.resources()
         for first, second in combinations(par.branches, 2):
-            yield beside.actuators(first, second)
-            yield beside.effects(first, second)
+            yield from beside.sharing(first, second)
 
 
 @dataclass(frozen=True)
@@ -117,7 +115,12 @@ class _Beside:
     def _all_runs(self, branch: Part) -> list[Step]:
         return [run for step in steps_of(branch) for run in self._runs(step)]
 
-    def actuators(self, first: Part, second: Part) -> Settled:
+    def sharing(self, first: Part, second: Part) -> Iterator[Settled]:
+        """What two branches may not have in common, beside resources: nothing of it takes a solver."""
+        yield self._actuators(first, second)
+        yield self._effects(first, second)
+
+    def _actuators(self, first: Part, second: Part) -> Settled:
         """No actuator is moved by both branches."""
         id_ = f"{self.identity}/{_name(first)}/{_name(second)}/actuators"
         for a, b in product(self._all_runs(first), self._all_runs(second)):
@@ -129,7 +132,7 @@ class _Beside:
                 return Settled(id_, Diagnostic("AE859", headline, labels[0], labels[1:], help=help_))
         return Settled(id_, None)
 
-    def effects(self, first: Part, second: Part) -> Settled:
+    def _effects(self, first: Part, second: Part) -> Settled:
         """Neither branch writes what the other reads or writes."""
         id_ = f"{self.identity}/{_name(first)}/{_name(second)}/effects"
         for one, other in ((first, second), (second, first)):
