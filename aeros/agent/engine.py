@@ -27,11 +27,12 @@ from math import inf
 from typing import Any
 
 from aeros.agent.attempt import Attempt, Attempts, Started
-from aeros.agent.graph import If, Par, Part, Seq, Step
+from aeros.agent.graph import Part, Step
 from aeros.agent.journal import Journal
 from aeros.agent.report import Role
 from aeros.agent.values import plain
 from aeros.runtime.ports import Ended, StepHandle
+from aeros.spec.parts import If, Par, Seq
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +119,7 @@ class Engine:
                 return end
         return None
 
-    def _if(self, part: If, scope: _Scope) -> _Branch:
+    def _if(self, part: If[Step], scope: _Scope) -> _Branch:
         if self._is_over():
             return None
         holds = self._attempts.world.evaluate(part.condition)
