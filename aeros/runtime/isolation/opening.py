@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.util import find_spec
-from types import TracebackType
 from typing import Any, Final, Self
 
 from aeros.runtime.isolation.isolated_run import IsolatedRun
@@ -92,9 +91,7 @@ class SkillRuns:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     # Inside.
