@@ -17,9 +17,9 @@ from aeros.runtime.kinematics import Posture
 from aeros.runtime.monitor import Monitors
 from aeros.runtime.ports import Completion, Motionless, Trajectory
 from aeros.runtime.trajectory import MotionDecider
-from aeros.sim.body import CAPSULES, FLANGE, PANDA
+from aeros.sim.body import CAPSULES, PANDA
 from aeros.sim.bullet import DATA
-from aeros.sim.kinematics import READY, forward
+from aeros.sim.kinematics import FLANGE, READY, forward
 from aeros.sim.limits import Q_MAX, Q_MIN, QD_MAX
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.profile import TICK, minimum_jerk
