@@ -91,7 +91,7 @@ class Engine:
         ended = None
         while True:
             try:
-                branch.send(ended)  # type: ignore[arg-type]  # the first is None
+                _go_on(branch, ended)
             except StopIteration as done:
                 end: End | None = done.value
                 return end
@@ -139,7 +139,7 @@ class Engine:
         while running:
             for branch in list(running):
                 try:
-                    branch.send(ended)  # type: ignore[arg-type]  # the first is None
+                    _go_on(branch, ended)
                 except StopIteration as done:
                     running.remove(branch)
                     if done.value is not None and failure is None:
@@ -230,3 +230,11 @@ class Engine:
 
     def _is_needless(self, step: Step) -> bool:
         return step.unless is not None and self._attempts.world.evaluate(step.unless) is True
+
+
+def _go_on(branch: _Branch, ended: Ended | None) -> None:
+    """Let a branch look at what has ended, or begin; raises `StopIteration` once it is done."""
+    if ended is None:
+        next(branch)
+    else:
+        branch.send(ended)
