@@ -14,8 +14,6 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, TypeAlias
 
-import networkx as nx
-
 from aeros.agent.values import UnusableValueError, exact
 from aeros.spec import composition as spec
 from aeros.spec import parts
@@ -222,14 +220,18 @@ def input_problems(skill: Skill, inputs: Mapping[str, Any], flows: Collection[st
 
 def _recovery_cycles(graph: TaskGraph) -> list[str]:
     """A skill that recovers, over whatever others, by itself: what failed cannot be its own cure."""
-    recoveries = nx.DiGraph(
+    recoveries = [
         (f"{step.module}.{step.skill}", f"{step.module}.{step.on_failure}")
         for step in graph.steps
         if step.on_failure is not None
-    )
+    ]
+    if not recoveries:
+        return []
+    import networkx as nx  # 80 ms, which other plans need not pay
+
     return [
         "on_failure goes round in a circle: " + " → ".join(f"`{skill}`" for skill in (*cycle, cycle[0]))
-        for cycle in nx.simple_cycles(recoveries)
+        for cycle in nx.simple_cycles(nx.DiGraph(recoveries))
     ]
 
 
