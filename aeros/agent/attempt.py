@@ -49,9 +49,8 @@ class Try:
 
     role: Role
     dispatch: Dispatch
+    beginning: Beginning
     episode: int
-    time: float
-    before: Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,9 +96,10 @@ class Attempts:
         problem = precondition_problem(dispatch.skill, self.world, dispatch.inputs)
         if problem is not None:
             return self._not_started(role, module, skill, problem)
+        given = {key: plain(value) for key, value in dispatch.request.inputs.items()}
         time, before = self._runtime.now(), self.world.predicates
-        given = _plain(dispatch)
-        episode = self._memory.begin(Beginning(self._task, module, skill, role.value, given, time, before))
+        beginning = Beginning(self._task, module, skill, role.value, given, time, before)
+        episode = self._memory.begin(beginning)
         successes, failures = dispatch.record
         name = f"{module}.{skill}"
         self._journal.tell_step(
@@ -112,7 +112,7 @@ class Attempts:
             failures=failures,
         )
         handle = self._runtime.start(dispatch.request)
-        made = Try(role, dispatch, episode, time, before)
+        made = Try(role, dispatch, beginning, episode)
         return self.conclude(made, handle) if isinstance(handle, StepResult) else Started(handle, made)
 
     def conclude(self, made: Try, result: StepResult) -> Attempt:
@@ -147,19 +147,19 @@ class Attempts:
                 "undeclared-outcome",
                 f"{name} ended in a state that its manifest does not declare",
                 skill=name,
-                before=dict(made.before),
+                before=dict(made.beginning.before),
                 after=dict(after.predicates),
             )
         record = StepRecord(
             role=role,
             module=request.module,
             skill=request.skill,
-            inputs=_plain(dispatch),
+            inputs=made.beginning.inputs,
             status=result.status,
             outcome=judgement.outcome,
             failed=judgement.failed,
             reason=judgement.reason,
-            started=made.time,
+            started=made.beginning.started,
             ended=ended,
             allowed=result.allowed,
             attenuated=result.attenuated,
@@ -175,7 +175,3 @@ class Attempts:
             "step-not-started", f"{role.value} {name}: {reason}", skill=name, role=role.value, reason=reason
         )
         return Attempt(failed=True, reason=reason)
-
-
-def _plain(dispatch: Dispatch) -> dict[str, Any]:
-    return {key: plain(value) for key, value in dispatch.request.inputs.items()}

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from aeros.agent import graph
-from aeros.agent.graph import TaskGraph
+from aeros.agent.graph import Step, TaskGraph
 from aeros.agent.routing import Routed
 from aeros.agent.world import World
-from aeros.spec.composition import Composition, If, Par, Part, Seq, Step
+from aeros.spec import composition as spec
+from aeros.spec.composition import Composition
 from aeros.spec.model import Ecm
+from aeros.spec.parts import Seq, map_steps
 
 
 class UncomposedError(Exception):
@@ -40,24 +41,11 @@ class CompositionPlanner:
 
 def graph_of(composition: Composition, module: str) -> TaskGraph:
     """`composition` of `module` as a task graph."""
-    body = _part(composition.body, composition.handlers, module)
-    return TaskGraph(body.parts if isinstance(body, graph.Seq) else (body,))
 
+    def planned(step: spec.Step) -> Step:
+        handler = None if step.handler is None else planned(composition.handlers[step.handler])
+        flows = {name: (flow.step, flow.output) for name, flow in step.flows.items()}
+        return Step(module, step.skill, step.inputs, step.retry, handler=handler, id=step.id, flows=flows)
 
-def _part(part: Part, handlers: Mapping[str, Step], module: str) -> graph.Part:
-    match part:
-        case Step():
-            return _step(part, handlers, module)
-        case Seq(parts=parts):
-            return graph.Seq(tuple(_part(inner, handlers, module) for inner in parts))
-        case Par(branches=branches):
-            return graph.Par(tuple(_part(inner, handlers, module) for inner in branches))
-        case If(condition=condition, text=text, then=then, otherwise=otherwise):
-            other = None if otherwise is None else _part(otherwise, handlers, module)
-            return graph.If(condition, text, _part(then, handlers, module), other)
-
-
-def _step(step: Step, handlers: Mapping[str, Step], module: str) -> graph.Step:
-    handler = None if step.handler is None else _step(handlers[step.handler], handlers, module)
-    flows = {name: (flow.step, flow.output) for name, flow in step.flows.items()}
-    return graph.Step(module, step.skill, step.inputs, step.retry, handler=handler, id=step.id, flows=flows)
+    body = map_steps(composition.body, planned)
+    return TaskGraph(body.parts if isinstance(body, Seq) else (body,))

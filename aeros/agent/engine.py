@@ -27,11 +27,12 @@ from math import inf
 from typing import Any
 
 from aeros.agent.attempt import Attempt, Attempts, Started
-from aeros.agent.graph import If, Par, Part, Seq, Step
+from aeros.agent.graph import Part, Step
 from aeros.agent.journal import Journal
 from aeros.agent.report import Role
 from aeros.agent.values import plain
 from aeros.runtime.ports import Ended, StepHandle
+from aeros.spec.parts import If, Par, Seq
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +91,7 @@ class Engine:
         ended = None
         while True:
             try:
-                branch.send(ended)  # type: ignore[arg-type]  # the first is None
+                _go_on(branch, ended)
             except StopIteration as done:
                 end: End | None = done.value
                 return end
@@ -118,7 +119,7 @@ class Engine:
                 return end
         return None
 
-    def _if(self, part: If, scope: _Scope) -> _Branch:
+    def _if(self, part: If[Step], scope: _Scope) -> _Branch:
         if self._is_over():
             return None
         holds = self._attempts.world.evaluate(part.condition)
@@ -138,7 +139,7 @@ class Engine:
         while running:
             for branch in list(running):
                 try:
-                    branch.send(ended)  # type: ignore[arg-type]  # the first is None
+                    _go_on(branch, ended)
                 except StopIteration as done:
                     running.remove(branch)
                     if done.value is not None and failure is None:
@@ -229,3 +230,11 @@ class Engine:
 
     def _is_needless(self, step: Step) -> bool:
         return step.unless is not None and self._attempts.world.evaluate(step.unless) is True
+
+
+def _go_on(branch: _Branch, ended: Ended | None) -> None:
+    """Let a branch look at what has ended, or begin; raises `StopIteration` once it is done."""
+    if ended is None:
+        next(branch)
+    else:
+        branch.send(ended)

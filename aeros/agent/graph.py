@@ -1,6 +1,6 @@
 """The task graph that a planner returns, and what must be true of it before its first step.
 
-Σ ::= step | Σ ; Σ | Σ ∥ Σ | if c then Σ else Σ, as in a module's compositions.
+It is put together of the same `spec.parts` as a module's compositions.
 
 A planner is untrusted, so `verify_plan` takes anything: what it finds no problem in is a
 `TaskGraph` of active skills with fitting inputs and bounded retries, whose parallel branches share no
@@ -12,23 +12,26 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Final
-
-import networkx as nx
+from typing import Any, Final, TypeAlias
 
 from aeros.agent.values import UnusableValueError, exact
 from aeros.spec import composition as spec
+from aeros.spec import parts
 from aeros.spec.diagnostics import did_you_mean
 from aeros.spec.expr import terms as t
 from aeros.spec.model import Ecm, Site, Skill
 from aeros.spec.obligations.parallel import interference
-from aeros.spec.source import Source
+from aeros.spec.parts import If, Par, Seq, children_of, map_steps, parts_of, steps_of
+from aeros.spec.source import Source, Span
 
 MOST_STEPS: Final = 100
 """The most steps of one plan: with the caps on retries and re-plans it bounds every run."""
 
 MOST_LEVELS: Final = 20
 """How deep the parts of a plan, and the handlers of a step, may be nested."""
+
+PLANNED: Final = Source("plan", "plan").span(0, 4)
+"""The place of what a planner makes up, and no file says."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,44 +63,7 @@ class Step:
         return f"{self.module}.{self.skill}" + (f" (retry {self.retry}{recovery})" if self.retry else "")
 
 
-@dataclass(frozen=True, slots=True)
-class Seq:
-    """Parts one after the other; nothing at all when empty."""
-
-    parts: tuple[Part, ...]
-
-    def __str__(self) -> str:
-        return f"({' → '.join(map(str, self.parts))})" if self.parts else "nothing"
-
-
-@dataclass(frozen=True, slots=True)
-class Par:
-    """Parts at the same time; it fails with the first branch that fails for good."""
-
-    branches: tuple[Part, ...]
-
-    def __str__(self) -> str:
-        return f"({' ∥ '.join(map(str, self.branches))})"
-
-
-@dataclass(frozen=True, slots=True)
-class If:
-    """`then` where the condition is measured as true, `otherwise` where as false; else it fails.
-
-    otherwise: None where the condition is taken to be always true.
-    """
-
-    condition: t.Term
-    text: str
-    then: Part
-    otherwise: Part | None = None
-
-    def __str__(self) -> str:
-        otherwise = "" if self.otherwise is None else f" else {self.otherwise}"
-        return f"(if {self.text} then {self.then}{otherwise})"
-
-
-Part = Step | Seq | Par | If
+Part: TypeAlias = parts.Part[Step]
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,9 +73,14 @@ class TaskGraph:
     parts: tuple[Part, ...]
 
     @property
+    def body(self) -> Part:
+        """All of it, as one part."""
+        return Seq(self.parts)
+
+    @property
     def steps(self) -> tuple[Step, ...]:
         """Every step, in the order written; handlers are not among them."""
-        return tuple(part for part in _parts(Seq(self.parts)) if isinstance(part, Step))
+        return tuple(steps_of(self.body))
 
 
 _FORM: Final[tuple[tuple[str, tuple[Any, ...]], ...]] = (
@@ -129,13 +100,11 @@ def verify_plan(graph: object, modules: Mapping[str, Ecm], site: Site) -> list[s
     """Every reason not to start this plan; empty iff it may be started.  `modules`: the active ones."""
     if not isinstance(graph, TaskGraph) or not isinstance(graph.parts, tuple):
         return [f"the planner returned a {type(graph).__name__}, not a task graph"]
-    misshapen = _misshapen(Seq(graph.parts), 0)
+    misshapen = _misshapen(graph.body, 0)
     if misshapen is not None:
         return [misshapen]
-    pars = (part for part in _parts(Seq(graph.parts)) if isinstance(part, Par))
-    if any(
-        not any(isinstance(one, Step) for one in _parts(branch)) for par in pars for branch in par.branches
-    ):
+    pars = (part for part in parts_of(graph.body) if isinstance(part, Par))
+    if any(not any(steps_of(branch)) for par in pars for branch in par.branches):
         return ["a branch of a `par` has no step"]
     if not graph.steps:
         return ["the plan is empty, and the goal is not measured"]
@@ -151,23 +120,6 @@ def verify_plan(graph: object, modules: Mapping[str, Ecm], site: Site) -> list[s
         for text in _step_problems(run, modules, site)
     ]
     return problems + _recovery_cycles(graph) or _interference(graph, modules, site)
-
-
-def _parts(part: Part) -> Iterator[Part]:
-    """`part` and everything inside it, in the order written."""
-    yield part
-    for inner in _children(part):
-        yield from _parts(inner)
-
-
-def _children(part: Part) -> tuple[Part, ...]:
-    match part:
-        case Step():
-            return ()
-        case Seq(parts=inner) | Par(branches=inner):
-            return inner
-        case If(then=then, otherwise=otherwise):
-            return (then,) if otherwise is None else (then, otherwise)
 
 
 def _runs(step: Step) -> Iterator[tuple[str, Step]]:
@@ -187,13 +139,13 @@ def _misshapen(part: object, depth: int) -> str | None:
     match part:
         case Seq(parts=inner) if isinstance(inner, tuple):
             pass
-        case Par(branches=inner) if isinstance(inner, tuple) and len(inner) > 1:
+        case Par(branches=inner, span=Span()) if isinstance(inner, tuple) and len(inner) > 1:
             pass
-        case Par():
+        case Par(span=Span()):
             return "a `par` has not two branches"
-        case If() if isinstance(part.condition, t.Term) and isinstance(part.text, str):
-            inner = _children(part)
-        case Seq() | If():
+        case If(condition=condition, text=str(), span=Span()) if isinstance(condition, t.Term):
+            inner = children_of(part)
+        case Seq() | Par() | If():
             return f"a {type(part).__name__} is malformed"
         case Step():
             return None
@@ -268,31 +220,32 @@ def input_problems(skill: Skill, inputs: Mapping[str, Any], flows: Collection[st
 
 def _recovery_cycles(graph: TaskGraph) -> list[str]:
     """A skill that recovers, over whatever others, by itself: what failed cannot be its own cure."""
-    recoveries = nx.DiGraph(
+    recoveries = [
         (f"{step.module}.{step.skill}", f"{step.module}.{step.on_failure}")
         for step in graph.steps
         if step.on_failure is not None
-    )
+    ]
+    if not recoveries:
+        return []
+    import networkx as nx  # 80 ms, which other plans need not pay
+
     return [
         "on_failure goes round in a circle: " + " → ".join(f"`{skill}`" for skill in (*cycle, cycle[0]))
-        for cycle in nx.simple_cycles(recoveries)
+        for cycle in nx.simple_cycles(nx.DiGraph(recoveries))
     ]
 
 
 def _interference(graph: TaskGraph, modules: Mapping[str, Ecm], site: Site) -> list[str]:
     """What parallel branches may not share, and do."""
     composed = _Composed(modules)
-    body = composed.part(Seq(graph.parts))
-    composition = spec.Composition("plan", t.TRUE, None, body, composed.handlers, _NOWHERE)
+    body = map_steps(graph.body, composed.step)
+    composition = spec.Composition("plan", t.TRUE, None, body, composed.handlers, PLANNED)
     claims = interference(composition, composed.skills, site)
     return [claim.diagnostic.headline for claim in claims if claim.diagnostic is not None]
 
 
-_NOWHERE: Final = Source("plan", "plan").span(0, 4)
-
-
 class _Composed:
-    """A plan as a composition over the skills of all its modules, by `MODULE.SKILL`."""
+    """Steps of a plan as those of a composition over the skills of all its modules, by `MODULE.SKILL`."""
 
     def __init__(self, modules: Mapping[str, Ecm]) -> None:
         self._modules = modules
@@ -300,19 +253,7 @@ class _Composed:
         self.handlers: dict[str, spec.Step] = {}
         self._count = 0
 
-    def part(self, part: Part) -> spec.Part:
-        match part:
-            case Step():
-                return self._step(part)
-            case Seq(parts=inner):
-                return spec.Seq(tuple(map(self.part, inner)), _NOWHERE)
-            case Par(branches=inner):
-                return spec.Par(tuple(map(self.part, inner)), _NOWHERE)
-            case If(condition=condition, text=text, then=then, otherwise=otherwise):
-                other = None if otherwise is None else self.part(otherwise)
-                return spec.If(condition, text, self.part(then), other, _NOWHERE)
-
-    def _step(self, step: Step) -> spec.Step:
+    def step(self, step: Step) -> spec.Step:
         self._count += 1
         name = f"{step.module}.{step.skill}"
         id_ = f"{self._count} {name}"
@@ -320,6 +261,6 @@ class _Composed:
         helper = step.handler or (Step(step.module, step.on_failure) if step.on_failure else None)
         handler = None
         if helper is not None:
-            made = self._step(helper)
+            made = self.step(helper)
             handler, self.handlers[made.id] = made.id, made
-        return spec.Step(id_, name, {}, {}, step.retry, handler, _NOWHERE)
+        return spec.Step(id_, name, {}, {}, step.retry, handler, PLANNED)

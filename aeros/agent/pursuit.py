@@ -21,7 +21,7 @@ from math import inf
 
 from aeros.agent.attempt import Attempts
 from aeros.agent.engine import End, Engine
-from aeros.agent.graph import Seq, TaskGraph, verify_plan
+from aeros.agent.graph import TaskGraph, verify_plan
 from aeros.agent.journal import Journal
 from aeros.agent.planner import Planner
 from aeros.agent.report import RunReport
@@ -91,9 +91,7 @@ class Pursuit:
         graph = self._verified_plan()
         if isinstance(graph, End):
             return graph
-        return self._engine.run(Seq(graph.parts)) or End(
-            "the plan is exhausted, and the goal is not measured"
-        )
+        return self._engine.run(graph.body) or End("the plan is exhausted, and the goal is not measured")
 
     def _verified_plan(self) -> TaskGraph | End:
         try:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from aeros.cli.drawing import Drawing, Edge, Node, Shape
-from aeros.spec.composition import Composition, If, Step
+from aeros.spec.composition import Composition, Step
 from aeros.spec.flow.graph import DONE, START, STOPPED, graph_of
 from aeros.spec.model import Ecm, Skill
+from aeros.spec.parts import If
 
 
 def composition_drawing(ecm: Ecm, composition: Composition) -> Drawing:

@@ -29,10 +29,8 @@ from typing import Any, Final, Self
 from aeros.runtime.audit import AuditError, AuditLog, DecisionCounts
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.deciding import Deciding
-from aeros.runtime.decision import Caller
 from aeros.runtime.gate import Gate
 from aeros.runtime.governor import Command, Fixed, Governor
-from aeros.runtime.inputs import InputError, settle_inputs, settle_outputs
 from aeros.runtime.observation import observation_for
 from aeros.runtime.ports import (
     Completion,
@@ -44,26 +42,19 @@ from aeros.runtime.ports import (
     StepResult,
     StepStatus,
 )
-from aeros.runtime.records import (
-    caller_details,
-    session_details,
-    spell_reasons,
-)
+from aeros.runtime.preparing import RefusedError, prepared, with_outputs
+from aeros.runtime.records import caller_details, session_details, spell_reasons
 from aeros.runtime.resources import Resources
-from aeros.runtime.skill_code import SkillRefusedError, told
+from aeros.runtime.skill_code import told
 from aeros.runtime.skill_run import Ending, OpenRun
 from aeros.runtime.step import Step, UnderWay, capacities_of, needs_of
 from aeros.skill import Action
 from aeros.spec.errors import MisuseError
-from aeros.spec.model import Ecm, Site, Skill
+from aeros.spec.model import Ecm, Site
 
 _LOOK_EVERY: Final = 0.01  # s, while paused
 MOST_ACTIONS: Final = 10_000
 """Actions of one step beyond which a skill floods; a zero-time action could otherwise repeat for ever."""
-
-
-class _RefusedError(Exception):
-    """The step never starts; the message says why."""
 
 
 class Executor:
@@ -140,8 +131,8 @@ class Executor:
         self._follow()
         asked = {"module": request.module, "skill": request.skill, "inputs": request.inputs}
         try:
-            step = self._prepare(request)
-        except _RefusedError as refusal:
+            step = prepared(request, self._configuration, self._resources, self._open_run)
+        except RefusedError as refusal:
             self._audit.append("step-refused", {"reason": str(refusal), **asked})
             return StepResult(StepStatus.REFUSED, str(refusal))
         self._started += 1
@@ -195,32 +186,7 @@ class Executor:
         handle = next(iter(self._results))
         return Ended(handle, self._results.pop(handle))
 
-    # Before a step acts.
-
-    def _prepare(self, request: StepRequest) -> Step:
-        """The step, ready to start; raises `_RefusedError`."""
-        ecm, skill = self._find(request)
-        lacking = self._resources.lacking(needs_of(skill))
-        if lacking is not None:
-            raise _RefusedError(f"this site has no `{lacking}`")
-        try:
-            inputs = settle_inputs(skill.inputs, request.inputs)
-            run = self._open_run(self.site, ecm, skill, inputs)
-        except (InputError, SkillRefusedError) as refusal:
-            raise _RefusedError(str(refusal)) from refusal
-        return Step(ecm, skill, Caller(ecm.id, skill.id, inputs), run)
-
-    def _find(self, request: StepRequest) -> tuple[Ecm, Skill]:
-        """The module and the skill that are asked for, among the active ones."""
-        if type(request.module) is not str or type(request.skill) is not str:
-            raise _RefusedError("module and skill are not both names")
-        ecm = self._configuration.modules.get(request.module)
-        if ecm is None:
-            raise _RefusedError(f"no module `{request.module}` is active")
-        skill = ecm.skills.get(request.skill)
-        if skill is None:
-            raise _RefusedError(f"module `{ecm.id}` has no skill `{request.skill}`")
-        return ecm, skill
+    # The loop.
 
     def _begin(self) -> None:
         """Begin the steps whose turn it is; their time-outs run from now on."""
@@ -235,8 +201,6 @@ class Executor:
             lacking = None if step.has_begun else self._resources.lacking(needs_of(step.skill))
             if lacking is not None:
                 self._halt(handle, Ending(StepStatus.STOPPED, f"this site has no `{lacking}` any more"))
-
-    # The loop.
 
     def _go_on(self, until: float) -> bool:
         """Let a skill that is due act; where none is, let time go on.  Whether `until` comes first."""
@@ -296,7 +260,7 @@ class Executor:
         if self.now() > step.deadline:
             return Ending(StepStatus.TIMED_OUT, "the skill's time-out has passed")
         if isinstance(asked, Ending):
-            return _with_outputs(step.skill, asked)
+            return with_outputs(step.skill, asked)
         step.asked = asked
         return None
 
@@ -483,16 +447,6 @@ class Executor:
         now = self._configuration.modules.get(ecm.id)
         was = (ecm.manifest_digest, ecm.code_digest)
         return now is not None and (now.manifest_digest, now.code_digest) == was
-
-
-def _with_outputs(skill: Skill, ending: Ending) -> Ending:
-    """The ending, with outputs that are what the skill declares; it may give none at all."""
-    if ending.outputs is None:
-        return ending
-    try:
-        return ending._replace(outputs=settle_outputs(skill.outputs, ending.outputs))
-    except InputError as fault:
-        return Ending(StepStatus.RAISED, f"what it returned is not its outputs: {fault}")
 
 
 def _stopped_by(completion: Completion) -> Ending:

@@ -49,7 +49,8 @@ def run_in_process(_: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -
     return SkillRun(load_skill(ecm, skill), inputs)
 
 
-def _finished(value: object) -> Ending:
+def finished(value: object) -> Ending:
+    """How a skill ended that returned `value`."""
     try:
         return Ending(StepStatus.FINISHED, "", returned(value))
     except NoActionError as failure:
@@ -76,7 +77,7 @@ class SkillRun:
                 yielded = self._body.send(observed)
             return snapshot(yielded)
         except StopIteration as end:
-            return _finished(end.value)
+            return finished(end.value)
         except KeyboardInterrupt:
             raise
         except NoActionError as failure:

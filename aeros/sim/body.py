@@ -10,10 +10,7 @@ from math import ceil, dist, sqrt
 from typing import Final, NamedTuple
 
 from aeros.runtime.ports import Ball, Body, Triple
-from aeros.sim.kinematics import LENGTHS, OFFSETS, TOOL_OFFSET, TWISTS
-
-FLANGE: Final = 0.107
-"""From the last joint's frame to the flange, along its axis, m."""
+from aeros.sim.kinematics import FLANGE, LENGTHS, OFFSETS, TOOL_OFFSET, TWISTS
 
 
 class Capsule(NamedTuple):

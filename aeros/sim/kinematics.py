@@ -17,6 +17,9 @@ import numpy as np
 
 from aeros.sim.limits import Q_MAX, Q_MIN, Vector
 
+FLANGE: Final = 0.107
+"""From the last joint's frame to the flange, along its axis, m."""
+
 FLANGE_TO_TOOL: Final = 0.1034
 """Flange to tool centre point along the tool's axis, m (Franka Hand's F_T_NE)."""
 
@@ -26,7 +29,7 @@ READY: Final = np.array([0.0, -pi / 4, 0.0, -3 * pi / 4, 0.0, pi / 2, pi / 4])
 LENGTHS: Final = (0.0, 0.0, 0.0, 0.0825, -0.0825, 0.0, 0.088)
 OFFSETS: Final = (0.333, 0.0, 0.316, 0.0, 0.384, 0.0, 0.0)
 TWISTS: Final = (0.0, -pi / 2, pi / 2, pi / 2, -pi / 2, pi / 2, pi / 2)
-TOOL_OFFSET: Final = 0.107 + FLANGE_TO_TOOL
+TOOL_OFFSET: Final = FLANGE + FLANGE_TO_TOOL
 
 _LEAN: Final = np.array([0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0])
 """Joints that lean to `READY`; 1 and 7 follow the target's bearing and yaw instead."""

@@ -1,16 +1,17 @@
 """Composition graphs, resolved: steps over a module's skills, in sequence, in parallel, by condition.
 
-Σ ::= step | Σ ; Σ | Σ ∥ Σ | if c then Σ else Σ.  A step runs its skill.  After a failure outcome its
-handler runs, if it has one, and it is tried again while `retry` lasts; then, or when the handler fails
-for good, the whole composition stops as failed.  `par` succeeds when all its branches have.
+Put together of `parts`.  A step runs its skill.  After a failure outcome its handler runs, if it has one,
+and it is tried again while `retry` lasts; then, or when the handler fails for good, the whole composition
+stops as failed.  `par` succeeds when all its branches have.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
+from aeros.spec import parts
 from aeros.spec.expr import terms as t
 from aeros.spec.source import Span
 
@@ -49,34 +50,7 @@ class Step:
         return None if self.on_failure == STOP else self.on_failure
 
 
-@dataclass(frozen=True)
-class Seq:
-    """Parts one after the other; nothing at all when empty."""
-
-    parts: tuple[Part, ...]
-    span: Span
-
-
-@dataclass(frozen=True)
-class Par:
-    """Parts at the same time."""
-
-    branches: tuple[Part, ...]
-    span: Span
-
-
-@dataclass(frozen=True)
-class If:
-    """`then` where the condition is measured, else `otherwise`; None: it is claimed to be always measured."""
-
-    condition: t.Term
-    text: str
-    then: Part
-    otherwise: Part | None
-    span: Span
-
-
-Part = Step | Seq | Par | If
+Part: TypeAlias = parts.Part[Step]
 
 
 @dataclass(frozen=True)
@@ -93,29 +67,6 @@ class Composition:
     body: Part
     handlers: Mapping[str, Step]
     span: Span
-
-
-def parts_of(part: Part) -> Iterator[Part]:
-    """`part` and everything inside it, from the outside in, in the order written."""
-    yield part
-    for inner in children_of(part):
-        yield from parts_of(inner)
-
-
-def children_of(part: Part) -> tuple[Part, ...]:
-    """What `part` is directly made of."""
-    match part:
-        case Step():
-            return ()
-        case Seq(parts=inner) | Par(branches=inner):
-            return inner
-        case If(then=then, otherwise=otherwise):
-            return (then,) if otherwise is None else (then, otherwise)
-
-
-def steps_of(part: Part) -> Iterator[Step]:
-    """The steps of `part`, in the order written."""
-    yield from (one for one in parts_of(part) if isinstance(one, Step))
 
 
 def handlers_of(step: Step, handlers: Mapping[str, Step]) -> Iterator[Step]:

@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 from aeros.agent.attempt import Attempts
 from aeros.agent.composing import graph_of
 from aeros.agent.engine import Engine
-from aeros.agent.graph import Seq, verify_plan
+from aeros.agent.graph import verify_plan
 from aeros.agent.journal import Journal
 from aeros.runtime.ports import Ended
 from aeros.spec.composition import Composition
@@ -78,7 +78,7 @@ def _ends(
     memory = Forgetful()
     journal = Journal(runtime, memory, None)
     engine = Engine(Attempts(runtime, memory, journal, "task"), journal, lambda: False)
-    end = engine.run(Seq(graph_of(composition, module.id).parts))
+    end = engine.run(graph_of(composition, module.id).body)
     return None if end is None else end.reason, runtime
 
 

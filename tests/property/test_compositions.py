@@ -17,7 +17,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from aeros.spec.composition import Composition, If, Par, Part, Seq, Step, parts_of, steps_of
+from aeros.spec.composition import Composition, Part, Step
 from aeros.spec.discharge import discharge
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import holds
@@ -41,6 +41,7 @@ from aeros.spec.obligations import joint
 from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.joint import joint_policy_obligations
 from aeros.spec.obligations.obligation import Obligation
+from aeros.spec.parts import If, Par, Seq, parts_of, steps_of
 from aeros.spec.source import Source, Span
 from aeros.spec.units import NUMBER
 from aeros.spec.verdicts import Verdict
@@ -149,12 +150,12 @@ class _Drawer:
         if form == "if":
             otherwise = self.draw(st.sampled_from(["part", "nothing", "none"]))
             condition, then = self.draw(st.sampled_from(CONDITIONS)), self.part(depth - 1)
-            other = self.part(depth - 1) if otherwise == "part" else Seq((), self.span())
+            other = self.part(depth - 1) if otherwise == "part" else Seq(())
             return If(condition, "", then, None if otherwise == "none" else other, self.span())
         inner = tuple(
             self.part(depth - 1) for _ in range(self.draw(st.integers(2, 3 if form == "seq" else 2)))
         )
-        return Seq(inner, self.span()) if form == "seq" else Par(inner, self.span())
+        return Seq(inner) if form == "seq" else Par(inner, self.span())
 
 
 @st.composite
@@ -388,7 +389,7 @@ def test_questions_about_one_start_are_counted_from_one() -> None:
     either = [Outcome(name, {"p": name == "yes"}, False, None, None) for name in ("yes", "no")]
     skills = {"s0": _skill("s0", None, either), "s1": _skill("s1", t.Compare("==", P, V), either)}
     steps = tuple(Step(f"step{at}", f"s{at}", {}, {}, 0, None, TEXT.span(at, at + 1)) for at in range(2))
-    composition = Composition("c", t.TRUE, None, Seq(steps, TEXT.span(2, 3)), {}, TEXT.span(3, 4))
+    composition = Composition("c", t.TRUE, None, Seq(steps), {}, TEXT.span(3, 4))
     claims, refuted = _refuted(_module(skills, composition), _site())
     ready = {f"composition/c/step1/ready/{number}" for number in (1, 2)}
     assert ready == {id_ for id_ in claims if "/ready" in id_} == refuted
@@ -527,7 +528,7 @@ def test_a_handler_after_the_last_try_is_noticed(monkeypatch: pytest.MonkeyPatch
 
 
 def test_branches_that_wait_for_each_other_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    def in_sequence(self: Any, part: Par, before: Any) -> Any:
+    def in_sequence(self: Any, part: Par[Step], before: Any) -> Any:
         for branch in part.branches:
             before = self.walk(branch, before)
         return before

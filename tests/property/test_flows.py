@@ -11,12 +11,13 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.spec.composition import Composition, Flow, If, Par, Part, Seq, Step, parts_of, steps_of
+from aeros.spec.composition import Composition, Flow, Part, Step
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, RealType, Type
 from aeros.spec.model import Declared, Outcome, Skill
 from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.flows import data_obligations
+from aeros.spec.parts import If, Par, Seq, parts_of, steps_of
 from aeros.spec.units import LENGTH, NUMBER
 from aeros.spec.verdicts import Settled
 from tests.property.mix import Mix
@@ -36,10 +37,10 @@ def _bodies(draw: st.DrawFn) -> Part:
         if form == "step":
             return Step(f"step{at}", "s0", {}, {}, 0, "stop", span)
         if form == "if":
-            otherwise = draw(st.sampled_from([part(depth - 1), Seq((), span), None]))
+            otherwise = draw(st.sampled_from([part(depth - 1), Seq(()), None]))
             return If(P, "p", part(depth - 1), otherwise, span)
         inner = tuple(part(depth - 1) for _ in range(2))
-        return Seq(inner, span) if form == "seq" else Par(inner, span)
+        return Seq(inner) if form == "seq" else Par(inner, span)
 
     return part(3)
 

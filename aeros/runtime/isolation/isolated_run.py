@@ -25,8 +25,8 @@ from aeros.runtime.isolation.frames import (
 from aeros.runtime.isolation.lockdown import Layer
 from aeros.runtime.isolation.nursery import Nursery, ZygoteError
 from aeros.runtime.ports import StepStatus
-from aeros.runtime.skill_code import NoActionError, SkillRefusedError, returned, snapshot
-from aeros.runtime.skill_run import Ending
+from aeros.runtime.skill_code import NoActionError, SkillRefusedError, snapshot
+from aeros.runtime.skill_run import Ending, finished
 from aeros.runtime.skills import CertifiedCode
 from aeros.skill import Action, Observation
 
@@ -139,7 +139,7 @@ class IsolatedRun:
                 return Ending(StepStatus.RAISED, str(failure))
         self._is_open = False
         if isinstance(said, Finished):
-            return Ending(StepStatus.FINISHED, "", returned(said.outputs))
+            return finished(said.outputs)
         if isinstance(said, Raised):
             return Ending(StepStatus.RAISED, said.reason)
         raise ConversationError("it answers out of turn")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import lru_cache
 from importlib.util import find_spec
-from types import TracebackType
 from typing import Any, Final, Self
 
 from aeros.runtime.isolation.isolated_run import IsolatedRun
@@ -92,9 +92,7 @@ class SkillRuns:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     # Inside.
@@ -140,14 +138,17 @@ def _preloaded(ecm: Ecm) -> tuple[str, ...]:
 
 def _imports_numpy(ecm: Ecm) -> bool:
     try:
-        trees = [ast.parse(content) for content in certified_files(ecm).values()]
+        return any(_names_numpy(content) for content in certified_files(ecm).values())
     except (SkillRefusedError, SyntaxError, ValueError):
         return False  # it will be refused when it is to run
+
+
+@lru_cache(maxsize=256)  # asked again whenever a skill starts
+def _names_numpy(content: bytes) -> bool:
     return any(
         (isinstance(node, ast.Import) and any(_is_numpy(one.name) for one in node.names))
         or (isinstance(node, ast.ImportFrom) and _is_numpy(node.module or ""))
-        for tree in trees
-        for node in ast.walk(tree)
+        for node in ast.walk(ast.parse(content))
     )
 
 

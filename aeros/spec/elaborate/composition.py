@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from aeros.spec.composition import STOP, Composition, Flow, If, Par, Part, Seq, Step
+from aeros.spec.composition import STOP, Composition, Flow, Part, Step
 from aeros.spec.declared import composition as declared
 from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.elaborate.expressions import elaborate_constant, elaborate_expression
@@ -15,6 +15,7 @@ from aeros.spec.elaborate.scopes import constant_scope, state_scope
 from aeros.spec.expr import terms as t
 from aeros.spec.located import Choice, Entries, Expression, Integer, Text
 from aeros.spec.model import Site, Skill
+from aeros.spec.parts import If, Par, Seq
 from aeros.spec.source import Span
 
 _OF_STEPS = ("id", "inputs", "retry", "on_failure")
@@ -125,8 +126,7 @@ class _Elaborator:
             needed = "a `seq` has at least one part" if least == 1 else "a `par` has at least two branches"
             self._sink.error("AE112", needed, _head(part.span))
         parts = tuple(built for one in inner if (built := self._part(one)) is not None)
-        head = _head(part.span)
-        return Seq(parts, head) if part.seq is not None else Par(parts, head)
+        return Seq(parts) if part.seq is not None else Par(parts, _head(part.span))
 
     def _check_fields(self, part: declared.Part, form: str) -> None:
         """Fields stand only where they mean something."""
@@ -138,7 +138,7 @@ class _Elaborator:
         if form != "if" and (part.then is not None or part.else_ is not None):
             self._fault("`then` and `else` belong to an `if`", _head(part.span))
 
-    def _if(self, part: declared.Part, condition: Expression) -> If | None:
+    def _if(self, part: declared.Part, condition: Expression) -> If[Step] | None:
         term = elaborate_expression(condition, state_scope(self._site), self._sink)
         if part.then is None:
             self._fault("an `if` needs a `then`", condition.span)
@@ -146,7 +146,7 @@ class _Elaborator:
         then = self._part(part.then)
         otherwise: Part | None = None
         if isinstance(part.else_, Choice):
-            otherwise = Seq((), part.else_.span)
+            otherwise = Seq(())
         elif part.else_ is not None:
             otherwise = self._part(part.else_)
         if term is None or then is None:

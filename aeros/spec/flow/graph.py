@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from aeros.spec.composition import Composition, If, Par, Part, Seq, Step
+from aeros.spec.composition import Composition, Part, Step
+from aeros.spec.parts import If, Par, Seq
 
 if TYPE_CHECKING:
     import networkx as nx

@@ -20,12 +20,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from aeros.spec.composition import Composition, If, Par, Part, Seq, Step
+from aeros.spec.composition import Composition, Part, Step
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower
 from aeros.spec.expr.types import BoolType, EnumType
 from aeros.spec.flow.arguments import constant
 from aeros.spec.model import Declared, Outcome, Skill
+from aeros.spec.parts import If, Par, Seq
 
 MAX_SITUATIONS = 20_000
 
@@ -86,7 +87,7 @@ class Paths:
             case If():
                 return self._if(part, before)
 
-    def _par(self, part: Par, before: Situations) -> Situations:
+    def _par(self, part: Par[Step], before: Situations) -> Situations:
         kept: Situations = {}
         for situation, trace in before.items():
             kept.setdefault(self._lasting(situation), trace)
@@ -100,7 +101,7 @@ class Paths:
         self._depth -= 1
         return kept
 
-    def _if(self, part: If, before: Situations) -> Situations:
+    def _if(self, part: If[Step], before: Situations) -> Situations:
         if self._is_noting:
             _merge(self.cases.setdefault(part.span.start, {}), before)
         then: Situations = {}

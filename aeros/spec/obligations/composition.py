@@ -17,13 +17,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from aeros.spec.composition import (
-    Composition,
-    If,
-    Step,
-    parts_of,
-    steps_of,
-)
+from aeros.spec.composition import Composition, Step
 from aeros.spec.diagnostics import Diagnostic, Label
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import arguments_of
@@ -33,6 +27,7 @@ from aeros.spec.model import Declared, Ecm, Site, Skill
 from aeros.spec.obligations.flows import data_obligations
 from aeros.spec.obligations.obligation import Claim, Member, Obligation, Space
 from aeros.spec.obligations.parallel import parallel_obligations
+from aeros.spec.parts import If, parts_of, steps_of
 from aeros.spec.verdicts import Settled, Verdict
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
-from aeros.spec.composition import Composition, Flow, If, Par, Part, Seq, Step, steps_of
+from aeros.spec.composition import Composition, Flow, Part, Step
 from aeros.spec.diagnostics import Diagnostic, Label
 from aeros.spec.model import Declared, Skill
+from aeros.spec.parts import If, Par, Seq, steps_of
 from aeros.spec.units import Unit, show_number
 from aeros.spec.verdicts import Settled
 

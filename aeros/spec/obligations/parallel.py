@@ -11,23 +11,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations, product
 
-from aeros.spec.composition import (
-    Composition,
-    If,
-    Par,
-    Part,
-    Step,
-    children_of,
-    handlers_of,
-    parts_of,
-    steps_of,
-)
+from aeros.spec.composition import Composition, Part, Step, handlers_of
 from aeros.spec.diagnostics import Diagnostic, Label
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import arguments_of
 from aeros.spec.model import Ecm, Site, Skill
 from aeros.spec.obligations.joint import Running, joint_obligations
 from aeros.spec.obligations.obligation import Obligation
+from aeros.spec.parts import If, Par, children_of, parts_of, steps_of
 from aeros.spec.source import Span
 from aeros.spec.verdicts import Settled
 
@@ -65,7 +56,7 @@ class _Use:
 @dataclass(frozen=True)
 class _Beside:
     identity: str
-    par: Par
+    par: Par[Step]
     composition: Composition
     skills: Mapping[str, Skill]
     site: Site
@@ -94,11 +85,8 @@ class _Beside:
 
     def _demand(self, part: Part) -> Counter[str]:
         """The most of each resource that `part` may hold at one time."""
-        if isinstance(part, Step):
-            return Counter(self._resources(part))
-        demands = [self._demand(inner) for inner in children_of(part)]
-        total: Counter[str] = Counter()
-        for demand in demands:
+        total = Counter(self._resources(part)) if isinstance(part, Step) else Counter[str]()
+        for demand in map(self._demand, children_of(part)):
             total = total + demand if isinstance(part, Par) else total | demand
         return total
 

@@ -12,7 +12,7 @@ import pytest
 from aeros.agent.attempt import Attempts
 from aeros.agent.composing import CompositionPlanner, UncomposedError, graph_of
 from aeros.agent.engine import End, Engine
-from aeros.agent.graph import If, Par, Part, Seq, Step, TaskGraph, verify_plan
+from aeros.agent.graph import Part, Step, TaskGraph, verify_plan
 from aeros.agent.journal import Journal
 from aeros.agent.report import Role
 from aeros.agent.routing import Routed
@@ -20,6 +20,7 @@ from aeros.agent.world import measured_world
 from aeros.runtime.ports import Reading, StepResult, StepStatus
 from aeros.spec import composition as spec
 from aeros.spec.model import Ecm
+from aeros.spec.parts import If, Par, Seq
 from tests.differential.real_loop import Forgetful
 from tests.unit.agent.dumplings import (
     FORCE,
@@ -47,6 +48,14 @@ MODULES = {"kitchen": module("kitchen", SKILLS)}
 
 def step(name: str, retry: int = 0, **more: Any) -> Step:
     return Step("kitchen", name, retry=retry, **more)
+
+
+def par(*branches: Part) -> Par[Step]:
+    return Par(branches, SPAN)
+
+
+def if_aligned(then: Part, otherwise: Part | None = None) -> If[Step]:
+    return If(term("wrapper_aligned"), "wrapper_aligned", then, otherwise, SPAN)
 
 
 class Kitchen:
@@ -91,14 +100,14 @@ DONE, CANCELLED = StepStatus.FINISHED, StepStatus.CANCELLED
 
 def test_branches_run_at_the_same_time_and_what_follows_waits_for_all() -> None:
     kitchen = Kitchen(last=("dough",))
-    assert kitchen.run(Par((step("dough"), Seq((step("filling"), step("water"))))), step("align")) is None
+    assert kitchen.run(par(step("dough"), Seq((step("filling"), step("water")))), step("align")) is None
     assert kitchen.started == ["dough", "filling", "water", "align"]
     assert [name for name, _ in kitchen.ended] == ["filling", "water", "dough", "align"]
 
 
 def test_a_branch_that_fails_for_good_cancels_the_others_and_nothing_follows() -> None:
     kitchen = Kitchen({"filling": ["out", "out"]}, last=("dough",))
-    end = kitchen.run(Par((Seq((step("dough"), step("water"))), step("filling", retry=1))), step("align"))
+    end = kitchen.run(par(Seq((step("dough"), step("water"))), step("filling", retry=1)), step("align"))
     assert end == End("`kitchen.filling` failed: outcome `out`")
     assert kitchen.ended == [("filling", DONE), ("filling", DONE), ("dough", CANCELLED)]
     assert kitchen.started == ["dough", "filling", "filling"]
@@ -106,7 +115,7 @@ def test_a_branch_that_fails_for_good_cancels_the_others_and_nothing_follows() -
 
 def test_a_branch_that_cannot_start_lets_no_other_start() -> None:
     kitchen = Kitchen()
-    end = kitchen.run(Par((step("wrap"), step("dough"))))
+    end = kitchen.run(par(step("wrap"), step("dough")))
     assert end is not None
     assert "its precondition `wrapper_aligned` is not measured" in end.reason
     assert kitchen.started == []
@@ -114,15 +123,15 @@ def test_a_branch_that_cannot_start_lets_no_other_start() -> None:
 
 def test_what_is_cancelled_reaches_branches_inside_branches() -> None:
     kitchen = Kitchen({"filling": ["out"]}, last=("dough", "water"))
-    inner = Par((step("dough"), Seq((step("water"), step("align")))))
-    assert kitchen.run(Par((inner, step("filling")))) == End("`kitchen.filling` failed: outcome `out`")
+    inner = par(step("dough"), Seq((step("water"), step("align"))))
+    assert kitchen.run(par(inner, step("filling"))) == End("`kitchen.filling` failed: outcome `out`")
     assert kitchen.ended == [("filling", DONE), ("dough", CANCELLED), ("water", CANCELLED)]
 
 
 def test_a_par_that_has_ended_is_not_cancelled_with_what_comes_later() -> None:
     kitchen = Kitchen({"align": ["askew"]})
-    early = Seq((Par((step("dough"), step("filling"))), step("align")))
-    assert kitchen.run(Par((early, step("water")))) == End("`kitchen.align` failed: outcome `askew`")
+    early = Seq((par(step("dough"), step("filling")), step("align")))
+    assert kitchen.run(par(early, step("water"))) == End("`kitchen.align` failed: outcome `askew`")
     assert [name for name, status in kitchen.ended if status is CANCELLED] == []
 
 
@@ -141,7 +150,7 @@ def test_a_condition_is_what_is_measured_then(
     kitchen.runtime.state["wrapper_aligned"] = measured
     if measured is None:
         del kitchen.runtime.state["wrapper_aligned"]
-    choice = If(term("wrapper_aligned"), "wrapper_aligned", step("dough"), step("filling"))
+    choice = if_aligned(step("dough"), step("filling"))
     found = kitchen.run(step("water"), choice)
     assert kitchen.started == ["water", *taken]
     assert (found is None) == (end is None)
@@ -150,13 +159,13 @@ def test_a_condition_is_what_is_measured_then(
 
 def test_a_condition_that_was_taken_to_hold_and_does_not_ends_it() -> None:
     kitchen = Kitchen()
-    found = kitchen.run(step("water"), If(term("wrapper_aligned"), "wrapper_aligned", step("dough")))
+    found = kitchen.run(step("water"), if_aligned(step("dough")))
     assert found is not None
     assert "is not measured: `wrapper_aligned` = False" in found.reason
 
 
 def test_nothing_to_do_is_done() -> None:
-    choice = If(term("wrapper_aligned"), "wrapper_aligned", step("dough"), Seq(()))
+    choice = if_aligned(step("dough"), Seq(()))
     assert Kitchen().run(step("water"), choice) is None
 
 
@@ -181,7 +190,7 @@ def test_a_handler_that_fails_for_good_ends_its_step() -> None:
 
 def test_when_the_time_is_over_everything_is_cancelled_once() -> None:
     kitchen = Kitchen(last=("dough", "filling"))
-    end = kitchen.run(Par((step("dough"), step("filling"))), step("water"), until=100.5)
+    end = kitchen.run(par(step("dough"), step("filling")), step("water"), until=100.5)
     assert end == End("`kitchen.dough` failed: cancelled: the time for the task is over")
     assert kitchen.ended == [("dough", CANCELLED), ("filling", CANCELLED)]
     assert kitchen.engine is not None
@@ -192,7 +201,7 @@ def test_when_the_time_is_over_everything_is_cancelled_once() -> None:
 def test_once_the_goal_is_measured_nothing_starts_and_what_runs_ends_by_itself() -> None:
     kitchen = Kitchen(last=("dough",))
     measured = lambda: kitchen.runtime.state["filling_on_workspace"]  # noqa: E731
-    branches = Par((Seq((step("dough"), step("align"))), Seq((step("filling"), step("water")))))
+    branches = par(Seq((step("dough"), step("align"))), Seq((step("filling"), step("water"))))
     assert kitchen.run(branches, step("wrap"), is_over=measured) is None
     assert kitchen.ended == [("filling", DONE), ("dough", DONE)]
 
@@ -200,7 +209,7 @@ def test_once_the_goal_is_measured_nothing_starts_and_what_runs_ends_by_itself()
 def test_a_step_that_was_refused_at_once_has_failed() -> None:
     kitchen = Kitchen()
     kitchen.runtime.start = lambda request: StepResult(StepStatus.REFUSED, "no")  # type: ignore[method-assign]
-    end = kitchen.run(Par((step("dough"), step("filling"))))
+    end = kitchen.run(par(step("dough"), step("filling")))
     assert end == End("`kitchen.dough` failed: refused: no")
     assert kitchen.ended == [("dough", StepStatus.REFUSED)]
 
@@ -229,14 +238,14 @@ HOLDING = (
         ),
         ((step("align"), step("wrap")), "`wrapper_aligned` is written by one branch"),
         (
-            (step("align"), If(term("wrapper_aligned"), "wrapper_aligned", step("water"), Seq(()))),
+            (step("align"), if_aligned(step("water"), Seq(()))),
             "`wrapper_aligned` is written by one branch",
         ),
     ],
 )
 def test_branches_that_interfere_are_no_plan(branches: tuple[Part, ...], problem: str | None) -> None:
     modules = {"kitchen": module("kitchen", HOLDING)}
-    found = verify_plan(TaskGraph((Par(branches),)), modules, replace(site(), resources={"bench": 2}))
+    found = verify_plan(TaskGraph((par(*branches),)), modules, replace(site(), resources={"bench": 2}))
     assert [problem in text for text in found if problem] == ([] if problem is None else [True])
     assert (found == []) == (problem is None)
 
@@ -248,13 +257,14 @@ def _nested(depth: int) -> Part:
 @pytest.mark.parametrize(
     ("part", "problem"),
     [
-        (Par((step("dough"),)), "a `par` has not two branches"),
-        (Par([step("dough"), step("filling")]), "a `par` has not two branches"),  # type: ignore[arg-type]
+        (par(step("dough")), "a `par` has not two branches"),
+        (Par([step("dough"), step("filling")], SPAN), "a `par` has not two branches"),  # type: ignore[arg-type]
         (Seq([step("dough")]), "a Seq is malformed"),  # type: ignore[arg-type]
-        (If("true", "true", step("dough")), "a If is malformed"),  # type: ignore[arg-type]
-        (If(term("wrapper_aligned"), "", 3), "a int is not a step"),  # type: ignore[arg-type]
+        (If("true", "true", step("dough"), None, SPAN), "a If is malformed"),  # type: ignore[arg-type]
+        (Par((step("dough"), step("filling")), None), "a Par is malformed"),  # type: ignore[arg-type]
+        (if_aligned(3), "a int is not a step"),  # type: ignore[arg-type]
         (_nested(21), "nested more than 20 deep"),
-        (Par((step("dough"), Seq(()))), "a branch of a `par` has no step"),
+        (par(step("dough"), Seq(())), "a branch of a `par` has no step"),
         (step("dough", handler=3), "`handler` is of type int"),
         (step("dough", flows={"force": "weigh"}), "`flows` does not name an output of a step"),
         (step("dough", flows={"force": ("weigh", "force")}), "`force` is no input of it"),
@@ -278,19 +288,16 @@ def _spec_step(name: str, retry: int = 0, on_failure: str | None = None, flows: 
 
 
 def test_a_composition_is_the_plan_that_it_says() -> None:
-    body = spec.Seq(
-        (
-            spec.Par((_spec_step("dough", 1, "align"), _spec_step("filling", 0, spec.STOP)), SPAN),
-            spec.If(term("wrapper_aligned"), "wrapper_aligned", _spec_step("wrap"), spec.Seq((), SPAN), SPAN),
-        ),
-        SPAN,
-    )
+    both = (_spec_step("dough", 1, "align"), _spec_step("filling", 0, spec.STOP))
+    then: spec.Part = _spec_step("wrap")
+    choice = If(term("wrapper_aligned"), "wrapper_aligned", then, Seq(()), SPAN)
+    body: spec.Part = Seq((Par(both, SPAN), choice))
     handlers = {"align": _spec_step("align", 1, "water"), "water": _spec_step("water")}
     graph = graph_of(spec.Composition("make", term("true"), None, body, handlers, SPAN), "kitchen")
     water = step("water", id="water")
     helped = step("dough", retry=1, handler=step("align", retry=1, handler=water, id="align"), id="dough")
-    choice = If(term("wrapper_aligned"), "wrapper_aligned", step("wrap", id="wrap"), Seq(()))
-    assert graph == TaskGraph((Par((helped, step("filling", id="filling"))), choice))
+    chosen = if_aligned(step("wrap", id="wrap"), Seq(()))
+    assert graph == TaskGraph((par(helped, step("filling", id="filling")), chosen))
     assert [str(part) for part in graph.parts] == [
         "(kitchen.dough (retry 1, on_failure align) ∥ kitchen.filling)",
         "(if wrapper_aligned then kitchen.wrap else nothing)",

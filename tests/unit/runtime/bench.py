@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.decision import Caller, Decision
+from aeros.runtime.decision import Caller, Decision, Verdict
 from aeros.runtime.gate import Gate, GateMode
 from aeros.runtime.ports import Reading
 from aeros.runtime.proving import prove
@@ -96,3 +96,14 @@ def without(asked: Request, name: str) -> Request:
 
 def codes(decision: Decision) -> list[tuple[str, str]]:
     return [(reason.code, reason.rule) for reason in decision.reasons]
+
+
+def denied(asked: Request, by: Gate | None = None) -> list[tuple[str, str]]:
+    """The reasons, by code and rule, of what must be a denial in every mode of the proved gate."""
+    decision = asked.decided_by(by or gate())
+    assert decision.verdict is Verdict.DENY
+    assert decision.action is None
+    assert decision.reasons
+    if by is None:
+        assert all(asked.decided_by(gate(mode)) == decision for mode in GateMode)
+    return codes(decision)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from aeros.runtime.gate import GateMode
+from aeros.runtime.governor import Governor
 from aeros.spec.digests import code_digest, code_files
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, RealType, Type, VectorType
@@ -27,6 +29,8 @@ from aeros.spec.model import (
 )
 from aeros.spec.source import Source
 from aeros.spec.units import LENGTH
+from tests.unit.runtime.one_step import Bench, MakeBench
+from tests.unit.runtime.together import Asking, Cart, MakeCart
 
 SPAN = Source("site.yaml", "text").span(0, 4)
 METRES = RealType(LENGTH)
@@ -142,3 +146,30 @@ def make_ecm(tmp_path: Path) -> MakeEcm:
         )
 
     return make
+
+
+@pytest.fixture
+def make_bench(site: Site, make_ecm: Any, tmp_path: Path) -> Iterator[MakeBench]:
+    made: list[Bench] = []
+
+    def make(body: Callable[..., Any] | None = None, code: str = "") -> Bench:
+        bench = Bench(site, make_ecm(code), tmp_path / "audit.jsonl", body)
+        made.append(bench)
+        return bench
+
+    yield make
+    for bench in made:
+        bench.audit.close()
+
+
+@pytest.fixture
+def cart(tmp_path: Path) -> Iterator[MakeCart]:
+    made: list[Cart] = []
+
+    def make(mode: GateMode = GateMode.COMPILED, governor: Governor | None = None, **bodies: Asking) -> Cart:
+        made.append(Cart(tmp_path / f"audit-{len(made)}.jsonl", bodies, mode, governor))
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.audit.close()

@@ -114,3 +114,6 @@ class Cart:
         skills = configuration().modules["cart"].skills.values()
         names = {name for skill in skills for name in needs_of(skill)}
         assert {name: self.executor._resources.held(name) for name in names} == dict.fromkeys(names, 0)
+
+
+MakeCart = Callable[..., Cart]

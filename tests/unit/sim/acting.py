@@ -1,11 +1,25 @@
-"""One action on a plant, from its beginning to its end: no gate, no agent."""
+"""Actions on a plant without gate or agent: monitors, and one action from its beginning to its end."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import inf
+from typing import Any
 
 from aeros.runtime.ports import Completion, Monitor, Plan, Plant
 from aeros.skill import Action
+
+
+def allow(now: float, values: Mapping[str, Any]) -> str | None:
+    return None
+
+
+def recording(log: list[Mapping[str, Any]]) -> Monitor:
+    def monitor(now: float, values: Mapping[str, Any]) -> str | None:
+        log.append(values)
+        return None
+
+    return monitor
 
 
 def execute(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import runpy
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -13,17 +13,13 @@ import pytest
 
 from aeros.runtime.ports import Completion
 from aeros.sim.physics import PhysicsPlant
-from tests.unit.sim.acting import execute
+from tests.unit.sim.acting import allow, execute
 
 Skills = Callable[[PhysicsPlant, str], list[Completion]]
 
 
 def _observed(plant: PhysicsPlant) -> dict[str, Any]:
     return {name: reading.value for name, reading in plant.observe().items()}
-
-
-def _allow(now: float, values: Mapping[str, Any]) -> str | None:
-    return None
 
 
 @pytest.fixture
@@ -47,7 +43,7 @@ def run_dumpling_skill(dumpling_skills: ModuleType) -> Skills:
         ended: list[Completion] = []
         action = next(body, None)
         while action is not None:
-            ended.append(execute(plant, action, _allow, plant.now() + 60.0))
+            ended.append(execute(plant, action, allow, plant.now() + 60.0))
             if not ended[-1].completed:
                 break
             try:
@@ -69,7 +65,7 @@ def run_skill() -> Callable[..., str | None]:
         try:
             action = next(body)
             for _ in range(actions):
-                ended = execute(plant, action, _allow, plant.now() + 60.0)
+                ended = execute(plant, action, allow, plant.now() + 60.0)
                 if not ended.completed:
                     return ended.reason
                 action = body.send(_observed(plant))

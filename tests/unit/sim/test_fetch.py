@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from math import dist
 from typing import Any
 
@@ -14,7 +14,7 @@ from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.scenes.fetch import CAN, FRESH, Fetch
 from aeros.sim.world import Camera, Image, World
 from aeros.skill import act
-from tests.unit.sim.acting import execute
+from tests.unit.sim.acting import allow, execute
 
 pytestmark = pytest.mark.physics
 
@@ -27,10 +27,6 @@ RULES = (
     ("object_delivered", "deliver"),
 )
 """Unless the first holds, do the second."""
-
-
-def allow(now: float, values: Mapping[str, Any]) -> str | None:
-    return None
 
 
 def observed(plant: PhysicsPlant) -> dict[str, Any]:

@@ -17,9 +17,9 @@ from aeros.runtime.kinematics import Posture
 from aeros.runtime.monitor import Monitors
 from aeros.runtime.ports import Completion, Motionless, Trajectory
 from aeros.runtime.trajectory import MotionDecider
-from aeros.sim.body import CAPSULES, FLANGE, PANDA
+from aeros.sim.body import CAPSULES, PANDA
 from aeros.sim.bullet import DATA
-from aeros.sim.kinematics import READY, forward
+from aeros.sim.kinematics import FLANGE, READY, forward
 from aeros.sim.limits import Q_MAX, Q_MIN, QD_MAX
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.profile import TICK, minimum_jerk
@@ -28,7 +28,7 @@ from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.folders import reference_site
 from aeros.spec.loading import load_site
 from aeros.spec.model import Site
-from tests.unit.sim.acting import execute
+from tests.unit.sim.acting import allow, execute
 
 pytestmark = pytest.mark.physics
 
@@ -48,10 +48,6 @@ def site() -> Site:
     found = load_site(reference_site(), Diagnostics())
     assert found is not None
     return found
-
-
-def allow(now: float, values: Mapping[str, Any]) -> str | None:
-    return None
 
 
 # The body.
@@ -146,9 +142,7 @@ def test_planning_moves_nothing_and_says_what_cannot_be_done(plant: PhysicsPlant
 
 
 @pytest.mark.parametrize("speed", [0.05, 0.25, 0.5])
-def test_the_reference_site_allows_what_the_plant_plans(
-    plant: PhysicsPlant, site: Site, speed: float
-) -> None:
+def test_the_reference_siteallows_what_the_plant_plans(plant: PhysicsPlant, site: Site, speed: float) -> None:
     decider = MotionDecider(site.motion)
     for target, yaw in (((0.5, 0.2, 0.1), 0.0), ((0.4, -0.3, 0.3), 1.0), ((0.55, 0.1, 0.02), -0.5)):
         action = act("move_tool", target=target, yaw=yaw, speed=speed)

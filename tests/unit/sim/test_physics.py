@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from aeros.sim.randomness import Chance
 from aeros.sim.scenes.bare import Bare
 from aeros.sim.world import World
 from aeros.skill import Action, act
-from tests.unit.sim.acting import execute
+from tests.unit.sim.acting import allow, execute, recording
 
 pytestmark = pytest.mark.physics
 
@@ -42,18 +42,6 @@ def plant() -> Iterator[PhysicsPlant]:
     plant = make_plant("bare", 0)
     yield plant
     plant.close()
-
-
-def allow(now: float, values: Mapping[str, Any]) -> str | None:
-    return None
-
-
-def recording(log: list[Mapping[str, Any]]) -> Callable[[float, Mapping[str, Any]], str | None]:
-    def monitor(now: float, values: Mapping[str, Any]) -> str | None:
-        log.append(values)
-        return None
-
-    return monitor
 
 
 def move(x: float, y: float, z: float, yaw: float = 0.0, speed: float = 0.25) -> Action:

@@ -11,7 +11,7 @@ from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.scenes.dirt import DirtMap
 from aeros.sim.world import Pose, turned
 from aeros.skill import act
-from tests.unit.sim.acting import execute
+from tests.unit.sim.acting import allow, execute
 
 pytestmark = pytest.mark.physics
 
@@ -47,7 +47,7 @@ def test_a_sponge_dropped_in_a_stroke_is_recovered_and_wiping_starts_anew(run_sk
     plant = make_plant("table", 2)
     assert run_skill(plant, "clean_table", "wipe", actions=13) is None
     assert observed(plant)["holding"]
-    assert execute(plant, act("grip", width=0.08, force=10.0), lambda now, values: None, 1e9).completed
+    assert execute(plant, act("grip", width=0.08, force=10.0), allow, 1e9).completed
     assert not observed(plant)["table_wiped"]
     assert run_skill(plant, "clean_table", "recover") is None
     after = observed(plant)

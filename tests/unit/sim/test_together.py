@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aeros.runtime.ports import Completion, Monitor, Motion
+from aeros.runtime.ports import Completion, Motion
 from aeros.sim.panda import BASE_ACCELERATION_MAX
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.profile import TICK
 from aeros.skill import Action, act
+from tests.unit.sim.acting import allow, recording
 
 DRIVE = act("move_base", x=-0.4, y=0.3, speed=0.4)
 OPEN = act("grip", width=0.02, force=10.0)
@@ -27,18 +28,6 @@ def plant() -> Iterator[PhysicsPlant]:
     made = make_plant("fetch", 0)
     yield made
     made.close()
-
-
-def allow(now: float, values: Mapping[str, Any]) -> str | None:
-    return None
-
-
-def recording(log: list[Mapping[str, Any]]) -> Monitor:
-    def monitor(now: float, values: Mapping[str, Any]) -> str | None:
-        log.append(values)
-        return None
-
-    return monitor
 
 
 def begin(plant: PhysicsPlant, action: Action) -> Motion:

@@ -1,7 +1,8 @@
-"""What hostile code finds in its worker: the question it is to answer, and the channel to answer on."""
+"""What hostile code makes use of: the question it is to answer, its channel, and others' memory."""
 
 from __future__ import annotations
 
+import ctypes
 import os
 import sys
 from typing import Any
@@ -27,3 +28,17 @@ def channel() -> int:
 def send(frame: dict[str, Any]) -> None:
     payload = msgspec.msgpack.encode(frame)
     os.write(channel(), len(payload).to_bytes(4, "big") + payload)
+
+
+def other_memory(call: str, runtime: int, address: int) -> bytes:
+    """Let the system call `call` copy between a buffer, which is returned, and the runtime's memory."""
+
+    class Vector(ctypes.Structure):
+        _fields_ = (("base", ctypes.c_void_p), ("length", ctypes.c_size_t))
+
+    mine = ctypes.create_string_buffer(b"overwritten", 16)
+    local, remote = Vector(ctypes.addressof(mine), 6), Vector(address, 6)
+    copy = getattr(ctypes.CDLL(None, use_errno=True), call)
+    if copy(runtime, ctypes.byref(local), 1, ctypes.byref(remote), 1, 0) != 6:
+        raise OSError(ctypes.get_errno(), "process_vm")
+    return mine.value

@@ -78,6 +78,7 @@ ENDINGS: dict[str, tuple[StepStatus, str]] = {
     "keyboard_interrupt": (RAISED, "KeyboardInterrupt"),
     "long_words": (RAISED, "ValueError"),
     "malformed": (RAISED, "malformed"),
+    "many_outputs": (RAISED, "not a dict of at most 64 outputs"),
     "many_parameters": (RAISED, "no dict of at most 64"),
     "nested_parameter": (RAISED, "malformed"),
     "no_action": (RAISED, "yielded a `dict`, not an action"),

@@ -1,8 +1,9 @@
 from __future__ import annotations
 
-from aeros.spec.composition import Composition, If, Par, Seq, Step, handlers_of, steps_of
+from aeros.spec.composition import Composition, Part, Step, handlers_of
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.graph import DONE, START, STOPPED, graph_of, handler_cycle
+from aeros.spec.parts import If, Par, Seq, steps_of
 from aeros.spec.source import Source
 
 TEXT = Source("text", "x" * 100)
@@ -12,7 +13,7 @@ def step(name: str, retry: int = 0, on_failure: str | None = None) -> Step:
     return Step(name, name, {}, {}, retry, on_failure, TEXT.span(0, 1))
 
 
-def composition(body: Step | Seq | Par | If, **handlers: Step) -> Composition:
+def composition(body: Part, **handlers: Step) -> Composition:
     return Composition("c", t.TRUE, None, body, handlers, TEXT.span(0, 1))
 
 
@@ -21,7 +22,7 @@ def edges(one: Composition) -> set[tuple[str, str, str]]:
 
 
 def test_a_sequence_leads_from_step_to_step() -> None:
-    assert edges(composition(Seq((step("a"), step("b")), TEXT.span(1, 2)))) == {
+    assert edges(composition(Seq((step("a"), step("b"))))) == {
         (START, "step/a", ""),
         ("step/a", "step/b", "success"),
         ("step/b", DONE, "success"),
@@ -37,7 +38,7 @@ def test_branches_part_and_meet() -> None:
 
 
 def test_a_condition_leads_to_either_part() -> None:
-    one = If(t.TRUE, "c", step("a"), Seq((), TEXT.span(1, 2)), TEXT.span(3, 4))
+    one = If(t.TRUE, "c", step("a"), Seq(()), TEXT.span(3, 4))
     assert {("if/c@3", "step/a", "then"), ("if/c@3", DONE, "else")} < edges(composition(one))
 
 
@@ -63,4 +64,5 @@ def test_the_handlers_of_a_step_are_those_it_leads_to() -> None:
     handlers = {"h": step("h", 1, "i"), "i": step("i"), "j": step("j")}
     assert [one.id for one in handlers_of(step("a", 1, "h"), handlers)] == ["h", "i"]
     assert list(handlers_of(step("a", 0, "stop"), handlers)) == []
-    assert [one.id for one in steps_of(Seq((step("b"), step("a")), TEXT.span(0, 1)))] == ["b", "a"]
+    body: Part = Seq((step("b"), step("a")))
+    assert [one.id for one in steps_of(body)] == ["b", "a"]

@@ -1,0 +1,41 @@
+"""A site whose actions are decided as whole motions of one joint, and such a motion."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+from aeros.runtime.ports import Ball, Body, Trajectory
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import EnumType, FamilyType, RealType
+from aeros.spec.model import MotionKind, MotionPolicy, Site, ToolLimits
+from aeros.spec.units import ANGLE
+from tests.unit.runtime.conftest import declare
+
+PLAN = Trajectory(
+    Body(((0.0, 0.0, 0.0),), (0.5, 0.0, 0.5), (Ball("arm", 1, (0.0, 0.0, 0.0), 0.1),)),
+    ((((0.0,),) * 4,),),
+    (0.0, 0.0, 0.0),
+    (0.0, 0.0, 0.0),
+    1.0,
+)
+
+
+def governed(site: Site, *kinds: str) -> Site:
+    """The site, with actions of these kinds decided as whole motions of one joint, between -2 and 2 rad."""
+    one, rates = (Fraction(1),), (Fraction(1), Fraction(1), Fraction(1))
+    policy = MotionPolicy(
+        kinds={kind: MotionKind(None, None, None) for kind in kinds},
+        starts_at="joint_angle",
+        starts_within=Fraction(1, 100),
+        ends_within=Fraction(1, 100),
+        lowest=(Fraction(-2),),
+        highest=(Fraction(2),),
+        rates=(one, one, one),
+        tool=ToolLimits(rates, rates),
+        clearance=Fraction(0),
+        barriers=(),
+    )
+    joints = EnumType("joints", ("shoulder",))
+    angle = declare("joint_angle", FamilyType(joints, RealType(ANGLE)), t.Role.STATE, max_age=Fraction(1))
+    return replace(site, motion=policy, state={**site.state, "joint_angle": angle})

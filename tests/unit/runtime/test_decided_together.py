@@ -1,0 +1,135 @@
+"""What each of two steps may do alone is decided of both together, and replayed so."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import nan
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.runtime.audit import verify_log
+from aeros.runtime.audit_check import Record
+from aeros.runtime.beside import Begun
+from aeros.runtime.decision import Decision, Verdict
+from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.ports import Reading, StepRequest, StepStatus
+from aeros.runtime.replay import Replay
+from aeros.skill import act
+from aeros.spec.errors import InternalError
+from tests.unit.runtime.together import MakeCart, asking, configuration, move, roll
+
+FINISHED = StepStatus.FINISHED
+
+
+def replayed(
+    log: Path,
+    mode: GateMode = GateMode.COMPILED,
+    change: Callable[[Record], Record | None] = lambda record: record,
+) -> Replay:
+    """The decisions of a log decided again, each as `change` makes it."""
+    replay = Replay(configuration(), Gate(configuration(), mode))
+
+    def take(record: Record, own: str) -> None:
+        changed = change(record)
+        if changed is not None:
+            replay.take(changed)
+
+    assert verify_log(log, take).sound
+    return replay
+
+
+def _alone(details: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in details.items() if name != "beside"}
+
+
+@pytest.mark.parametrize("mode", GateMode)
+@pytest.mark.parametrize(
+    ("first", "second", "values", "reason"),
+    [
+        ("reach", "drive", {}, None),
+        ("drive", "reach", {}, None),
+        ("reach", "drive", {"charge": 0.1}, "AE751 charge-for-both"),
+        ("drive", "reach", {"charge": 0.1}, "AE751 charge-for-both"),
+        ("reach", "drive", {"fast": True}, "AE751 not-fast-together"),
+        ("drive", "reach", {"fast": True}, "AE751 not-fast-together"),
+        ("reach", "drive", {"charge": nan}, "AE704 charge"),
+        ("reach", "drive", {"charge": None}, "AE703 charge"),
+        ("drive", "reach", {"hand": None}, "AE703 hand"),
+    ],
+)
+def test_what_each_may_do_alone_is_decided_of_both_together(
+    cart: MakeCart, mode: GateMode, first: str, second: str, values: dict[str, Any], reason: str | None
+) -> None:
+    speed = 0.75 if values.get("fast") else 0.25
+    one = cart(mode=mode, reach=asking(move(speed)), drive=asking(roll(speed)))
+    one.plant.values |= {name: value for name, value in values.items() if name in one.plant.values}
+    one.plant.values = {name: value for name, value in one.plant.values.items() if value is not None}
+    alone = one.executor.submit(StepRequest("cart", second, {}))
+    # A reading that is no value is denied whoever asks.
+    assert (alone.status is FINISHED) == (values.get("charge") is not nan)
+    if values.get("charge") is nan:
+        return
+    begun, beside = one.start(first), one.start(second)
+    results = one.ends(2)
+    assert results[begun].status is FINISHED
+    if reason is None:
+        assert results[beside].status is FINISHED
+    else:
+        assert results[beside].status is StepStatus.DENIED
+        assert results[beside].reason.startswith(reason)
+    assert one.calls("skill_ended").count((f"cart.{second}", reason is None)) == 1 + (reason is None)
+    one.assert_nothing_is_held()
+    for again in GateMode:
+        replay = replayed(one.log, again)
+        assert (replay.disagreements, replay.agreed) == ([], 3)
+
+
+def test_a_replay_notices_a_decision_that_was_not_of_both(cart: MakeCart) -> None:
+    one = cart(reach=asking(move(0.75)), drive=asking(roll(0.75)))
+    one.start("reach")
+    one.start("drive")
+    one.ends(2)
+    replay = replayed(one.log, change=lambda record: {**record, "details": _alone(record["details"])})
+    (found,) = replay.disagreements
+    assert (found.recorded["verdict"], (found.again or {})["verdict"]) == ("DENY", "ALLOW")
+
+
+def test_a_replay_says_what_it_lacks(cart: MakeCart) -> None:
+    one = cart(reach=asking(move()), drive=asking(roll()))
+    one.start("reach")
+    one.start("drive")
+    one.ends(2)
+    replay = replayed(one.log, change=lambda record: record if "beside" in record["details"] else None)
+    (found,) = replay.disagreements
+    assert "which is none of an action that began" in found.why
+
+
+def test_a_gate_whose_ways_disagree_about_both_halts_everything(
+    cart: MakeCart, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = cart(mode=GateMode.SHADOW, reach=asking(move()), drive=asking(roll()))
+    shadow = one.executor._deciding._gate._shadow
+    assert shadow is not None
+
+    def denying(*_: Any) -> Decision:
+        return Decision(Verdict.DENY, None, ())
+
+    monkeypatch.setattr(shadow, "decide_beside", denying)
+    one.start("reach")
+    one.start("drive")
+    with pytest.raises(InternalError, match="compiled gate"):
+        one.executor.wait()
+    assert one.calls("skill_ended") == [("cart.reach", False), ("cart.drive", False)]
+
+
+def test_two_actions_on_one_actuator_are_denied_whoever_holds_it(cart: MakeCart) -> None:
+    readings = {"stop_pressed": Reading(False, 1.0)}
+    lift = Begun(act("lift", height=1.0), readings, 1.0, 7)
+    for mode in GateMode:
+        gate = Gate(configuration(), mode)
+        decided = gate.decide_beside(Decision(Verdict.ALLOW, move(), ()), readings, 1.0, [lift])
+        assert [(reason.code, reason.rule) for reason in decided.reasons] == [("AE752", "arm")]
+        denied = Decision(Verdict.DENY, None, ())
+        assert gate.decide_beside(denied, readings, 1.0, [lift]) == denied

@@ -1,0 +1,82 @@
+"""The whole motion is decided after the action, before the record."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.runtime.ports import Completion, Motionless, StepResult, StepStatus, Trajectory
+from aeros.runtime.trajectory import motion_digest
+from aeros.spec.model import Site
+from tests.unit.runtime.one_joint import PLAN, governed
+from tests.unit.runtime.one_step import Bench, twice
+from tests.unit.runtime.together import Cart, asking, configuration, move, roll
+
+
+def _moving_bench(site: Site, make_ecm: Any, path: Path, angle: float) -> Bench:
+    bench = Bench(governed(site, "move"), make_ecm(""), path, twice)
+    bench.plant.values["joint_angle"] = (angle,)
+    bench.plant.planned = PLAN
+    return bench
+
+
+def test_what_is_executed_is_what_was_decided_and_its_record_names_it(
+    site: Site, make_ecm: Any, tmp_path: Path
+) -> None:
+    bench = _moving_bench(site, make_ecm, tmp_path / "audit.jsonl", 0.0)
+    assert bench.submit().status is StepStatus.FINISHED
+    methods = [call[0] for call in bench.plant.calls]
+    assert methods == ["skill_began", "plan", "begin", "advance", "plan", "begin", "advance", "skill_ended"]
+    assert bench.plant.decided == [PLAN, PLAN]
+    assert {record["details"]["motion"] for record in bench.records("decision")} == {motion_digest(PLAN)}
+    bench.audit.close()
+
+
+def test_a_motion_that_is_not_in_order_is_denied_recorded_and_not_made(
+    site: Site, make_ecm: Any, tmp_path: Path
+) -> None:
+    bench = _moving_bench(site, make_ecm, tmp_path / "audit.jsonl", 0.5)
+    result = bench.submit()
+    assert result.status is StepStatus.DENIED
+    assert result.reason.startswith("AE761 joint_angle:")
+    assert bench.plant.executed == []
+    (record,) = bench.records("decision")
+    assert record["details"]["verdict"] == "DENY"
+    assert record["details"]["motion"] == motion_digest(PLAN)
+    assert record["details"]["gate"]["verdict"] == "ALLOW"
+    bench.assert_cleaned_up(finished=False)
+    bench.audit.close()
+
+
+def test_what_the_plant_cannot_do_is_not_begun_and_says_why(
+    site: Site, make_ecm: Any, tmp_path: Path
+) -> None:
+    bench = _moving_bench(site, make_ecm, tmp_path / "audit.jsonl", 0.0)
+    bench.plant.planned = Completion(False, "unreachable: too far")
+    assert bench.submit() == StepResult(StepStatus.STOPPED, "unreachable: too far", allowed=1)
+    assert bench.plant.executed == []
+    bench.audit.close()
+
+
+@pytest.mark.parametrize("second", [PLAN, Motionless("it turns wheels that carry nothing")])
+def test_a_second_motion_of_the_robot_is_denied_and_what_moves_nothing_of_it_is_not(
+    tmp_path: Path, second: Trajectory | Motionless
+) -> None:
+    bodies = {"reach": asking(move()), "drive": asking(roll())}
+    site = governed(configuration().site, "move", "roll")
+    one = Cart(tmp_path / "audit.jsonl", bodies, under=replace(configuration(), site=site))
+    one.plant.values["joint_angle"] = (0.0,)
+    one.plant.planned = PLAN
+    reach, drive = one.start("reach"), one.start("drive")
+    plan = one.plant.plan
+    one.plant.plan = lambda action: plan(action) if action.kind == "move" else second  # type: ignore[method-assign]
+    results = one.ends(2)
+    assert results[reach].status is StepStatus.FINISHED
+    assert results[drive].status is (StepStatus.DENIED if second is PLAN else StepStatus.FINISHED)
+    if second is PLAN:
+        assert results[drive].reason.startswith("AE764 roll: the robot moves already")
+        assert one.records("decision")[-1]["gate"]["verdict"] == "ALLOW"
+    one.audit.close()
