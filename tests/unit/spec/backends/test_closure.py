@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping
 from fractions import Fraction
@@ -148,6 +149,13 @@ def test_underflow_does_not_hide_a_sign() -> None:
     decide = closure.compile_condition(term, _unit_ranges())
     assert decide({"x": 5e-324, "y": 5e-324}) is True
     assert decide({"x": 5e-324, "y": -5e-324}) is False
+
+
+def test_underflow_does_not_hide_a_sign_where_nothing_larger_blurs_it() -> None:
+    term = t.Compare("<", _constant(0), t.Multiply(X, Y))
+    decide = closure.compile_condition(term, _unit_ranges(Fraction(1, 10**162)))
+    for x, y in itertools.product((1e-163, -1e-163, 0.0), repeat=2):
+        assert decide({"x": x, "y": y}) is ((x * 1e200) * (y * 1e200) > 0)
 
 
 def test_outside_the_rounding_band_the_exact_path_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
