@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Mapping
 from fractions import Fraction
@@ -151,11 +150,14 @@ def test_underflow_does_not_hide_a_sign() -> None:
     assert decide({"x": 5e-324, "y": -5e-324}) is False
 
 
-def test_underflow_does_not_hide_a_sign_where_nothing_larger_blurs_it() -> None:
-    term = t.Compare("<", _constant(0), t.Multiply(X, Y))
-    decide = closure.compile_condition(term, _unit_ranges(Fraction(1, 10**162)))
-    for x, y in itertools.product((1e-163, -1e-163, 0.0), repeat=2):
-        assert decide({"x": x, "y": y}) is ((x * 1e200) * (y * 1e200) > 0)
+def test_products_that_underflow_add_up_to_more_than_the_least_double() -> None:
+    """Each is rounded up from 2.6e-324 to 4.9e-324, where nothing larger widens the bound on the error."""
+    product = t.Multiply(X, Y)
+    term = t.Compare("<=", t.Add(product, t.Add(product, product)), Z)
+    tiny, least = Fraction(3, 10**162), Fraction(1, 10**322)
+    decide = closure.compile_condition(term, {**_unit_ranges(tiny), "z": (-least, least)})
+    assert decide({"x": 1e-162, "y": 2.6e-162, "z": 2 * 5e-324}) is True
+    assert decide({"x": 1e-162, "y": 2.6e-162, "z": 5e-324}) is False
 
 
 def test_outside_the_rounding_band_the_exact_path_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
