@@ -9,7 +9,7 @@ permission and those invariants that the certificate says are PROVED of every ac
 envelope.  The proof assumed the envelope and the declared ranges and nothing else, and both are
 always checked here.  Whenever anything objects, everything is evaluated, so that reasons are complete.
 
-Most requests are allowed, and most of those the short way allows already (`straight.py`).
+Most requests are well-formed and of kinds in the envelope; these the short way decides (`straight.py`).
 
 An action that is to begin while others are under way is decided a second time, together with them.
 """
@@ -30,11 +30,12 @@ from aeros.runtime.form import Form, Scalars, check_now, forms_of
 from aeros.runtime.intake import as_executed, request_fault, take_given, take_readings
 from aeros.runtime.layers import finite_objections
 from aeros.runtime.ports import Readings
-from aeros.runtime.straight import Allowing, compile_straight, decide_straight
+from aeros.runtime.straight import Answering, Criteria, Denying, compile_straight, decide_straight
 from aeros.skill import Action
+from aeros.spec.backends.closure import Truths, compile_truths
 from aeros.spec.errors import InternalError
 from aeros.spec.expr import terms as t
-from aeros.spec.model import ActionKind, Declared, Ecm, Rule, Skill
+from aeros.spec.model import ActionKind, Declared, Ecm, Rule, Skill, ranges_of
 
 
 class GateMode(Enum):
@@ -99,11 +100,13 @@ class _KindRules:
     """What Φ says of one action kind.
 
     conditions: of each rule, with what is said where it does not hold.
+    truths: the same conditions for the short way.
     required: the state variables that it reads, to decide or to attenuate.
     """
 
     rules: tuple[Rule, ...]
     conditions: tuple[tuple[Condition, Reason], ...]
+    truths: Truths
     parameters: Mapping[str, Form]
     required: frozenset[str]
 
@@ -132,7 +135,7 @@ class _Decider:
         self._kinds = {name: self._kind_rules(kind) for name, kind in site.kinds.items()}
         self._inputs: dict[tuple[str, str], dict[str, Form]] = {}
         self._entries: dict[tuple[str, str, str], _Entry] = {}
-        self._straight: dict[tuple[str, str, str], Allowing] = {}
+        self._straight: dict[tuple[str, str, str], Answering] = {}
         self._joint = JointRules(site, compiled=compiled)
         for module, ecm in configuration.modules.items():
             for skill in ecm.skills.values():
@@ -149,9 +152,11 @@ class _Decider:
             for rule in rules
             for term in (rule.terms[kind.name], *rule.attenuations.get(kind.name, {}).values())
         ]
+        declared = (*self._configuration.site.observed.values(), *kind.parameters.values())
         return _KindRules(
             rules,
             tuple((self._condition(rule.terms[kind.name], kind, {}), _breaks(rule)) for rule in rules),
+            compile_truths([rule.terms[kind.name] for rule in rules], ranges_of(declared)),
             forms_of(kind.parameters),
             _state_read(read),
         )
@@ -181,9 +186,13 @@ class _Decider:
             self._condition(sufficient, kind, skill.inputs),
             of_kind.required | _state_read([envelope, permitted]),
         )
-        if self._compiled and not self._is_always_denied(*at):
+        if self._compiled:
+            always = self._finite_reasons(*at, used_up=False)
+            of_quotas = self._finite_reasons(*at, used_up=True)[len(always) :]
+            stated = (*of_quotas, *(reason for _, reason in (*entry.limits, *of_kind.conditions)))
+            denying = self._denying(kind.name, always, stated)
             self._straight[at] = compile_straight(
-                sufficient,
+                Criteria(not always, envelope, permitted, t.conjunction(*left), of_kind.truths, denying),
                 inputs=self._inputs[ecm.id, skill.id],
                 state=self._state,
                 required=entry.required,
@@ -192,10 +201,20 @@ class _Decider:
                 kind=kind.name,
             )
 
-    def _is_always_denied(self, module: str, skill: str, kind: str) -> bool:
-        """Whether the finite layers object to an action of this kind before any was executed."""
-        unused = {quota.id: 0 for quota in self._configuration.site.quotas}
-        return any(finite_objections(self._configuration, Caller(module, skill, {}), kind, unused))
+    def _finite_reasons(self, module: str, skill: str, kind: str, *, used_up: bool) -> list[Reason]:
+        """What the finite layers object to actions of this kind, where all quotas are used up or none is."""
+        usage = {quota.id: quota.at_most if used_up else 0 for quota in self._configuration.site.quotas}
+        return list(finite_objections(self._configuration, Caller(module, skill, {}), kind, usage))
+
+    def _denying(self, kind: str, always: Sequence[Reason], stated: Sequence[Reason]) -> Denying:
+        """What is said of actions of `kind`: `always`, and of each condition where it does not hold."""
+
+        def denying(holds: tuple[bool, ...]) -> Decision | None:
+            broken = (reason for reason, held in zip(stated, holds, strict=True) if not held)
+            reasons = (*always, *broken)
+            return None if self._attenuating(kind, reasons) else Decision(Verdict.DENY, None, reasons)
+
+        return denying
 
     def _condition(self, term: t.Term, kind: ActionKind, inputs: Mapping[str, Declared]) -> Condition:
         state = self._configuration.site.observed
@@ -291,7 +310,7 @@ class _Decider:
             return [Reason("AE730", action.kind, text), *_failing(kind.conditions, values)]
         return [*_failing(entry.limits, values), *_failing(kind.conditions, values)]
 
-    def _attenuating(self, kind: str, reasons: list[Reason]) -> list[Rule]:
+    def _attenuating(self, kind: str, reasons: Sequence[Reason]) -> list[Rule]:
         """The violated rules, if nothing else objects and each of them can attenuate; else none."""
         violated = {reason.rule for reason in reasons if reason.code == "AE750"}
         if len(violated) != len(reasons):

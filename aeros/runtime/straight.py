@@ -1,44 +1,64 @@
-"""The short way to ALLOW: one generated function per skill and action kind, silent where in doubt.
+"""The short way to a decision: one generated function per skill and action kind, silent where in doubt.
 
-What it allows, the full way of the gate allows, with the same action; it never denies.  Where a
-condition fails it hands on the values, which are well-formed, and where anything else is in doubt it has
-no answer; the full way then finds the reasons.  It reads each value once, checks its
-form, and evaluates the envelope and what the proof left over in the same function, on local variables.
+What it answers, the full way of the gate decides, with the same action and reasons.  It reads each value
+once, checks its form, and evaluates the envelope and what the proof left over in the same function, on
+local variables.  Where these or a quota object, it finds every condition that does not hold, those that
+are proved too; the denial for each such finding is made once and kept.  Where anything else is in doubt
+it has no answer.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 from aeros.runtime.decision import Caller, Decision, Verdict
-from aeros.runtime.form import Form, Scalars, doubles_in_range
-from aeros.runtime.ports import Reading
+from aeros.runtime.form import Form, Scalars
+from aeros.runtime.writing import EXACT_INTEGERS, Writer
 from aeros.skill import Action
-from aeros.spec.backends.closure import inline_condition
+from aeros.spec.backends.closure import Truths
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, VectorType
-from aeros.spec.model import Declared, Quota, ranges_of
+from aeros.spec.model import Quota
 
-_EXACT_INTEGERS = 2**53
+_KEPT_DENIALS = 1024
 
-Allowing = Callable[[Any, Any, Any, Any, Any], tuple[bool, dict[str, Any]] | None]
-"""From inputs, readings, parameters, now and usage to whether everything holds, and the parameters to
-execute if so, else the values that the conditions read; None where it cannot tell."""
+Answering = Callable[[Any, Any, Any, Any, Any], Decision | Scalars | None]
+"""From inputs, readings, parameters, now and usage to the decision; or the values, if rules object that may
+leave a reduced action; None where it cannot tell."""
+
+Denying = Callable[[tuple[bool, ...]], Decision | None]
+"""From whether each condition holds (the quotas on the kind, in their order, envelope, permission, the rules
+of Φ) to the denial; None where the rules that object may leave a reduced action."""
+
+
+@dataclass(frozen=True)
+class Criteria:
+    """What decides one skill's actions of one kind, apart from form.
+
+    allows: whether anything is allowed at all.
+    left: what else has to be evaluated for ALLOW, as the proof did not show that the envelope implies it.
+    rules: what Φ says of the kind, all of it.
+    """
+
+    allows: bool
+    envelope: t.Term
+    permission: t.Term
+    left: t.Term
+    rules: Truths
+    denying: Denying
 
 
 def decide_straight(
-    functions: Mapping[tuple[str, str, str], Allowing],
+    functions: Mapping[tuple[str, str, str], Answering],
     caller: Any,
     readings: Any,
     action: Any,
     now: Any,
     usage: Any,
 ) -> Decision | Scalars | None:
-    """ALLOW; or the values, if only envelope, permission or Φ objects; or None; never raises.
-
-    functions: by module, skill and action kind.
-    """
+    """The answer of the function of this module, skill and action kind; None without one; never raises."""
     if type(caller) is not Caller or type(action) is not Action or len(action) != 2:
         return None
     kind, parameters = action
@@ -50,18 +70,11 @@ def decide_straight(
     if type(module) is not str or type(skill) is not str or type(kind) is not str:
         return None
     function = functions.get((module, skill, kind))
-    answer = None if function is None else function(inputs, readings, parameters, now, usage)
-    if answer is None:
-        return None
-    is_allowed, values = answer
-    if not is_allowed:
-        return values
-    new = tuple.__new__  # a named tuple's own constructor takes twice as long
-    return new(Decision, (Verdict.ALLOW, new(Action, (kind, values)), ()))
+    return None if function is None else function(inputs, readings, parameters, now, usage)
 
 
 def compile_straight(
-    condition: t.Term,
+    criteria: Criteria,
     *,
     inputs: Mapping[str, Form],
     state: Mapping[str, Form],
@@ -69,175 +82,104 @@ def compile_straight(
     parameters: Mapping[str, Form],
     quotas: Sequence[Quota],
     kind: str,
-) -> Allowing:
+) -> Answering:
     """The short way of one skill's actions of one kind.
 
-    condition: the envelope and whatever else has to be evaluated.
     required: the state variables that must be there, and fresh.
     quotas: those of the site, on this kind and on others.
     """
     writer = _Writer()
-    writer.usage(quotas, kind)
+    unused = writer.usage(quotas, kind)
     writer.time()
     writer.given("inputs", {name.removeprefix("inputs."): form for name, form in inputs.items()})
     executed = writer.given("parameters", parameters)
     writer.readings(state, required)
-    declared = [form.declared for form in (*inputs.values(), *state.values(), *parameters.values())]
     read = [*inputs.values(), *parameters.values(), *(state[name] for name in sorted(required))]
-    writer.condition(condition, declared, [scalar for form in read for scalar in form.names])
-    return writer.function(executed)
+    envelope, permission, left = writer.conditions(
+        [criteria.envelope, criteria.permission, criteria.left],
+        [form.declared for form in (*inputs.values(), *state.values(), *parameters.values())],
+    )
+    writer.line(f"inside = {envelope}")
+    if criteria.allows:
+        writer.allow(" and ".join((*unused, "inside", left)), kind, executed)
+    writer.deny([*unused, "inside", permission], criteria, [name for form in read for name in form.names])
+    return writer.answering()
 
 
-def _whole(value: Any) -> float:
-    """A whole number as the double that it is; of anything else NaN, which is in no range."""
-    if type(value) is int and -_EXACT_INTEGERS <= value <= _EXACT_INTEGERS:
-        return float(value)
-    return float("nan")
-
-
-class _Writer:
+class _Writer(Writer):
     """Writes the body line by line; each check that fails leaves without an answer."""
 
-    def __init__(self) -> None:
-        self._lines: list[str] = []
-        self._local: dict[str, str] = {}
-        self._names: dict[str, Any] = {
-            "__builtins__": {},
-            "AttributeError": AttributeError,
-            "KeyError": KeyError,
-            "Reading": Reading,
-            "dict": dict,
-            "float": float,
-            "int": int,
-            "len": len,
-            "list": list,
-            "str": str,
-            "tuple": tuple,
-            "type": type,
-            "whole": _whole,
-        }
-
-    def usage(self, quotas: Sequence[Quota], kind: str) -> None:
-        """Counts for quotas of the site, with those on the kind among them and not used up."""
+    def usage(self, quotas: Sequence[Quota], kind: str) -> list[str]:
+        """Counts for quotas of the site, with those on the kind among them; code for whether each is left."""
         known = tuple(quota.id for quota in quotas)
         self._mapping("usage", None if known else 0)
-        self._line("for name, used in usage.items():")
-        self._line(f"  if name not in {known!r} or type(used) is not int or used < 0: return None")
+        if known:
+            self.line("for name, used in usage.items():")
+            self.line(f"  if name not in {known!r} or type(used) is not int or used < 0: return None")
+        left: list[str] = []
         for quota in quotas:
             if kind in quota.kinds:
-                self._require(f"usage[{quota.id!r}] < {quota.at_most}")
+                left.append(f"left{len(left)}")
+                self.line(f"{left[-1]} = usage[{quota.id!r}] < {quota.at_most}")
+        return left
 
     def time(self) -> None:
         """Now; `measured` is the time of the reading that was looked at last."""
-        self._line("exactly = now if type(now) is float else whole(now)")
-        self._require(f"{-_EXACT_INTEGERS} <= exactly <= {_EXACT_INTEGERS}")
-        self._line("measured, age = now, 0.0")
+        self.line("exactly = now if type(now) is float else whole(now)")
+        self.require(f"{-EXACT_INTEGERS} <= exactly <= {EXACT_INTEGERS}")
+        self.line("measured, age = now, 0.0")
 
     def given(self, mapping: str, forms: Mapping[str, Form]) -> str:
         """Exactly these inputs or parameters; code for the mapping of what is then executed."""
         self._mapping(mapping, len(forms))
-        executed = [f"{name!r}: {self._take(form, f'{mapping}[{name!r}]')}" for name, form in forms.items()]
+        executed = [f"{name!r}: {self.take(form, f'{mapping}[{name!r}]')}" for name, form in forms.items()]
         return "{" + ", ".join(executed) + "}"
 
     def readings(self, forms: Mapping[str, Form], required: frozenset[str]) -> None:
         """The required readings and any of the others, all well-formed, and nothing else."""
         self._mapping("readings", None)
-        self._line(f"others = len(readings) - {len(required)}")
+        self.line(f"others = len(readings) - {len(required)}")
         for name in sorted(required):
-            self._line(f"reading = readings[{name!r}]")
-            self._reading(forms[name])
+            self.line(f"reading = readings[{name!r}]")
+            self.reading(forms[name])
             if forms[name].declared.max_age is not None:
-                self._require(f"age < {forms[name].surely_fresh!r}")
+                self.require(f"age < {forms[name].surely_fresh!r}")
         for name in sorted(forms.keys() - required):
-            self._line(f"if {name!r} in readings:")
-            start = len(self._lines)
-            self._line("others -= 1")
-            self._line(f"reading = readings[{name!r}]")
-            self._reading(forms[name])
-            self._indent(start)
-        self._require("not others")
+            self.line(f"if {name!r} in readings:")
+            start = len(self.lines)
+            self.line("others -= 1")
+            self.line(f"reading = readings[{name!r}]")
+            self.reading(forms[name])
+            self.indent(start)
+        self.require("not others")
 
-    def condition(self, term: t.Term, declared: Iterable[Declared], read: Iterable[str]) -> None:
-        """The condition, on local variables; where it fails, the scalars that are `read` are the answer."""
-        used = t.variables_of(term)
-        ranges = ranges_of(one for one in declared if one.name in used)
-        code, names = inline_condition(term, ranges, self._local)
-        self._names |= names
-        values = ", ".join(f"{name!r}: {self._local[name]}" for name in read)
-        self._line(f"if not ({code}): return False, {{{values}}}")
+    def allow(self, condition: str, kind: str, executed: str) -> None:
+        """ALLOW, with what is `executed`, where the condition holds."""
+        # A named tuple's own constructor takes twice as long.
+        self.names |= {"Action": Action, "ALLOW": Verdict.ALLOW, "Decision": Decision, "new": tuple.__new__}
+        action = f"new(Action, ({kind!r}, {executed}))"
+        self.line(f"if {condition}: return new(Decision, (ALLOW, {action}, ()))")
 
-    def function(self, result: str) -> Allowing:
-        """The function that has been written, and gives `result`."""
-        self._line(f"return True, {result}")
-        self._indent(0)
-        source = [
-            "def allowing(inputs, readings, parameters, now, usage):",
-            "  try:",
-            *self._lines,
-            "  except (AttributeError, KeyError):",
-            "    return None",
-        ]
-        # Written from declarations alone: names are quoted, numbers are repr of numbers.
-        exec("\n".join(source), self._names)  # noqa: S102
-        function: Allowing = self._names["allowing"]
-        return function
+    def deny(self, conditions: Sequence[str], criteria: Criteria, read: Sequence[str]) -> None:
+        """The denial for what of these conditions and of the rules does not hold, or the values `read`."""
+        self.names |= {"rules": criteria.rules.at, "denying": lru_cache(_KEPT_DENIALS)(criteria.denying)}
+        of_rules = ", ".join(self.local[name] for name in criteria.rules.read)
+        self.line(f"denied = denying(({', '.join(conditions)}, *rules({of_rules})))")
+        values = ", ".join(f"{name!r}: {self.local[name]}" for name in read)
+        self.line(f"return {{{values}}} if denied is None else denied")
 
-    def _line(self, code: str) -> None:
-        self._lines.append(f"  {code}")
-
-    def _indent(self, start: int) -> None:
-        self._lines[start:] = [f"  {line}" for line in self._lines[start:]]
-
-    def _require(self, code: str) -> None:
-        self._line(f"if not ({code}): return None")
+    def answering(self) -> Answering:
+        """The function that has been written."""
+        self.indent(0)
+        head = ["def answering(inputs, readings, parameters, now, usage):", "  try:"]
+        tail = ["  except (AttributeError, KeyError):", "    return None"]
+        return self.function("answering", [*head, *self.lines, *tail])
 
     def _mapping(self, name: str, size: int | None) -> None:
+        if size == 0:
+            self.require(f"type({name}) is dict and not {name}")
+            return
         counted = "" if size is None else f" and len({name}) == {size}"
-        self._require(f"type({name}) is dict{counted}")
-        if size != 0:
-            self._line(f"for key in {name}:")
-            self._line("  if type(key) is not str: return None")
-
-    def _reading(self, form: Form) -> None:
-        """Form and time of `reading`; most readings share one time, which is then checked once."""
-        self._require("type(reading) is Reading")
-        self._line("if reading.time is not measured:")
-        start = len(self._lines)
-        self._line("measured = reading.time")
-        self._line("time = measured if type(measured) is float else whole(measured)")
-        self._require(f"{-_EXACT_INTEGERS} <= time <= exactly")
-        self._line("age = exactly - time")
-        self._indent(start)
-        self._take(form, "reading.value")
-
-    def _take(self, form: Form, code: str) -> str:
-        """The value of `code` as local variables, one for each scalar; code for it as it is executed."""
-        scalars = []
-        for name in form.names:
-            scalars.append(f"x{len(self._local)}")
-            self._local[name] = scalars[-1]
-        if not isinstance(form.declared.variable.type, VectorType | FamilyType):
-            self._line(f"{scalars[0]} = {code}")
-            self._scalar(form.declared, scalars[0])
-            return scalars[0]
-        listed = ", ".join(scalars) + ","
-        self._line(f"several = {code}")
-        self._require("type(several) is tuple or type(several) is list")
-        self._require(f"len(several) == {len(scalars)}")
-        self._line(f"{listed} = several")
-        for scalar in scalars:
-            self._scalar(form.declared, scalar)
-        return f"({listed})"
-
-    def _scalar(self, declared: Declared, local: str) -> None:
-        type_ = declared.variable.type
-        match type_.element if isinstance(type_, FamilyType) else type_:
-            case BoolType():
-                self._require(f"{local} is True or {local} is False")
-            case EnumType(members=members):
-                self._require(f"type({local}) is str and {local} in {members!r}")
-            case RealType() | VectorType() as real:
-                least, most = doubles_in_range(declared)
-                whole = f" and {local}.is_integer()" if isinstance(real, IntegerType) else ""
-                self._line(f"if type({local}) is not float: {local} = whole({local})")
-                self._require(f"{least!r} <= {local} <= {most!r}{whole}")
+        self.require(f"type({name}) is dict{counted}")
+        self.line(f"for key in {name}:")
+        self.line("  if type(key) is not str: return None")

@@ -32,9 +32,21 @@ class Inline:
     def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
         scalars = raw_scalars(values)
         local = {name: f"x{number}" for number, name in enumerate(scalars)}
-        code, names = closure.inline_condition(term, ranges, local)
+        (code,), names = closure.inline_conditions([term], ranges, local)
         function = eval(f"lambda {', '.join(local.values())}: {code}", dict(names))  # noqa: S307
         return bool(function(*scalars.values()))
+
+
+@dataclass
+class Together:
+    name: str = "closure of several conditions"
+
+    def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
+        scalars = raw_scalars(values)
+        truths = closure.compile_truths([term, t.Not(term)], ranges)
+        held, failed = truths.at(*(scalars[name] for name in truths.read))
+        assert held is not failed
+        return held
 
 
 @dataclass

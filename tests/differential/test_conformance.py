@@ -18,6 +18,7 @@ from tests.differential.backends import (
     NarrowBand,
     Smt,
     StrictOrder,
+    Together,
 )
 
 _NIGHTLY = os.environ.get("AEROS_HYPOTHESIS") == "nightly"
@@ -50,6 +51,10 @@ def test_closure_decides_as_the_definition_and_takes_the_exact_path_only_when_it
 
 def test_a_closure_on_local_variables_decides_as_the_definition() -> None:
     _check(Inline(), 250)
+
+
+def test_a_closure_of_several_conditions_decides_each_as_the_definition() -> None:
+    _check(Together(), 250)
 
 
 def test_smt_decides_as_the_definition() -> None:

@@ -1,8 +1,9 @@
-"""The short way to ALLOW against the full way: what it answers is what the full way answers, to the bit."""
+"""The short way to a decision against the full way: what it answers is what that answers, to the bit."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +14,7 @@ from aeros.runtime import straight
 from aeros.runtime.decision import Decision, Verdict
 from aeros.runtime.gate import Gate
 from tests.differential.test_gate_modes import fast_requests, requests
+from tests.differential.test_gate_residue import shipped
 from tests.property.test_gate_corruption import COUNT, corruptions
 from tests.unit.runtime.bench import ALLOWED, Request, configuration, request
 
@@ -44,11 +46,24 @@ GATE = Gate(configuration())
 @given(requests() | fast_requests())
 def test_the_short_way_answers_as_the_full_way_on_well_formed_requests(asked: Request) -> None:
     assert not differs(GATE, asked)
-    allowed = in_full(GATE, asked).verdict is Verdict.ALLOW
-    event(f"allowed: {allowed}")
+    decided = in_full(GATE, asked)
+    event(decided.verdict.value)
     answer = shortly(GATE, asked)
     assert (answer is not None) is _gives_every_input(asked)
-    assert (type(answer) is Decision) is (allowed and _gives_every_input(asked))
+    if type(answer) is Decision:
+        assert repr(answer) == repr(decided)
+    elif answer is not None:
+        assert {reason.code for reason in decided.reasons} == {"AE750"}  # a reduced action may be left
+
+
+def test_the_short_way_answers_as_the_full_way_on_the_shipped_modules() -> None:
+    configuration, asked = shipped()
+    gate = Gate(configuration)
+    answers = [shortly(gate, one) for one in asked]
+    denied = [one for one in answers if type(one) is Decision and one.verdict is Verdict.DENY]
+    assert len({one.reasons for one in denied}) > 20
+    assert None not in answers
+    assert not any(differs(gate, one) for one in asked)
 
 
 def _gives_every_input(asked: Request) -> bool:
@@ -59,15 +74,36 @@ def _gives_every_input(asked: Request) -> bool:
 
 @pytest.mark.parametrize(("skill", "kind"), [one for one in ALLOWED if one[0] != "paced"])
 def test_what_is_usual_is_allowed_the_short_way(skill: str, kind: str) -> None:
-    assert type(shortly(GATE, request(skill, kind))) is Decision
+    answer = shortly(GATE, request(skill, kind))
+    assert type(answer) is Decision
+    assert answer.verdict is Verdict.ALLOW
+
+
+def test_what_breaks_rules_is_denied_the_short_way() -> None:
+    asked = request(stop_pressed=True, human_distance=0.0)
+    answer = shortly(GATE, asked)
+    assert type(answer) is Decision
+    assert answer.verdict is Verdict.DENY
+    assert repr(answer) == repr(in_full(GATE, asked))
+
+
+@pytest.mark.parametrize("used", [0, 1, 3, 4, 10**30])
+def test_what_the_quotas_leave_is_decided_the_short_way(used: int) -> None:
+    asked = replace(request("quickly", "carry"), usage={"carry-rate": used})
+    assert type(shortly(GATE, asked)) is Decision
+    assert not differs(GATE, asked)
 
 
 def test_the_short_way_takes_no_corrupted_request_that_the_full_way_refuses() -> None:
-    answered = 0
+    answered: Counter[Verdict] = Counter()
     for asked in corruptions(seed=3, count=COUNT):
         assert not differs(GATE, asked)
-        answered += type(shortly(GATE, asked)) is Decision
-    assert answered > COUNT / 100  # zeros, whole numbers, lists, state that no rule reads
+        answer = shortly(GATE, asked)
+        if type(answer) is Decision:
+            answered[answer.verdict] += 1
+    # Zeros, whole numbers, lists, state that no rule reads.
+    assert answered[Verdict.ALLOW] > COUNT / 100
+    assert answered[Verdict.DENY] > COUNT / 1000
 
 
 Mistake = Callable[[pytest.MonkeyPatch], None]
@@ -75,12 +111,12 @@ Mistake = Callable[[pytest.MonkeyPatch], None]
 
 def _without(part: str, instead: str = "True") -> Mistake:
     """A short way whose checks leave out those that hold `part`."""
-    right = straight._Writer._require
+    right = straight._Writer.require
 
     def require(writer: straight._Writer, code: str) -> None:
         right(writer, code.replace(part, instead))
 
-    return lambda patch: patch.setattr(straight._Writer, "_require", require)
+    return lambda patch: patch.setattr(straight._Writer, "require", require)
 
 
 MISTAKES: dict[str, Mistake] = {
@@ -109,13 +145,28 @@ def test_a_check_left_out_of_the_short_way_is_noticed(mistake: str, monkeypatch:
 
 
 def test_conditions_left_out_of_the_short_way_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(straight._Writer, "condition", lambda *_: None)
+    monkeypatch.setattr(straight._Writer, "conditions", lambda _, terms, __: ["True"] * len(terms))
     twin = Gate(configuration())
     assert differs(twin, request(speed=5.0))
 
 
-def test_a_configuration_that_always_denies_has_no_short_way() -> None:
+def test_reasons_left_out_of_the_short_way_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = straight._Writer.deny
+
+    def deny(writer: straight._Writer, conditions: Sequence[str], criteria: Any, read: Any) -> None:
+        right(writer, ["True"] * len(conditions), criteria, read)
+
+    monkeypatch.setattr(straight._Writer, "deny", deny)
+    twin = Gate(configuration())
+    assert differs(twin, replace(request("quickly", "carry"), usage={"carry-rate": 10**30}))
+
+
+def test_what_is_denied_whatever_is_measured_is_denied_the_short_way_with_every_reason() -> None:
     old = configuration()
     site: Any = replace(old.site, access=replace(old.site.access, actuators=frozenset()))
     gate = Gate(replace(old, site=site))
-    assert {kind for _, _, kind in gate._decider._straight} == {"stop"}
+    for asked in (request(), request(stop_pressed=True), request("quickly", "carry")):
+        answer = shortly(gate, asked)
+        assert type(answer) is Decision
+        assert answer.reasons[0].code == "AE740"
+        assert repr(answer) == repr(in_full(gate, asked))

@@ -13,7 +13,7 @@ Source: N. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., (2.4
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, cast
@@ -37,6 +37,18 @@ Predicate = Callable[[Mapping[str, Any]], bool]
 
 
 @dataclass(frozen=True, slots=True)
+class Truths:
+    """Decides several conditions at once.
+
+    read: the scalar variables they depend on.
+    at: whether each holds, from float, bool or str of each variable in `read`, in that order.
+    """
+
+    read: tuple[str, ...]
+    at: Callable[..., tuple[bool, ...]]
+
+
+@dataclass(frozen=True, slots=True)
 class _Real:
     """Python code for a real: |computed| <= magnitude and |computed - exact| <= error.
 
@@ -55,13 +67,25 @@ def compile_condition(term: t.Term, ranges: Ranges) -> Predicate:
     return cast("Predicate", generator.function("v", generator.condition(lower(term))))
 
 
-def inline_condition(term: t.Term, ranges: Ranges, local: Mapping[str, str]) -> tuple[str, Mapping[str, Any]]:
-    """Code that is true exactly where `term` holds, and the names it needs, for a generated function.
+def compile_truths(terms: Iterable[t.Term], ranges: Ranges) -> Truths:
+    """A function that is true of each of `terms` exactly where it holds, for all values inside `ranges`."""
+    lowered = [lower(term) for term in terms]
+    read = tuple(dict.fromkeys(name for term in lowered for name in t.variables_of(term)))
+    local = {name: f"x{number}" for number, name in enumerate(read)}
+    generator = _Generator(ranges, local)
+    codes = [f"{generator.condition(term)}," for term in lowered]
+    return Truths(read, generator.function(", ".join(local.values()), f"({' '.join(codes)})"))
+
+
+def inline_conditions(
+    terms: Iterable[t.Term], ranges: Ranges, local: Mapping[str, str]
+) -> tuple[list[str], Mapping[str, Any]]:
+    """Code for each term, true exactly where it holds, and the names they need, for a generated function.
 
     local: the local variable of that function that holds each scalar variable's value, inside its range.
     """
     generator = _Generator(ranges, local)
-    return generator.condition(lower(term)), generator.names
+    return [generator.condition(lower(term)) for term in terms], generator.names
 
 
 class _Generator:
