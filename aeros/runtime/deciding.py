@@ -16,7 +16,7 @@ from aeros.runtime.decision import Caller, Decision, Verdict
 from aeros.runtime.gate import Gate
 from aeros.runtime.history import Histories
 from aeros.runtime.monitor import Monitors
-from aeros.runtime.ports import Plan, Plant, Readings
+from aeros.runtime.ports import Plan, Plant, Reading, Readings
 from aeros.runtime.records import decision_details, motion_details
 from aeros.runtime.step import UnderWay
 from aeros.runtime.trajectory import MotionDecider, motion_digest
@@ -73,7 +73,8 @@ class Deciding:
         now = self._plant.now()
         names = self._histories.names
         readings = {name: one for name, one in measured.items() if name not in names}
-        readings |= self._histories.advance(readings, now)
+        known = self._histories.advance(readings, now)
+        readings |= {name: Reading(value, now) for name, value in known.items()}
         gated, usage = self._decide_alone(caller, readings, asked, now)
         ends_others = self._is_protective(gated)
         others = () if ends_others else under_way

@@ -7,222 +7,215 @@ make a difference; the gate denies what depends on it.  What was before the firs
 
 The definition is `semantics.evaluate` along the trace of moments; where a history is known it is
 what that says (tests/differential/test_past_time.py).
+
+All histories of a site are one generated function, on local variables: a control tick waits for it.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Any, Protocol
+from itertools import chain
+from math import inf
 
-from aeros.runtime.conditions import CompiledCondition
-from aeros.runtime.form import Form, Scalars, check_now, forms_of
-from aeros.runtime.intake import take_reading
-from aeros.runtime.ports import Reading, Readings
-from aeros.spec.doubles import neighbours
+from aeros.runtime.form import Form, forms_of
+from aeros.runtime.ports import Readings
+from aeros.runtime.window import Window
+from aeros.runtime.writing import EXACT_INTEGERS, Writer
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import lower
+from aeros.spec.expr.semantics import holds
 from aeros.spec.model import Declared, History, Site
 
-_Known = bool | None
-"""Whether a condition holds; None where nobody knows."""
+Known = dict[str, bool | int]
+"""The value of each history that is known, by its name."""
 
 
 class Histories:
     """The histories of one site, from the first moment that they are told of."""
 
+    advance: Callable[[Readings, float], Known]
+    """Look at the state as it is at a time, plant seconds; each history that is known then.
+
+    After a time that is none, or earlier than one before, nothing is known until it has passed.
+    """
+
     def __init__(self, site: Site) -> None:
         self.names = frozenset(one.declared.name for one in site.histories)
-        self._kept: list[_Kept] = []
-        reads: dict[str, frozenset[str]] = {name: frozenset((name,)) for name in site.state}
+        self.advance = _Writer(site).advancing() if site.histories else lambda readings, now: {}
+
+
+class _Writer(Writer):
+    """Writes `advance`, on its own variables and on those of a function around it, which outlast a call.
+
+    Of each state variable, by number: `t` the time of its reading, None where that does not speak now;
+    `p` the same at the moment before; `g` whether there was a gap between.
+    Of each history, by number: `h` its value, and `a` and `b` its operands', None where nobody knows.
+    """
+
+    leaving = "break"
+
+    def __init__(self, site: Site) -> None:
+        super().__init__()
+        self.names |= {"deque": deque, "inf": inf, "max": max}
+        self._outlasting = {"latest": repr(-EXACT_INTEGERS)}
+        self._observed = site.observed
+        self._histories = site.histories
+        self._reads = {name: frozenset((name,)) for name in site.state}
         for one in site.histories:
-            reads[one.declared.name] = _reads(one, reads)
-            self._kept.append(_keep(one, reads[one.declared.name], site.observed))
-        used = frozenset(name for one in self._kept for name in one.reads)
+            read = [self._reads[name] for name in t.variables_of(one.term)]
+            self._reads[one.declared.name] = frozenset().union(*read)
+        used = frozenset().union(*(self._reads[one.declared.name] for one in site.histories))
         self._forms = forms_of({name: one for name, one in site.state.items() if name in used})
-        self._latest: float | None = None
+        self._number = {name: number for number, name in enumerate(self._forms)}
+        self._known = {name: f"t{number} is not None" for name, number in self._number.items()}
+        for number, one in enumerate(site.histories):
+            self._known[one.declared.name] = f"h{number} is not None"
 
-    def advance(self, readings: Readings, now: float) -> dict[str, Reading]:
-        """Look at the state as it is `now`; each history that is known then, by its name.
+    def advancing(self) -> Callable[[Readings, float], Known]:
+        """The function, before the first moment."""
+        self._time()
+        for name, form in self._forms.items():
+            self._state(self._number[name], form)
+        operands = [_operands(one) for one in self._histories]
+        for number, one in enumerate(self._histories):
+            self.local[one.declared.name] = (
+                f"n{number}" if isinstance(one.term, t.Occurrences) else f"h{number}"
+            )
+        written = iter(self.conditions(list(chain(*operands)), self._observed.values()))
+        for number, one in enumerate(self._histories):
+            self._history(number, one, [(term, next(written)) for term in operands[number]])
+        for number in self._number.values():
+            self.line(f"p{number} = t{number}")
+        self.line("known = {}")
+        for number, one in enumerate(self._histories):
+            self.line(f"if h{number} is not None: known[{one.declared.name!r}] = h{number}")
+        self.line("return known")
+        self.indent(0)
+        outlasting = [f"  {name} = {initially}" for name, initially in self._outlasting.items()]
+        head = ["  def advance(readings, now):", f"    nonlocal {', '.join(self._outlasting)}"]
+        source = ["def keeping():", *outlasting, *head, *self.lines, "  return advance"]
+        advance: Callable[[Readings, float], Known] = self.function("keeping", source)()
+        return advance
 
-        After a time that is none, or earlier than one before, nothing is known until it has passed.
+    def _time(self) -> None:
+        """Now; at one that is none, or before the last, nothing speaks until there is a next."""
+        self.line("exactly = now if type(now) is float else whole(now)")
+        self.line(f"if not (latest <= exactly <= {EXACT_INTEGERS}):")
+        for number in self._number.values():
+            self.line(f"  if p{number} != inf: p{number} = None")
+        self.line("  return {}")
+        self.line("latest = time = exactly")
+        self.line("measured, age = now, 0.0")
+
+    def _state(self, number: int, form: Form) -> None:
+        """Takes the reading of a state variable, where it is there, well-formed and fresh."""
+        limit = form.declared.max_age
+        self.line(f"t{number} = None")
+        self.line("try:")
+        self.line("  while True:")
+        start = len(self.lines)
+        self.line(f"reading = readings.get({form.declared.name!r})")
+        self.reading(form)
+        if limit is not None:
+            self.require(self._is_recent("time", limit))
+        self.line(f"t{number} = time")
+        self.line("break")
+        self.indent(start)
+        self.indent(start)
+        self.line("except AttributeError: pass")
+        self._outlasting[f"p{number}"] = "inf"  # before the first moment nothing was missed
+        spoke_until_now = self._is_recent(f"p{number}", limit or Fraction(0))
+        self.line(f"g{number} = p{number} is None or not {spoke_until_now}")
+
+    def _history(self, number: int, history: History, operands: Sequence[tuple[t.Term, str]]) -> None:
+        """One history: told of a gap that ends now, if there was one, then of this moment."""
+        constants = [_constant(term) for term, _ in operands]
+        gaps = [f"g{self._number[name]}" for name in sorted(self._reads[history.declared.name])]
+        if gaps:
+            self.line(f"if {' or '.join(gaps)}:")
+            start = len(self.lines)
+            self._tell(number, history, [repr(one) for one in constants])
+            self.indent(start)
+        told = []
+        for local, constant, (term, code) in zip("ab", constants, operands, strict=False):
+            told.append(repr(constant) if constant is not None else f"{local}{number}")
+            if constant is None:
+                known = " and ".join(self._known[name] for name in t.variables_of(term))
+                self.line(f"{told[-1]} = ({code}) if {known} else None")
+        match history.term:
+            case t.Previously():
+                self.line(f"h{number} = last{number}")
+                self._outlasting[f"last{number}"] = "False"
+                self._tell(number, history, told)
+            case t.Since(within=within):
+                self._tell(number, history, told)
+                self._since(number, within)
+            case t.Occurrences(within=within):
+                self._tell(number, history, told)
+                self._occurrences(number, within, _most(history.declared))
+
+    def _tell(self, number: int, history: History, operands: Sequence[str]) -> None:
+        """What is kept of a moment with these operands."""
+        match history.term:
+            case t.Previously():
+                self.line(f"last{number} = {operands[0]}")
+            case t.Since():
+                kept, reset = operands
+                if kept != "True":
+                    self.line(f"if {kept} is not True: surely{number} = -inf")
+                    self.line(f"if {kept} is False: maybe{number} = -inf")
+                self.line(f"if {reset} is True: surely{number} = exactly")
+                self.line(f"if {reset} is not False: maybe{number} = exactly")
+            case t.Occurrences():
+                self.line(f"if {operands[0]} is True: times{number}.append(exactly)")
+                self.line(f"if {operands[0]} is None: uncounted{number} = exactly")
+
+    def _since(self, number: int, within: Fraction | None) -> None:
+        """The last time of `reset` that `kept` has followed: surely, and as far as anybody knows."""
+        surely, maybe = f"surely{number}", f"maybe{number}"
+        self._outlasting |= {surely: "-inf", maybe: "-inf"}
+        self.line(f"h{number} = {self._is_recent(surely, within)}")
+        # Where everything is known, the two are the same.
+        self.line(f"if {maybe} != {surely} and h{number} is not ({self._is_recent(maybe, within)}):")
+        self.line(f"  h{number} = None")
+
+    def _occurrences(self, number: int, within: Fraction, most: int) -> None:
+        """Times at which the operand held, and the last at which nobody knows whether or how often it did.
+
+        most: times that are kept; of more in one window nobody knows how many.
         """
-        if not self._kept:
-            return {}
-        at = None if check_now(now) is not None else float(now)
-        if at is None or (self._latest is not None and at < self._latest):
-            for one in self._kept:
-                one.spoken = None
-            return {}
-        self._latest, values = at, Scalars()
-        times = {
-            name: self._take(form, readings.get(name), now, values) for name, form in self._forms.items()
-        }
-        known: dict[str, Reading] = {}
-        for one in self._kept:
-            value = one.step(at, values, times)
-            if value is not None:
-                values[one.name] = float(value) if type(value) is int else value
-                known[one.name] = Reading(value, now)
-        return known
+        times, uncounted = f"times{number}", f"uncounted{number}"
+        self._outlasting |= {times: "deque()", uncounted: "-inf"}
+        self.line(f"while {times} and not ({self._is_recent(f'{times}[0]', within)}): {times}.popleft()")
+        self.line(f"if len({times}) > {most}: {uncounted} = max({uncounted}, {times}.popleft())")
+        self.line(f"h{number} = None if {self._is_recent(uncounted, within)} else len({times})")
+        self.line(f"n{number} = None if h{number} is None else float(h{number})")
 
-    def _take(self, form: Form, reading: Reading | None, now: float, values: Scalars) -> float | None:
-        """The time of the reading of a variable; None, and no value of it, where it does not speak now."""
-        if reading is None or take_reading(form, reading, now, True, values) is not None:
-            for scalar in form.names:
-                values.pop(scalar, None)
-            return None
-        return float(reading.time)
+    def _is_recent(self, time: str, within: Fraction | None) -> str:
+        """Code for whether a time is at most so long before this moment; `-inf` is at no time."""
+        if within is None:
+            return f"{time} != -inf"
+        # As `Window.spans` decides, in place.
+        window, spans = Window(within), f"spans{len(self.names)}"
+        self.names[spans] = window.spans_exactly
+        quick = f"(apart := exactly - {time}) < {window.surely!r}"
+        return f"({quick} or (apart <= {window.maybe!r} and {spans}({time}, exactly)))"
 
 
-class _Window:
-    """Whether two times are at most `length` apart: exactly, and quick where rounding cannot matter.
-
-    A difference of doubles is rounded in order, so outside the doubles next to `length` it tells.
-    """
-
-    def __init__(self, length: Fraction) -> None:
-        self._length = length
-        self._below, self._above = neighbours(length)
-
-    def spans(self, earlier: float, later: float) -> bool:
-        apart = later - earlier
-        if apart < self._below:
-            return True
-        return apart <= self._above and Fraction(later) - Fraction(earlier) <= self._length
-
-
-class _Operator(Protocol):
-    """One past-time operator's memory."""
-
-    def step(self, at: float, *operands: _Known) -> bool | int | None:
-        """Its value at `at`, after the moments it was told of before; None where nobody knows."""
-
-
-@dataclass
-class _Kept:
-    """A history under way.
-
-    reads: the state variables it depends on, also through other histories; without any it has no gaps.
-    spoken: the times of the readings of the last moment, and for how long each speaks; None before
-        the first, and where one does not speak at all.
-    """
-
-    name: str
-    reads: Mapping[str, _Window]
-    operands: tuple[CompiledCondition, ...]
-    operator: _Operator
-    began: bool = False
-    spoken: Sequence[tuple[float, _Window]] | None = None
-
-    def step(self, at: float, values: Scalars, times: Mapping[str, float | None]) -> bool | int | None:
-        if self.began and self.reads and self._is_after_a_gap(at):
-            self.operator.step(at, *(_truth(one, {}) for one in self.operands))  # a gap that ends now
-        self.began = True
-        self.spoken = []
-        for name, window in self.reads.items():
-            time = times[name]
-            if time is None:
-                self.spoken = None
-                break
-            self.spoken.append((time, window))
-        return self.operator.step(at, *[_truth(one, values) for one in self.operands])
-
-    def _is_after_a_gap(self, at: float) -> bool:
-        if self.spoken is None:
-            return True
-        return any(not window.spans(time, at) for time, window in self.spoken)
-
-
-class _Previously:
-    def __init__(self) -> None:
-        self._last: _Known = False
-
-    def step(self, at: float, *operands: _Known) -> bool | None:
-        value, (self._last,) = self._last, operands
-        return value
-
-
-class _Since:
-    """The last time of `reset` that `kept` has followed: surely, and as far as anybody knows."""
-
-    def __init__(self, within: Fraction | None) -> None:
-        self._within = None if within is None else _Window(within)
-        self._surely: float | None = None
-        self._maybe: float | None = None
-
-    def step(self, at: float, *operands: _Known) -> bool | None:
-        kept, reset = operands
-        if kept is not True:
-            self._surely = None
-        if kept is False:
-            self._maybe = None
-        if reset is True:
-            self._surely = at
-        if reset is not False:
-            self._maybe = at
-        surely = self._is_recent(self._surely, at)
-        if self._maybe == self._surely:  # as always where everything is known
-            return surely
-        return surely if surely is self._is_recent(self._maybe, at) else None
-
-    def _is_recent(self, time: float | None, at: float) -> bool:
-        return time is not None and (self._within is None or self._within.spans(time, at))
-
-
-class _Occurrences:
-    """Times at which the operand held, and the last at which nobody knows whether it did.
-
-    most: times that are kept; of more in one window nobody knows how many.
-    """
-
-    def __init__(self, within: Fraction, most: int) -> None:
-        self._within = _Window(within)
-        self._most = most
-        self._times: deque[float] = deque()
-        self._uncounted: float | None = None
-
-    def step(self, at: float, *operands: _Known) -> int | None:
-        (held,) = operands
-        if held is True:
-            self._times.append(at)
-        elif held is None:
-            self._uncounted = at
-        while self._times and not self._within.spans(self._times[0], at):
-            self._times.popleft()
-        if len(self._times) > self._most:
-            self._uncounted = self._times.popleft()
-        if self._uncounted is not None and self._within.spans(self._uncounted, at):
-            return None
-        return len(self._times)
-
-
-def _keep(history: History, reads: frozenset[str], observed: Mapping[str, Declared]) -> _Kept:
-    operands: Sequence[t.Term]
-    operator: _Operator
+def _operands(history: History) -> tuple[t.Term, ...]:
     match history.term:
-        case t.Previously(operand=operand):
-            operands, operator = (operand,), _Previously()
-        case t.Since(kept=kept, reset=reset, within=within):
-            operands, operator = (kept, reset), _Since(within)
-        case t.Occurrences(operand=operand, within=window):
-            operands, operator = (operand,), _Occurrences(window, _most(history.declared))
-    conditions = tuple(CompiledCondition(operand, observed.values()) for operand in operands)
-    spoken = {name: _Window(observed[name].max_age or Fraction(0)) for name in sorted(reads)}
-    return _Kept(history.declared.name, spoken, conditions, operator)
+        case t.Since(kept=kept, reset=reset):
+            return kept, reset
+        case t.Previously(operand=operand) | t.Occurrences(operand=operand):
+            return (operand,)
+
+
+def _constant(term: t.Term) -> bool | None:
+    """Whether a condition holds that reads nothing; None of others."""
+    return None if t.variables_of(term) else holds(lower(term), {})
 
 
 def _most(declared: Declared) -> int:
     return int(declared.range[1]) if declared.range is not None else 0
-
-
-def _reads(history: History, reads: Mapping[str, frozenset[str]]) -> frozenset[str]:
-    """The state variables that a history depends on."""
-    return frozenset().union(*(reads[name] for name in t.variables_of(history.term)))
-
-
-def _truth(condition: CompiledCondition, values: Mapping[str, Any]) -> _Known:
-    if not condition.names <= values.keys():
-        return None
-    return condition.holds(values)

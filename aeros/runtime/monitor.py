@@ -17,7 +17,7 @@ from typing import Any
 from aeros.runtime.beside import Begun, JointRules
 from aeros.runtime.conditions import CompiledCondition, Condition, Truth
 from aeros.runtime.form import Form, Scalars, forms_of
-from aeros.runtime.history import Histories
+from aeros.runtime.history import Histories, Known
 from aeros.runtime.ports import Reading, Readings
 from aeros.spec.model import Site
 
@@ -82,7 +82,7 @@ class Monitors:
             self._state[name].take(reading.value, values)
         self._watches.append((whose, _Watch(self._state, rules, values, self._histories.names)))
 
-    def _look_back(self, now: float, measured: Mapping[str, Any]) -> Readings:
+    def _look_back(self, now: float, measured: Mapping[str, Any]) -> Known:
         """The histories that are known at this tick, which is one moment, however many are watched."""
         if not self._histories.names:
             return {}
@@ -102,7 +102,7 @@ class _Watch:
         self._histories = histories
         self._measured: Set[str] = frozenset()
 
-    def broken(self, measured: Mapping[str, Any], known: Readings) -> str | None:
+    def broken(self, measured: Mapping[str, Any], known: Known) -> str | None:
         """What does not hold where these values are measured and these histories known."""
         gone = self._measured - measured.keys()
         if gone:
@@ -113,7 +113,7 @@ class _Watch:
             if form is None or form.take(value, self._values) is not None:
                 return f"input:{name}"
         for name in self._histories:
-            if name not in known or self._state[name].take(known[name].value, self._values) is not None:
+            if name not in known or self._state[name].take(known[name], self._values) is not None:
                 self._values.pop(name, None)
         for rule, condition in self._rules:
             if not condition.names <= self._values.keys():

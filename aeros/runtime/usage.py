@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Mapping
-from fractions import Fraction
-from math import isfinite
+from math import inf, isfinite
 
 from aeros.runtime.decision import Decision, Reason, Verdict
+from aeros.runtime.window import Window
 from aeros.spec.model import Quota
 
 
@@ -30,10 +30,11 @@ class Usage:
 
     def __init__(self, quotas: Iterable[Quota]) -> None:
         self._quotas = tuple(quotas)
-        self._times: dict[str, deque[Fraction]] = {
+        self._times: dict[str, deque[float]] = {
             quota.id: deque(maxlen=quota.at_most) for quota in self._quotas
         }
-        self._latest: Fraction | None = None
+        self._windows = [(self._times[quota.id], Window(quota.within)) for quota in self._quotas]
+        self._latest = -inf
 
     def under(self, quotas: Iterable[Quota]) -> Usage:
         """The same use, counted for `quotas` from now on; what an equal quota has counted stays counted."""
@@ -47,9 +48,8 @@ class Usage:
     def count(self, now: float) -> Mapping[str, int]:
         """By quota id, how many actions it counts in the window that ends `now`, up to its `at_most`."""
         at = self._advance(now)
-        for quota in self._quotas:
-            times = self._times[quota.id]
-            while times and at - times[0] > quota.within:
+        for times, window in self._windows:
+            while times and not window.spans(times[0], at):
                 times.popleft()
         return {quota: len(times) for quota, times in self._times.items()}
 
@@ -60,11 +60,11 @@ class Usage:
             if kind in quota.kinds:
                 self._times[quota.id].append(at)
 
-    def _advance(self, now: float) -> Fraction:
-        if not isfinite(now):
+    def _advance(self, now: float) -> float:
+        at = now if type(now) is float else float(now)
+        if not isfinite(at) or at != now:  # a whole number may be no double
             raise ClockError(f"the time {now} is no time")
-        at = Fraction(now)
-        if self._latest is not None and at < self._latest:
-            raise ClockError(f"the clock went back from {float(self._latest):.6g} s to {now:.6g} s")
+        if at < self._latest:
+            raise ClockError(f"the clock went back from {self._latest:.6g} s to {at:.6g} s")
         self._latest = at
         return at

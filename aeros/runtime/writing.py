@@ -84,14 +84,15 @@ class Writer:
     def reading(self, form: Form) -> None:
         """Form and time of `reading`, which is not from the future of `exactly`.
 
-        Most readings share one time, which is then checked once: `age` is that of `measured`.
+        Most readings share one time, which is then checked once: `time` is `measured` as a double, and
+        `age` its distance from `exactly`.
         """
         self.require("type(reading) is Reading")
         self.line("if reading.time is not measured:")
         start = len(self.lines)
-        self.line("time = reading.time if type(reading.time) is float else whole(reading.time)")
-        self.require(f"{-EXACT_INTEGERS} <= time <= exactly")
-        self.line("age = exactly - time")
+        self.line("number = reading.time if type(reading.time) is float else whole(reading.time)")
+        self.require(f"{-EXACT_INTEGERS} <= number <= exactly")
+        self.line("time, age = number, exactly - number")
         self.line("measured = reading.time")
         self.indent(start)
         self.take(form, "reading.value")

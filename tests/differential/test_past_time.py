@@ -126,7 +126,7 @@ def test_a_history_of_measured_moments_is_what_the_definition_says(
         moments.append(Moment(Fraction(now), exact(seen)))
         known = histories.advance({name: Reading(one, now) for name, one in seen.items()}, now)
         assert known.keys() == histories.names
-        env = {**moments[-1].values, **exact({name: one.value for name, one in known.items()})}
+        env = {**moments[-1].values, **exact(known)}
         env = {name: Fraction(one) if type(one) is int else one for name, one in env.items()}
         assert evaluate(flat, env) == evaluate(term, moments[-1].values, moments)
 
@@ -158,7 +158,7 @@ def test_a_history_that_is_known_is_so_whatever_was_missed(
                 # Earlier moments need the histories that they were judged by.
                 env[name] = value
                 if name in known:
-                    assert known[name].value == value, (name, looks)
+                    assert known[name] == value, (name, looks)
             moments[-1] = Moment(moments[-1].time, env)
             for index, before in enumerate(moments[:-1]):
                 if not named.keys() <= before.values.keys():
@@ -192,7 +192,7 @@ def test_most_histories_of_a_broken_trace_are_unknown_for_a_while_and_then_known
 
     def at(now: float, **given: Any) -> Any:
         known = histories.advance({key: Reading(one, now) for key, one in given.items()}, now)
-        return known[name].value if name in known else None
+        return known.get(name)
 
     assert at(0.0, a=False) is False
     assert at(1.0) is None  # nobody looked
@@ -217,6 +217,39 @@ def test_a_clock_that_stands_still_goes_back_or_tells_no_time_leaves_nothing_kno
     assert histories.advance({"a": Reading(False, 2.0)}, 2.0) == {}
 
 
+class _Float(float):
+    pass
+
+
+_VALUES: tuple[Any, ...] = (float("nan"), float("inf"), True, "1", None, _Float(1), 10**400, (1.0,))
+_TIMES: tuple[Any, ...] = (float("nan"), True, None, _Float(5), -(10**30), 5.000000000000001)
+FAULTY: tuple[Any, ...] = (
+    None,
+    1.0,
+    (1.0, 5.0),
+    object.__new__(Reading),  # without its fields
+    *(Reading(value, 5.0) for value in (*_VALUES, -5e-324, 3.0000000000000004)),
+    *(Reading(1.0, time) for time in (*_TIMES, 2.9999999999999996)),
+)
+
+
+@pytest.mark.parametrize("faulty", FAULTY, ids=map(str, range(len(FAULTY))))
+def test_a_reading_that_does_not_serve_leaves_unknown_what_reads_it_and_nothing_else(faulty: Any) -> None:
+    near = t.Since(t.TRUE, t.Compare("<=", X, _ONE), Fraction(3))
+    _, site = kept(t.And((near, t.Since(t.TRUE, A, None))))
+    of_x, of_a = (one.declared.name for one in site.histories)
+
+    def known(reading: Any) -> set[str]:
+        histories = Histories(site)
+        readings = {"x": Reading(2.0, 4.0), "a": Reading(True, 4.0)}
+        assert histories.advance(readings, 4.0) == {of_x: False, of_a: True}
+        return set(histories.advance({"a": Reading(True, 5.0), "x": reading}, 5.0))
+
+    assert known(faulty) == {of_a}
+    for serves in (Reading(1.0, 5.0), Reading(1, 5), Reading(3.0, 3.0), Reading(-0.0, 5.0)):
+        assert known(serves) == {of_x, of_a}
+
+
 def test_memory_is_bounded_whatever_is_counted() -> None:
     flat, site = kept(t.Compare("<=", _ONE, t.Occurrences(A, Fraction(1_000_000))))
     assert isinstance(flat, t.Compare)
@@ -225,5 +258,25 @@ def test_memory_is_bounded_whatever_is_counted() -> None:
     histories = Histories(site)
     for tick in range(most):
         known = histories.advance({"a": Reading(True, float(tick))}, float(tick))
-    assert known[history.declared.name].value == most
+    assert known[history.declared.name] == most
     assert histories.advance({"a": Reading(True, float(most))}, float(most)) == {}
+
+
+def test_what_nobody_knows_stays_unknown_also_where_more_than_is_kept_happens() -> None:
+    _, site = kept(t.Compare("<=", _ONE, t.Occurrences(A, Fraction(10))))
+    (history,) = site.histories
+    few = replace(history, declared=replace(history.declared, range=(Fraction(0), Fraction(2))))
+    histories = Histories(replace(site, histories=(few,)))
+
+    def at(now: float, **given: Any) -> Any:
+        known = histories.advance({key: Reading(one, now) for key, one in given.items()}, now)
+        return known.get(few.declared.name)
+
+    assert at(0.0, a=True) == 1
+    assert at(1.0, a=True) == 2
+    assert at(2.0) is None
+    assert at(3.0, a=True) is None  # until now there may have been others, which count until 13 s
+    assert at(4.0, a=True) is None
+    for now in range(5, 14):
+        assert at(float(now), a=False) is None
+    assert at(13.5, a=False) == 1

@@ -48,7 +48,13 @@ def state(now: float = NOW, **changed: Any) -> dict[str, Reading]:
     """What is measured, and the histories that a runtime keeps of it."""
     values = {"human_distance": 3.0, "pressed": False, "pieces": 2, "filled": (1, 2), **changed}
     measured = {name: Reading(value, now) for name, value in values.items()}
-    return measured | Histories(counting().site).advance(measured, now)
+    return looked_back(Histories(counting().site), measured, now)
+
+
+def looked_back(histories: Histories, measured: dict[str, Reading], now: float) -> dict[str, Reading]:
+    """What is measured, and what the histories then say."""
+    known = histories.advance(measured, now)
+    return measured | {name: Reading(value, now) for name, value in known.items()}
 
 
 def request(many: Any = 2, most: Any = 5, **changed: Any) -> Request:
@@ -127,7 +133,7 @@ def test_after_a_clock_that_goes_back_the_gate_lacks_the_histories() -> None:
     assert histories.advance(measured, NOW).keys() == histories.names
     earlier = {name: Reading(one.value, NOW - 1.0) for name, one in measured.items()}
     for now in (NOW - 1.0, NOW - 2.0, float("nan")):
-        readings = earlier | histories.advance(earlier, now)
+        readings = looked_back(histories, earlier, now)
         decision = replace(asked, readings=readings, now=now).decided_by(gate())
         assert decision.verdict is Verdict.DENY
         assert decision.reasons
