@@ -25,5 +25,10 @@ class Window:
         return apart < self.surely or (apart <= self.maybe and self.spans_exactly(earlier, later))
 
     def spans_exactly(self, earlier: float, later: float) -> bool:
-        """The same of finite times, decided on rationals."""
+        """The same of finite times, whatever was rounded."""
+        apart = later - earlier
+        if apart == self.surely == self.maybe:
+            # Knuth's TwoSum: `apart` and what rounding took off it are the difference, exactly.
+            share = apart - later
+            return (later - (apart - share)) - (earlier + share) <= 0.0
         return Fraction(later) - Fraction(earlier) <= self._length

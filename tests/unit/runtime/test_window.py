@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from math import inf, nextafter
+from random import Random
 
 import pytest
 from hypothesis import example, given
@@ -22,6 +23,20 @@ def test_a_window_spans_what_it_does_exactly(length: Fraction, earlier: float, a
     for later in (earlier + apart, earlier + float(min(length, Fraction(10**6))), earlier):
         for one in (nextafter(later, -inf), later, nextafter(later, inf)):
             assert window.spans(earlier, one) is (Fraction(one) - Fraction(earlier) <= length)
+
+
+@pytest.mark.parametrize("length", [0.0, 0.25, 10.0, 5000.0])
+def test_rounding_of_the_difference_does_not_hide_what_is_longer(length: float) -> None:
+    window, differing = Window(Fraction(length)), 0
+    chance = Random(4)  # noqa: S311 - a test, the same every time
+    for _ in range(5000):
+        earlier = chance.uniform(-1, 1) * 2.0 ** chance.randint(-60, 13)
+        later = earlier + length
+        for one in (nextafter(later, -inf), later, nextafter(later, inf)):
+            exactly = Fraction(one) - Fraction(earlier) <= length
+            assert window.spans(earlier, one) is window.spans_exactly(earlier, one) is exactly
+            differing += (one - earlier <= length) is not exactly
+    assert differing > 100 or length == 0.0
 
 
 @pytest.mark.parametrize("length", [Fraction(0), Fraction(1, 10), Fraction(10) ** 400])
