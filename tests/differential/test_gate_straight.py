@@ -120,7 +120,7 @@ def _without(part: str, instead: str = "True") -> Mistake:
 
 
 MISTAKES: dict[str, Mistake] = {
-    "a future reading": _without("<= time <= exactly", "<= time"),
+    "a future reading": _without("<= number <= exactly", "<= number"),
     "a stale reading": _without("age <", "-1.0 <"),
     "no reading at all": _without("type(reading) is Reading"),
     "an unknown reading": _without("not others"),
