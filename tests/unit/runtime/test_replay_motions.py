@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -223,3 +223,43 @@ def test_an_action_that_is_no_motion_has_none(tmp_path: Path) -> None:
 
     (found,) = replayed(one.log, add).disagreements
     assert found.why == WITHOUT
+
+
+def leaves(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Where in it a value stands that holds no other, or something empty."""
+    inner = value.items() if type(value) is dict else enumerate(value) if type(value) is list else ()
+    found = [place for key, one in inner for place in leaves(one, (*path, key))]
+    yield from found or [path]
+
+
+def altered_at(value: Any, path: tuple[Any, ...]) -> Any:
+    if path:
+        again = copy.copy(value)
+        again[path[0]] = altered_at(value[path[0]], path[1:])
+        return again
+    match value:
+        case bool():
+            return not value
+        case int() | float():
+            return value + 0.5
+        case str():
+            return value[:-1] + ("0" if value[-1:] != "0" else "1")
+    return {"more": 1} if value == {} else [1] if value == [] else 1
+
+
+def test_whatever_else_is_altered_anywhere_in_a_record_is_found(tmp_path: Path) -> None:
+    log = written(tmp_path, PLAN, AWAY)
+    records = [json.loads(line) for line in log.read_bytes().splitlines()]
+    unfound, count = set(), 0
+    for number, record in enumerate(records):
+        looked_at = record["event"] in ("session-opened", "body", "decision")
+        for path in leaves(record["details"]) if looked_at else ():
+            altered_record = {**record, "details": altered_at(record["details"], path)}
+            replay = Replay(only(with_motions()))
+            for one in (*records[:number], altered_record, *records[number + 1 :]):
+                replay.take(one)
+            count += 1
+            if not replay.disagreements:
+                unfound.add((number, *path))
+    assert unfound == set()
+    assert count > 100
