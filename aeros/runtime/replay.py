@@ -195,7 +195,7 @@ class Replay:
             )
         try:
             return self._decide_held(governing, details, used)
-        except (AttributeError, KeyError, TypeError, ValueError) as fault:
+        except (AttributeError, KeyError, OverflowError, TypeError, ValueError) as fault:
             raise _UnheldError("the record is not one of a decision") from fault
 
     def _decide_held(
@@ -265,14 +265,14 @@ class Replay:
             return self._session.usage.count(restored(details.get("time")))
         except ClockError as fault:
             return fault
-        except TypeError:  # the record holds no time
+        except (OverflowError, TypeError):  # the record holds no time
             return None
 
     def _begin(self, number: int, details: Mapping[str, Any]) -> None:
         """What may be executed, is: it counts, and others may be decided beside it."""
         self._session.begun[number] = details
         # What is malformed, or at a time at which nothing counts, is a disagreement by itself.
-        with suppress(ClockError, KeyError, TypeError):
+        with suppress(ClockError, KeyError, OverflowError, TypeError):
             kind, now = _action(details["decided"]).kind, restored(details["time"])
             if self._session.usage is not None:
                 self._session.usage.executed(kind, now)

@@ -232,11 +232,15 @@ def leaves(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
     yield from found or [path]
 
 
-def altered_at(value: Any, path: tuple[Any, ...]) -> Any:
-    if path:
-        again = copy.copy(value)
-        again[path[0]] = altered_at(value[path[0]], path[1:])
-        return again
+def replaced_at(value: Any, path: tuple[Any, ...], change: Callable[[Any], Any]) -> Any:
+    if not path:
+        return change(value)
+    again = copy.copy(value)
+    again[path[0]] = replaced_at(value[path[0]], path[1:], change)
+    return again
+
+
+def another(value: Any) -> Any:
     match value:
         case bool():
             return not value
@@ -247,19 +251,51 @@ def altered_at(value: Any, path: tuple[Any, ...]) -> Any:
     return {"more": 1} if value == {} else [1] if value == [] else 1
 
 
+def places(records: list[dict[str, Any]]) -> list[tuple[int, tuple[Any, ...]]]:
+    """Every leaf of the records that a replay looks at: which record, and where in its details."""
+    looked_at = ("session-opened", "body", "decision")
+    return [
+        (number, path)
+        for number, record in enumerate(records)
+        if record["event"] in looked_at
+        for path in leaves(record["details"])
+    ]
+
+
+def with_change(
+    records: list[dict[str, Any]], number: int, path: tuple[Any, ...], change: Callable[[Any], Any]
+) -> list[dict[str, Any]]:
+    changed = {**records[number], "details": replaced_at(records[number]["details"], path, change)}
+    return [*records[:number], changed, *records[number + 1 :]]
+
+
 def test_whatever_else_is_altered_anywhere_in_a_record_is_found(tmp_path: Path) -> None:
     log = written(tmp_path, PLAN, AWAY)
     records = [json.loads(line) for line in log.read_bytes().splitlines()]
-    unfound, count = set(), 0
-    for number, record in enumerate(records):
-        looked_at = record["event"] in ("session-opened", "body", "decision")
-        for path in leaves(record["details"]) if looked_at else ():
-            altered_record = {**record, "details": altered_at(record["details"], path)}
-            replay = Replay(only(with_motions()))
-            for one in (*records[:number], altered_record, *records[number + 1 :]):
-                replay.take(one)
-            count += 1
-            if not replay.disagreements:
-                unfound.add((number, *path))
+    replay, unfound, count = Replay(only(with_motions())), set(), 0
+    for number, path in places(records):
+        replay.disagreements.clear()
+        for one in with_change(records, number, path, another):
+            replay.take(one)
+        count += 1
+        if not replay.disagreements:
+            unfound.add((number, *path))
     assert unfound == set()
     assert count > 50
+
+
+STRANGE: list[Any] = [
+    None, True, -1, 10**400, 1e300, "", "x", [], [[]], {}, {"x": []}, {"float": "nan"}, {"unencodable": "x"},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("strange", STRANGE, ids=lambda value: str(value)[:20])
+def test_whatever_stands_in_a_record_is_no_more_than_a_disagreement(strange: Any, tmp_path: Path) -> None:
+    records = [json.loads(line) for line in written(tmp_path, PLAN).read_bytes().splitlines()]
+    found = places(records)
+    # Also in place of everything that holds such a leaf.
+    inner = {(number, path[:cut]): None for number, path in found for cut in range(1, len(path))}
+    replay = Replay(only(with_motions()))
+    for number, path in (*found, *inner):
+        for one in with_change(records, number, path, lambda _: strange):
+            replay.take(one)
