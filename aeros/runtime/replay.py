@@ -6,9 +6,9 @@ executed, and all reasons, in whatever order: a record keeps state and parameter
 in which they arrived.  Where the whole motion was decided, it is decided again, after the gate.  Of a
 request that held what a record cannot, the verdict alone is compared.
 
-The use of quotas must be what the decisions before it add up to.  Taken as recorded, beside what was
-measured and asked for, are the histories, which also depend on what was measured at control ticks, and
-which actions were under way beside another; what those were, earlier records of the same session say.
+The use of quotas, and as far as they say it the histories, must be what the decisions before add up to
+(`recounting`).  Taken as recorded is which actions were under way beside another; what those were, earlier
+records of the same session say.
 """
 
 from __future__ import annotations
@@ -28,9 +28,10 @@ from aeros.runtime.decision import Caller, Decision
 from aeros.runtime.gate import Gate, GateDisagreementError, GateMode
 from aeros.runtime.ports import Plan, Reading, Readings
 from aeros.runtime.records import outcome_details, session_details
+from aeros.runtime.recounting import Recount, Used
 from aeros.runtime.stated_motion import read_motion
 from aeros.runtime.trajectory import MotionDecider
-from aeros.runtime.usage import ClockError, Usage, denied_by_clock
+from aeros.runtime.usage import ClockError, denied_by_clock
 from aeros.skill import Action
 
 
@@ -47,9 +48,6 @@ class Disagreement:
     recorded: Mapping[str, Any]
     again: Mapping[str, Any] | None = None
 
-
-_Used = Mapping[str, int] | ClockError
-"""By quota, how much of it is used up; or why nothing can be counted."""
 
 _NEEDED: Final = ("time", "state", "usage", "module", "skill", "inputs", "asked")
 
@@ -72,13 +70,13 @@ class _Session:
     """What the records of a session so far say that a later one depends on.
 
     governing: None where it is not known, and `why` says so.
-    usage: None where a configuration was not known, so nobody knows what was counted under it.
+    recount: None where a configuration was not known, so nobody knows what was counted under it.
     begun: the decisions that let something begin, by number; bodies: by digest.
     """
 
     governing: _Governing | None = None
     why: str = "no record before it says which configuration governs"
-    usage: Usage | None = None
+    recount: Recount | None = None
     begun: dict[int, Mapping[str, Any]] = field(default_factory=dict)
     bodies: dict[str, Any] = field(default_factory=dict)
 
@@ -107,7 +105,8 @@ class Replay:
                 self._session = _Session()
                 self._govern(record)
                 governing = self._session.governing
-                self._session.usage = None if governing is None else _usage(governing)
+                site = None if governing is None else governing.configuration.site
+                self._session.recount = None if site is None else Recount(site)
             case "configuration-changed":
                 self._follow(record)
             case "body":
@@ -145,13 +144,12 @@ class Replay:
         return _Governing(found, Gate(found, self.mode), MotionDecider(found.site.motion))
 
     def _follow(self, record: Record) -> None:
-        before, session = self._session.governing, self._session
         self._govern(record)
-        after = session.governing
-        if before is None or after is None or session.usage is None:
-            session.usage = None
-        elif before.configuration.site.digest != after.configuration.site.digest:
-            session.usage = session.usage.under(after.configuration.site.quotas)
+        session = self._session
+        if session.governing is None:
+            session.recount = None
+        elif session.recount is not None:
+            session.recount.follow(session.governing.configuration.site)
 
     # Decisions.
 
@@ -177,7 +175,7 @@ class Replay:
 
     def _decide(self, details: Mapping[str, Any]) -> dict[str, Any]:
         """What comes out now; raises `_UnheldError` and `GateDisagreementError`."""
-        used = self._count(details)
+        used, wrong = self._recount(details)
         governing = self._session.governing
         if governing is None:
             raise _UnheldError(self._session.why)
@@ -189,17 +187,17 @@ class Replay:
             raise _UnheldError(f"the record does not hold its {', '.join(missing)}")
         if details.get("state_digest") != _digest(details["state"]):
             raise _UnheldError("the state is not the one whose digest is recorded")
-        if self._session.usage is None:
-            raise _UnheldError(
-                "how much of each quota is used up depends on a configuration that is not known"
-            )
+        if self._session.recount is None:
+            raise _UnheldError("what was counted before it depends on a configuration that is not known")
+        if wrong is not None:
+            raise _UnheldError(wrong)
         try:
             return self._decide_held(governing, details, used)
         except (AttributeError, KeyError, OverflowError, TypeError, ValueError) as fault:
             raise _UnheldError("the record is not one of a decision") from fault
 
     def _decide_held(
-        self, governing: _Governing, details: Mapping[str, Any], used: _Used | None
+        self, governing: _Governing, details: Mapping[str, Any], used: Used | None
     ) -> dict[str, Any]:
         now, recorded = restored(details["time"]), restored(details["usage"])
         caller = Caller(details["module"], details["skill"], restored(details["inputs"]))
@@ -257,29 +255,24 @@ class Replay:
             )
         return record, self._session.begun[record]
 
-    def _count(self, details: Mapping[str, Any]) -> _Used | None:
-        """What the quotas have counted by then, or why nothing can be counted; None where nobody knows."""
-        if self._session.usage is None:
-            return None
-        try:
-            return self._session.usage.count(restored(details.get("time")))
-        except ClockError as fault:
-            return fault
-        except (OverflowError, TypeError):  # the record holds no time
-            return None
+    def _recount(self, details: Mapping[str, Any]) -> tuple[Used | None, str | None]:
+        """How much of each quota is used up by then, and what is wrong with the histories."""
+        recount = self._session.recount
+        if recount is None:
+            return None, None
+        now, readings = restored(details.get("time")), {}
+        # A state that is malformed is a disagreement by itself.
+        with suppress(AttributeError, KeyError, TypeError, ValueError):
+            readings = _readings(details["state"])
+        return recount.used(now), recount.objection(readings, now)
 
     def _begin(self, number: int, details: Mapping[str, Any]) -> None:
         """What may be executed, is: it counts, and others may be decided beside it."""
         self._session.begun[number] = details
-        # What is malformed, or at a time at which nothing counts, is a disagreement by itself.
-        with suppress(ClockError, KeyError, OverflowError, TypeError):
-            kind, now = _action(details["decided"]).kind, restored(details["time"])
-            if self._session.usage is not None:
-                self._session.usage.executed(kind, now)
-
-
-def _usage(governing: _Governing) -> Usage:
-    return Usage(governing.configuration.site.quotas)
+        if self._session.recount is not None:
+            decided = details["decided"]
+            kind = decided.get("kind") if type(decided) is dict else None
+            self._session.recount.executed(kind, restored(details.get("time")))
 
 
 def _readings(state: Mapping[str, Any]) -> dict[str, Reading]:

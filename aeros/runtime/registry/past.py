@@ -25,7 +25,10 @@ class Past:
         snapshot = self._adopted.get(digest)
         if snapshot is None:
             log = self._registry.folder / LOG
-            raise UnknownConfigurationError(f"no change that is recorded in `{log}` led to that")
+            raise UnknownConfigurationError(
+                f"no change that is recorded in `{log}` led to that; "
+                "a run with --site or --ecms is replayed with the same"
+            )
         lost = self._lost(snapshot)
         if lost:
             raise UnknownConfigurationError(f"of what it was made of is not kept any more: {', '.join(lost)}")

@@ -237,7 +237,7 @@ def test_a_configuration_that_is_not_to_be_had_is_named_and_nothing_is_agreed_to
     assert replay.agreed == 0
     assert [found.why for found in replay.disagreements] == [
         f"it was decided under the configuration {after.digest}, and the one given is {before.digest}",
-        "how much of each quota is used up depends on a configuration that is not known",
+        "what was counted before it depends on a configuration that is not known",
     ]
 
 
