@@ -6,6 +6,7 @@ import copy
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -13,16 +14,24 @@ import pytest
 
 from aeros.runtime.audit_check import GENESIS, end_record, verify_log
 from aeros.runtime.canonical import digest_of
-from aeros.runtime.configuration import only
+from aeros.runtime.configuration import Configuration, only
 from aeros.runtime.gate import GateMode
 from aeros.runtime.ports import Completion, Motionless, Plan, Trajectory
 from aeros.runtime.replay import Replay
 from aeros.runtime.stated_motion import told_body, told_motion
 from aeros.skill import act
-from tests.unit.runtime.together import PLAN, Cart, asking, move, roll, with_motions
+from tests.unit.runtime.one_joint import PLAN, governed
+from tests.unit.runtime.together import Cart, asking, configuration, move, roll
 
 AWAY = replace(PLAN, paths=((((0.5,),) * 4,),))
 """Starts half a radian from where the joint is."""
+
+
+@cache
+def with_motions() -> Configuration:
+    """Moves and rolls are decided as whole motions, of one joint."""
+    site = governed(configuration().site, "move", "roll")
+    return replace(configuration(), site=site, digest="d" * 64)
 
 
 def altered(**fields: Any) -> Trajectory:
