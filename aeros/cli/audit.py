@@ -15,8 +15,10 @@ from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.runtime.audit_check import AuditReport, Record, verify_log
 from aeros.runtime.audit_checkpoints import CHECKPOINT, AnchorError, SignedReport, verify_signed
 from aeros.runtime.audit_keys import KeyRefusedError, make_key, read_public_key
-from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.configuration import Configurations, only
+from aeros.runtime.gate import GateMode
 from aeros.runtime.proving import prove
+from aeros.runtime.registry.past import Past
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.replay import Disagreement, Replay
 from aeros.spec.diagnostics import Diagnostics
@@ -61,12 +63,14 @@ examples:
   aeros audit show runs/demo/audit.jsonl --event step-ended --format json
 """
 _REPLAY_EXAMPLES = """\
-Site and modules must be those of the run: they are proved again, and the configuration that results must
-be the one in each record.  What was decided under another one, before a change of it for instance,
-cannot be decided again.  Exits with 0 if every decision comes out the same, else with 1.
+What governed is made and proved again, and must have the digest that the log names.  The registry in the
+agent's folder keeps whatever was in force on the robot, so a log is replayed across all changes of that.  A
+run with --site or --ecms is replayed with the same.  Exits with 0 if every decision comes out the same,
+else with 1.
 
 examples:
   aeros audit replay runs/demo/audit.jsonl
+  aeros audit replay runs/demo/audit.jsonl --state /srv/robot7
   aeros audit replay runs/demo/audit.jsonl --site cell.yaml --ecms ecms --gate shadow
 """
 _KEYGEN_EXAMPLES = """\
@@ -103,12 +107,12 @@ def add_to(commands: Subparsers) -> None:
     replay.add_argument(
         "--site",
         type=existing_path,
-        help="the site file (default: the policy in force on this robot, or else the reference site)",
+        help="the site file (default: whatever was in force on this robot, or else the reference site)",
     )
     replay.add_argument(
         "--ecms",
         type=existing_path,
-        help="the modules (default: those that are active on this robot, or else `ecms`)",
+        help="the modules (default: whatever was active on this robot, or else `ecms`)",
     )
     replay.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
@@ -276,11 +280,11 @@ def _unless_unsound(chain: AuditReport) -> Exit:
 def _replay(arguments: argparse.Namespace) -> Exit:
     registry = Registry(arguments.state)
     if arguments.ecms is None and arguments.site is None and registry.exists:
-        configuration, _ = registry.configuration()
+        known: Configurations = Past(registry)
     else:
         site = arguments.site or reference_site()
-        configuration, _ = prove([arguments.ecms or Path("ecms")], site, certified=False)
-    replay = Replay(configuration, Gate(configuration, GateMode(arguments.gate)))
+        known = only(prove([arguments.ecms or Path("ecms")], site, certified=False)[0])
+    replay = Replay(known, GateMode(arguments.gate))
 
     def take(record: Record, own: str) -> None:
         replay.take(record)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from aeros.spec.certificate import Certificate
@@ -31,6 +31,25 @@ class Configuration:
         if certificate is None or (certificate.module, certificate.manifest, certificate.site) != subject:
             return frozenset()
         return frozenset(id_ for id_, verdict in certificate.obligations.items() if verdict == "PROVED")
+
+
+class UnknownConfigurationError(Exception):
+    """The configuration of that digest is not to be had; the message says why."""
+
+
+Configurations = Callable[[str], Configuration]
+"""Gives the configuration of a digest, or raises `UnknownConfigurationError`."""
+
+
+def only(given: Configuration) -> Configurations:
+    """Knows one configuration."""
+
+    def find(digest: str) -> Configuration:
+        if digest != given.digest:
+            raise UnknownConfigurationError(f"the one given is {given.digest}")
+        return given
+
+    return find
 
 
 def configure(site: Site, certified: Mapping[str, tuple[Ecm, Certificate]]) -> Configuration:

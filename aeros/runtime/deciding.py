@@ -7,19 +7,21 @@ the motion that it becomes, and has it all in the record, durable, before it ret
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.beside import Begun
+from aeros.runtime.canonical import digest_of
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Decision, Verdict
 from aeros.runtime.gate import Gate
 from aeros.runtime.history import Histories
 from aeros.runtime.monitor import Monitors
-from aeros.runtime.ports import Plan, Plant, Reading, Readings
+from aeros.runtime.ports import Plan, Plant, Readings, Trajectory
 from aeros.runtime.records import decision_details, motion_details
+from aeros.runtime.stated_motion import told_body, told_motion
 from aeros.runtime.step import UnderWay
-from aeros.runtime.trajectory import MotionDecider, motion_digest
+from aeros.runtime.trajectory import MotionDecider
 from aeros.runtime.usage import ClockError, Usage, denied_by_clock
 from aeros.skill import Action
 from aeros.spec.errors import InternalError
@@ -51,6 +53,7 @@ class Deciding:
         self._motions = MotionDecider(configuration.site.motion)
         self._usage = Usage(configuration.site.quotas)
         self.monitors = Monitors(configuration.site, self._histories)
+        self._body: tuple[object, str] | None = None  # the last that was recorded, and its digest
 
     def follow(self, configuration: Configuration) -> None:
         """Decide under `configuration` from now on; nothing may be under way.
@@ -71,19 +74,15 @@ class Deciding:
         # In this order: a reading is never younger than the time it is judged at.
         measured = self._plant.observe()
         now = self._plant.now()
-        names = self._histories.names
-        readings = {name: one for name, one in measured.items() if name not in names}
-        known = self._histories.advance(readings, now)
-        readings |= {name: Reading(value, now) for name, value in known.items()}
+        readings = self._histories.look(measured, now)
         gated, usage = self._decide_alone(caller, readings, asked, now)
         ends_others = self._is_protective(gated)
         others = () if ends_others else under_way
         if others:
             gated = self._gate.decide_beside(gated, readings, now, [other.begun for other in others])
-        decision, plan = self._decide_motion(gated, readings, [other.plan for other in others])
+        decision, plan, motion = self._decide_motion(gated, readings, [other.plan for other in others])
         digest, beside = self._configuration.digest, [other.begun.record for other in others]
-        details = decision_details(decision, digest, now, readings, caller, asked, usage, beside)
-        details = {**motion_details(gated, decision, motion_digest(plan)), **details}
+        details = decision_details(decision, digest, now, readings, caller, asked, usage, beside, motion)
         record = self._audit.append("decision", details)
         if decision.verdict is Verdict.DENY:
             return Decided(decision, None, plan, ends_others=False)
@@ -106,14 +105,29 @@ class Deciding:
         return self._gate.decide(caller, readings, asked, now, usage), usage
 
     def _decide_motion(
-        self, decision: Decision, readings: Readings, others: Sequence[Plan | None]
-    ) -> tuple[Decision, Plan | None]:
-        """What the whole motion makes of the decision, and that motion, where there is one to decide."""
-        action = decision.action
+        self, gated: Decision, readings: Readings, others: Sequence[Plan | None]
+    ) -> tuple[Decision, Plan | None, Mapping[str, Any]]:
+        """What the whole motion makes of the decision, that motion, and what the record is to say of it.
+
+        None and nothing where there is no motion to decide.
+        """
+        action = gated.action
         if action is None or not self._motions.governs(action.kind):
-            return decision, None
+            return gated, None, {}
         plan = self._plant.plan(action)
-        return self._motions.decide(decision, plan, readings, others), plan
+        decision = self._motions.decide(gated, plan, readings, others)
+        body = self._record_body(plan.body) if type(plan) is Trajectory else ""
+        return decision, plan, motion_details(gated, decision, told_motion(plan, body))
+
+    def _record_body(self, body: object) -> str:
+        """The digest by which records name the body, which is in the record from then on."""
+        if self._body is None or body is not self._body[0]:
+            told = told_body(body)
+            digest = digest_of(told)
+            if self._body is None or digest != self._body[1]:
+                self._audit.append("body", {"body": told})
+            self._body = (body, digest)
+        return self._body[1]
 
     def _is_protective(self, decision: Decision) -> bool:
         action = decision.action

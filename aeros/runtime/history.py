@@ -20,7 +20,7 @@ from itertools import chain
 from math import inf
 
 from aeros.runtime.form import Form, forms_of
-from aeros.runtime.ports import Readings
+from aeros.runtime.ports import Reading, Readings
 from aeros.runtime.window import Window
 from aeros.runtime.writing import EXACT_INTEGERS, Writer
 from aeros.spec.expr import terms as t
@@ -44,6 +44,12 @@ class Histories:
     def __init__(self, site: Site) -> None:
         self.names = frozenset(one.declared.name for one in site.histories)
         self.advance = _Writer(site).advancing() if site.histories else lambda readings, now: {}
+
+    def look(self, measured: Readings, now: float) -> dict[str, Reading]:
+        """What is measured, and each history that is known after a look at it."""
+        readings = {name: one for name, one in measured.items() if name not in self.names}
+        known = self.advance(readings, now)
+        return readings | {name: Reading(value, now) for name, value in known.items()}
 
 
 class _Writer(Writer):

@@ -7,6 +7,7 @@ before it must not suffer (`canonical`).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from aeros.runtime.canonical import digest_of
@@ -44,11 +45,13 @@ def decision_details(
     asked: Action,
     usage: Mapping[str, int] | None,
     beside: Sequence[int] = (),
+    motion: Mapping[str, Any] = MappingProxyType({}),
 ) -> dict[str, Any]:
-    """Everything the gate decided on, and what it decided: enough to decide it again.
+    """Everything that was decided on, and what was decided: enough to decide it again.
 
     usage: by quota, what was used up; None where the clock was wrong and the gate was not asked.
     beside: the records of the decisions on the actions that were under way.
+    motion: where the whole motion was to be decided, what `motion_details` says of it.
     """
     state = {name: [reading.value, reading.time] for name, reading in readings.items()}
     return {
@@ -59,6 +62,7 @@ def decision_details(
         "state": state,
         "usage": None if usage is None else dict(usage),
         **({"beside": list(beside)} if beside else {}),
+        **motion,
         **caller_details(caller),
         "asked": _action_details(asked),
     }
@@ -73,9 +77,10 @@ def outcome_details(decision: Decision) -> dict[str, Any]:
     }
 
 
-def motion_details(gated: Decision, decision: Decision, motion: str | None) -> dict[str, Any]:
-    """The digest of the motion that the action becomes; where that was denied, what the gate had said."""
-    return {"motion": motion} if decision is gated else {"motion": motion, "gate": outcome_details(gated)}
+def motion_details(gated: Decision, decision: Decision, motion: Mapping[str, Any]) -> dict[str, Any]:
+    """The motion that the action becomes, as it is told; where that was denied, what the gate had said."""
+    told = {"motion_digest": digest_of(motion), "motion": motion}
+    return told if decision is gated else {**told, "gate": outcome_details(gated)}
 
 
 def caller_details(caller: Caller) -> dict[str, Any]:

@@ -13,7 +13,6 @@ A plant that states that an action moves nothing is believed.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable, Mapping
 from itertools import chain
 from math import dist, isfinite
@@ -157,15 +156,6 @@ class MotionDecider:
             f"or comes nearer than the clearance: {barrier.rationale}"
         )
         return [Reason("AE763", barrier.id, text)]
-
-
-def motion_digest(plan: Plan | None) -> str | None:
-    """What a decision record names a motion by: SHA-256 of all of it; what else there is, in words."""
-    if isinstance(plan, Trajectory):
-        return hashlib.sha256(repr(plan).encode()).hexdigest()
-    if isinstance(plan, Motionless):
-        return f"none: {plan.why}"
-    return None
 
 
 def _misplaced(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Mapping
-from math import inf, isfinite
+from math import inf, isfinite, nan
 
 from aeros.runtime.decision import Decision, Reason, Verdict
 from aeros.runtime.window import Window
@@ -61,10 +61,19 @@ class Usage:
                 self._times[quota.id].append(at)
 
     def _advance(self, now: float) -> float:
-        at = now if type(now) is float else float(now)
-        if not isfinite(at) or at != now:  # a whole number may be no double
+        at = now if type(now) is float else _double(now)
+        if not isfinite(at):
             raise ClockError(f"the time {now} is no time")
         if at < self._latest:
             raise ClockError(f"the clock went back from {self._latest:.6g} s to {at:.6g} s")
         self._latest = at
         return at
+
+
+def _double(now: object) -> float:
+    """A number as the double that it is; of anything else NaN."""
+    try:
+        at = float(now) if isinstance(now, int | float) else nan
+    except OverflowError:
+        return nan
+    return at if at == now else nan

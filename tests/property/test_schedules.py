@@ -17,7 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.runtime.audit import verify_log
-from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.configuration import only
 from aeros.runtime.ports import Completion, Ended, Monitor, Motion, Plan, StepHandle, StepStatus
 from aeros.runtime.replay import Replay
 from aeros.sim.fake import FakePlant
@@ -105,6 +105,6 @@ def test_what_always_holds(bodies: dict[str, list[Action]], moves: list[Any], du
         finished = [call for call in plant.calls if call[0] == "skill_ended" and call[2]]
         assert len(finished) == sum(one.result.status is StepStatus.FINISHED for one in ended)
         cart.audit.close()
-        replay = Replay(configuration(), Gate(configuration(), GateMode.COMPILED))
+        replay = Replay(only(configuration()))
         assert verify_log(cart.log, lambda record, _: replay.take(record)).sound
         assert replay.disagreements == []

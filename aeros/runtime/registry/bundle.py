@@ -75,7 +75,7 @@ def keep(files: Mapping[str, bytes], store: Path, name: str) -> Path:
 
 
 def sweep(store: Path, named: set[Path]) -> None:
-    """Remove what an interrupted or superseded change left behind."""
+    """Remove what holds none of the folders `named`: left by an interrupted change, or never in force."""
     for folder in store.iterdir() if store.is_dir() else ():
         if not any(folder in path.parents for path in named):
             shutil.rmtree(folder, ignore_errors=True)

@@ -9,17 +9,23 @@ from __future__ import annotations
 import getpass
 import os
 import socket
+from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
 from aeros.runtime.audit import AuditError, AuditLog
+from aeros.runtime.audit_check import Record, verify_log
 from aeros.runtime.audit_checkpoints import Signing
 from aeros.runtime.audit_keys import KeyRefusedError, read_signing_key
-from aeros.runtime.registry.records import Snapshot
+from aeros.runtime.registry.lifecycle import State
+from aeros.runtime.registry.records import Installed, Snapshot
 from aeros.spec.diagnostics import Diagnostic
 from aeros.spec.errors import UserError
+from aeros.spec.model import Block
 
 LOG: Final = "audit.jsonl"
+_CHANGE: Final = "registry-change"
 
 
 def record_change(
@@ -49,10 +55,39 @@ def record_change(
     try:
         signing = Signing(read_signing_key(key)) if key.exists() else None
         with AuditLog(folder / LOG, signing=signing) as log:
-            log.append("registry-change", details)
+            log.append(_CHANGE, details)
     except (AuditError, KeyRefusedError) as failure:
         problem = Diagnostic("AE965", f"the change cannot be recorded, so it is not made: {failure}")
         raise UserError([problem]) from failure
+
+
+def adopted(folder: Path) -> dict[str, Snapshot]:
+    """By the digest of the configuration, what the changes in the log made; of several the newest.
+
+    A log that is not sound is read up to there: what comes of a snapshot is known by its digest.
+    """
+    found: dict[str, Snapshot] = {}
+
+    def look(record: Record, own: str) -> None:
+        if record["event"] == _CHANGE:
+            with suppress(AttributeError, KeyError, TypeError, ValueError):
+                details = record["details"]
+                found[str(details["configuration"])] = _snapshot(details)
+
+    verify_log(folder / LOG, look)
+    return found
+
+
+def _snapshot(details: Mapping[str, Any]) -> Snapshot:
+    modules = {
+        name: Installed.kept(name, one["version"], one["digest"], State(one["state"]))
+        for name, one in details["modules"].items()
+    }
+    blocks = {
+        id_: Block(id_, one["reason"], one["module"], one["skill"], one["action"])
+        for id_, one in details["blocks"].items()
+    }
+    return Snapshot(details["to"], details["policy"], modules, blocks)
 
 
 def _who() -> dict[str, Any]:

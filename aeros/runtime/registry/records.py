@@ -43,6 +43,11 @@ class Installed:
     folder: str
     state: State
 
+    @classmethod
+    def kept(cls, name: str, version: str, digest: str, state: State) -> Installed:
+        """A module that is kept where its digest says."""
+        return cls(name, version, digest, f"modules/{digest}/{name}", state)
+
 
 @dataclass(frozen=True)
 class Snapshot:

@@ -23,7 +23,7 @@ from aeros.durable import replace_file
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.proving import prove
 from aeros.runtime.registry.bundle import bundle_digest, keep, module_files, sweep
-from aeros.runtime.registry.change_log import record_change
+from aeros.runtime.registry.change_log import adopted, record_change
 from aeros.runtime.registry.lifecycle import State, Verb, after, before
 from aeros.runtime.registry.live import Live, StillMovingError
 from aeros.runtime.registry.records import Installed, Records, Snapshot
@@ -104,7 +104,7 @@ class Registry:
                     "give what has changed a version of its own",
                 )
             state = self._next(old, ecm.id, Verb.INSTALL)
-            one = Installed(ecm.id, ecm.version, digest, f"modules/{digest}/{ecm.id}", state)
+            one = Installed.kept(ecm.id, ecm.version, digest, state)
             new = _with(old, one)
             configuration, _ = self._proved(new, {ecm.id: source})
             folder = keep(files, self.folder / "modules", ecm.id)
@@ -137,7 +137,9 @@ class Registry:
             kinds = self._policy_of(old).kinds
             if block.action is not None and block.action not in kinds:
                 raise _unknown("action kind", block.action, kinds)
-            self._change(old, replace(old, blocks={**old.blocks, block.id: block}), f"block {block.id}")
+            # In the order in which they are read back, so that the digest is that of what will be in force.
+            blocks = dict(sorted({**old.blocks, block.id: block}.items()))
+            self._change(old, replace(old, blocks=blocks), f"block {block.id}")
 
     def unblock(self, block: str) -> None:
         """Take an operator override back."""
@@ -244,7 +246,9 @@ class Registry:
                     f"the change is made, but an action of the old configuration still moves {late}",
                     "stop the robot",
                 ) from late
-        sweep(self.folder / "modules", {self.folder / one.folder for one in new.modules.values()})
+        # What was in force once stays, so that what was decided under it can be decided again.
+        kept = [one for snapshot in adopted(self.folder).values() for one in snapshot.modules.values()]
+        sweep(self.folder / "modules", {self.folder / one.folder for one in kept})
 
     def _keep_policy(self, new: Snapshot, content: bytes) -> None:
         path = self.folder / new.site

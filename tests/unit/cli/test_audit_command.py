@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from aeros.cli.main import main
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.audit_check import GENESIS, end_record
 from aeros.runtime.canonical import canonical
-from aeros.runtime.records import decision_details
+from aeros.runtime.records import decision_details, session_details
 from tests.unit.runtime import bench
 
 REPOSITORY = Path(__file__).parents[3]
@@ -207,16 +208,16 @@ def decided(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         bench.request(human_distance=0.25),
         bench.request(speed=1.0),
         bench.request("quickly", "sweep", wind=5.0, pace=3.0),
-        bench.Request(*vars(bench.request("quickly", "carry")).values()),
-        bench.without(bench.request(), "stop_pressed"),
+        *(replace(bench.request("quickly", "carry"), usage={"carry-rate": used}) for used in range(4)),
+        replace(bench.without(bench.request(), "stop_pressed"), usage={"carry-rate": 3}),
     ]
     with AuditLog(path, clock=iter(range(1_000_000, 2_000_000)).__next__) as log:
-        log.append("session-opened", {"site": {"id": "bench", "digest": bench.configuration().site.digest}})
-        for place, one in enumerate(asked):
-            usage = {"carry-rate": 3 if place == 4 else 0}
-            decision = bench.gate().decide(one.caller, one.readings, one.action, one.now, usage)
-            digest = bench.configuration().digest
-            details = decision_details(decision, digest, one.now, one.readings, one.caller, one.action, usage)
+        log.append("session-opened", session_details(bench.configuration()))
+        for one in asked:
+            decision, digest = one.decided_by(bench.gate()), bench.configuration().digest
+            details = decision_details(
+                decision, digest, one.now, one.readings, one.caller, one.action, one.usage
+            )
             log.append("decision", details)
         log.append("step-ended", {"module": "handling", "skill": "slowly", "status": "denied", "reason": "r"})
         log.append("note", {"event": "plan\x1b[2J"})
@@ -231,16 +232,16 @@ def shown(folder: Path, capsys: pytest.CaptureFixture[str], *options: str) -> li
 @pytest.mark.parametrize(
     ("options", "expected"),
     [
-        ((), [0, 1, 2, 3, 4, 5, 6, 7, 8]),
-        (("--verdict", "DENY"), [2, 3, 5, 6]),
-        (("--verdict", "ALLOW", "--verdict", "ATTENUATE"), [1, 4]),
-        (("--kind", "move"), [1, 2, 3, 6]),
+        ((), [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]),
+        (("--verdict", "DENY"), [2, 3, 8, 9]),
+        (("--verdict", "ALLOW", "--verdict", "ATTENUATE"), [1, 4, 5, 6, 7]),
+        (("--kind", "move"), [1, 2, 3, 9]),
         (("--rule", "separation"), [2]),
-        (("--rule", "AE742", "--rule", "top-speed"), [3, 5]),
-        (("--skill", "slowly"), [7]),
+        (("--rule", "AE742", "--rule", "top-speed"), [3, 8]),
+        (("--skill", "slowly"), [10]),
         (("--skill", "handling.quickly", "--from", "3", "--to", "5"), [3, 4, 5]),
         (("--module", "unheard_of"), []),
-        (("--event", "note", "--event", "session-opened"), [0, 8]),
+        (("--event", "note", "--event", "session-opened"), [0, 11]),
         (("--since", "1970-01-12T13:46:41+00:00", "--until", "1970-01-12T13:46:43+00:00"), [1, 2, 3]),
     ],
 )
@@ -328,22 +329,23 @@ def test_replay_names_what_does_not_come_out_the_same(
 ) -> None:
     own = ("--site", str(bench.SITE), "--ecms", str(bench.MODULE))
     assert audit("replay", decided, *own) == Exit.PROVED
-    assert "6 decisions come out the same" in capsys.readouterr().out
+    assert "9 decisions come out the same" in capsys.readouterr().out
     path = decided / "out" / "audit.jsonl"
-    record = json.loads(path.read_bytes().splitlines()[1])
+    opened, record = map(json.loads, path.read_bytes().splitlines()[:2])
     path.unlink()
     with AuditLog(path) as log:
+        log.append("session-opened", opened["details"])
         log.append("decision", {**record["details"], "verdict": "DENY"})
     assert audit("replay", decided, *own) == Exit.REJECTED
     said = capsys.readouterr().out
-    assert "record 0 does not come out the same" in said
+    assert "record 1 does not come out the same" in said
     assert '"verdict": "DENY"' in said
     assert '"verdict": "ALLOW"' in said
     assert audit("replay", decided, *own, "--format", "json") == Exit.REJECTED
-    assert json.loads(capsys.readouterr().out)["disagreements"][0]["sequence"] == 0
+    assert json.loads(capsys.readouterr().out)["disagreements"][0]["sequence"] == 1
 
 
-def test_replay_takes_what_is_in_force_on_this_robot(
+def test_replay_takes_what_was_in_force_on_this_robot(
     decided: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     state = ("--state", str(tmp_path / "state"))
@@ -356,16 +358,23 @@ def test_replay_takes_what_is_in_force_on_this_robot(
     for change in changes:
         assert main([*change, *state]) == Exit.PROVED, capsys.readouterr().err
     assert audit("replay", decided, *state) == Exit.PROVED
-    assert "6 decisions come out the same" in capsys.readouterr().out
-    assert main(["deactivate", "handling", *state]) == Exit.PROVED
+    assert "9 decisions come out the same" in capsys.readouterr().out
+    for verb in ("deactivate", "remove"):
+        assert main([verb, "handling", *state]) == Exit.PROVED
+    assert audit("replay", decided, *state) == Exit.PROVED
+    shutil.rmtree(tmp_path / "state" / "registry" / "modules")
+    capsys.readouterr()
     assert audit("replay", decided, *state) == Exit.REJECTED
+    said = capsys.readouterr().out
+    assert "of what it was made of is not kept any more: `handling` 1.0.0 sha256:" in said
+    assert "0 decisions come out the same; 9 do not" in said
 
 
 def test_replay_requires_the_same_configuration(decided: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert audit("replay", decided, "--ecms", str(REPOSITORY / "ecms" / "clean_table")) == Exit.REJECTED
     said = capsys.readouterr().out
     assert "record 1 cannot be decided again: it was decided under the configuration" in said
-    assert "0 decisions come out the same; 6 do not" in said
+    assert "0 decisions come out the same; 9 do not" in said
 
 
 @pytest.mark.parametrize("command", ["", "verify", "show", "replay", "keygen"])

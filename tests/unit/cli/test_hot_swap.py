@@ -101,6 +101,12 @@ def test_an_upgrade_takes_over_in_the_middle_of_a_run(robot: Robot, running: sub
     # The step that was under way was of the old code, and none of its actions was executed any more.
     assert 0.24 not in speeds(records)
     assert 0.12 in speeds(records[changed:])
+    # And all of it is decided the same again, also when nothing of it is installed any more.
+    decisions = [one for one in records if one["event"] == "decision"]
+    for command in ("deactivate make_dumplings", "remove make_dumplings"):
+        robot.terminal(command)
+    said = robot.terminal("audit replay out/audit.jsonl")
+    assert said == f"{len(decisions)} decisions come out the same; 0 do not\n"
 
 
 def test_what_is_withdrawn_in_the_middle_of_a_run_acts_no_more(

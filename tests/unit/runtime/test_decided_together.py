@@ -12,6 +12,7 @@ import pytest
 from aeros.runtime.audit import verify_log
 from aeros.runtime.audit_check import Record
 from aeros.runtime.beside import Begun
+from aeros.runtime.configuration import only
 from aeros.runtime.decision import Decision, Verdict
 from aeros.runtime.gate import Gate, GateMode
 from aeros.runtime.ports import Reading, StepRequest, StepStatus
@@ -29,7 +30,7 @@ def replayed(
     change: Callable[[Record], Record | None] = lambda record: record,
 ) -> Replay:
     """The decisions of a log decided again, each as `change` makes it."""
-    replay = Replay(configuration(), Gate(configuration(), mode))
+    replay = Replay(only(configuration()), mode)
 
     def take(record: Record, own: str) -> None:
         changed = change(record)
@@ -101,7 +102,12 @@ def test_a_replay_says_what_it_lacks(cart: MakeCart) -> None:
     one.start("reach")
     one.start("drive")
     one.ends(2)
-    replay = replayed(one.log, change=lambda record: record if "beside" in record["details"] else None)
+    replay = replayed(
+        one.log,
+        change=lambda record: (
+            record if record["event"] != "decision" or "beside" in record["details"] else None
+        ),
+    )
     (found,) = replay.disagreements
     assert "which is none of an action that began" in found.why
 

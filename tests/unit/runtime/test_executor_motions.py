@@ -8,8 +8,9 @@ from typing import Any
 
 import pytest
 
+from aeros.runtime.canonical import digest_of
 from aeros.runtime.ports import Completion, Motionless, StepResult, StepStatus, Trajectory
-from aeros.runtime.trajectory import motion_digest
+from aeros.runtime.stated_motion import read_motion
 from aeros.spec.model import Site
 from tests.unit.runtime.one_joint import PLAN, governed
 from tests.unit.runtime.one_step import Bench, twice
@@ -23,7 +24,7 @@ def _moving_bench(site: Site, make_ecm: Any, path: Path, angle: float) -> Bench:
     return bench
 
 
-def test_what_is_executed_is_what_was_decided_and_its_record_names_it(
+def test_what_is_executed_is_what_was_decided_and_its_record_holds_it(
     site: Site, make_ecm: Any, tmp_path: Path
 ) -> None:
     bench = _moving_bench(site, make_ecm, tmp_path / "audit.jsonl", 0.0)
@@ -31,7 +32,12 @@ def test_what_is_executed_is_what_was_decided_and_its_record_names_it(
     methods = [call[0] for call in bench.plant.calls]
     assert methods == ["skill_began", "plan", "begin", "advance", "plan", "begin", "advance", "skill_ended"]
     assert bench.plant.decided == [PLAN, PLAN]
-    assert {record["details"]["motion"] for record in bench.records("decision")} == {motion_digest(PLAN)}
+    (body,) = bench.records("body")
+    bodies = {digest_of(body["details"]["body"]): body["details"]["body"]}
+    for record in bench.records("decision"):
+        motion = record["details"]["motion"]
+        assert read_motion(motion, bodies) == PLAN
+        assert record["details"]["motion_digest"] == digest_of(motion)
     bench.audit.close()
 
 
@@ -45,7 +51,7 @@ def test_a_motion_that_is_not_in_order_is_denied_recorded_and_not_made(
     assert bench.plant.executed == []
     (record,) = bench.records("decision")
     assert record["details"]["verdict"] == "DENY"
-    assert record["details"]["motion"] == motion_digest(PLAN)
+    assert record["details"]["motion"]["duration"] == PLAN.duration
     assert record["details"]["gate"]["verdict"] == "ALLOW"
     bench.assert_cleaned_up(finished=False)
     bench.audit.close()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from math import inf, nan
@@ -12,7 +11,7 @@ import pytest
 
 from aeros.runtime.decision import Decision, Verdict
 from aeros.runtime.ports import Ball, Body, Completion, Motionless, Reading, Servo, Trajectory, Triple
-from aeros.runtime.trajectory import MotionDecider, motion_digest
+from aeros.runtime.trajectory import MotionDecider
 from aeros.skill import act
 from aeros.spec.expr.scope import Box
 from aeros.spec.model import Barrier, MotionKind, MotionPolicy, ToolLimits
@@ -235,15 +234,3 @@ def test_what_feedback_may_do_is_decided_too(changed: dict[str, Any], rule: tupl
 def test_every_path_of_several_is_decided() -> None:
     paths = (*motion().paths, *motion(1.5).paths)
     assert decided(motion(paths=paths, servo=servo()), "slide") == [("AE763", "off-the-pillar")]
-
-
-def test_the_digest_names_the_motion() -> None:
-    names: list[Callable[[], Any]] = [
-        motion,
-        lambda: motion(0.6),
-        lambda: motion(duration=2.5),
-        lambda: Motionless("x"),
-    ]
-    assert len({motion_digest(name()) for name in names}) == 4
-    assert motion_digest(motion()) == motion_digest(motion())
-    assert motion_digest(None) is None

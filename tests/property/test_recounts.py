@@ -1,0 +1,41 @@
+"""What really was is never objected to, whatever control ticks have seen of which there is no record."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from aeros.runtime.history import Histories
+from aeros.runtime.ports import Reading
+from aeros.runtime.recounting import Recount
+from aeros.spec.expr import terms as t
+from tests.differential.test_past_time import conditions, kept, steps, values
+
+Seen = Mapping[str, Any]
+looks = st.lists(st.tuples(steps, values), max_size=3)
+decisions = st.lists(st.tuples(steps, values, st.booleans(), looks), min_size=1, max_size=6)
+
+
+@settings(max_examples=400, deadline=None)
+@given(conditions(), decisions, st.randoms(use_true_random=False))
+def test_histories_as_they_were_kept_are_not_objected_to(
+    term: t.Term, made: list[tuple[float, Seen, bool, list[tuple[float, Seen]]]], chance: Any
+) -> None:
+    _, site = kept(term)
+    histories, recount, now = Histories(site), Recount(site), 0.0
+
+    def look(seen: Seen) -> dict[str, Reading]:
+        readings = {name: Reading(one, now) for name, one in seen.items() if chance.random() < 0.8}
+        return histories.look(readings, now)
+
+    for step, seen, begins, ticks in made:
+        now += step
+        assert recount.objection(look(seen), now) is None
+        if begins:
+            recount.executed("move", now)
+            for later, other in ticks:
+                now += later
+                look(other)
