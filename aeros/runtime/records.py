@@ -44,11 +44,13 @@ def decision_details(
     asked: Action,
     usage: Mapping[str, int] | None,
     beside: Sequence[int] = (),
+    halting: Sequence[int] = (),
 ) -> dict[str, Any]:
     """Everything the gate decided on, and what it decided: enough to decide it again.
 
     usage: by quota, what was used up; None where the clock was wrong and the gate was not asked.
     beside: the records of the decisions on the actions that were under way.
+    halting: those of them that came to rest before their ends.
     """
     state = {name: [reading.value, reading.time] for name, reading in readings.items()}
     return {
@@ -59,6 +61,7 @@ def decision_details(
         "state": state,
         "usage": None if usage is None else dict(usage),
         **({"beside": list(beside)} if beside else {}),
+        **({"halting": list(halting)} if halting else {}),
         **caller_details(caller),
         "asked": _action_details(asked),
     }
