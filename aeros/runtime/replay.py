@@ -26,7 +26,8 @@ from aeros.runtime.canonical import Unencodable, canonical, restored
 from aeros.runtime.configuration import Configuration, Configurations, UnknownConfigurationError
 from aeros.runtime.decision import Caller, Decision
 from aeros.runtime.gate import Gate, GateDisagreementError, GateMode
-from aeros.runtime.ports import Plan, Reading, Readings
+from aeros.runtime.merging import Companion, companions_of
+from aeros.runtime.ports import Reading, Readings
 from aeros.runtime.records import outcome_details, session_details
 from aeros.runtime.recounting import Recount, Used
 from aeros.runtime.stated_motion import read_motion
@@ -213,11 +214,18 @@ class Replay:
             told = f"what was decided before it adds up to {dict(used)}, and recorded is {recorded}"
             raise _UnheldError(f"the use of quotas is another: {told}")
         gated = governing.gate.decide(caller, readings, action, now, recorded)
+        begun = [_begun(number, earlier) for number, earlier in others]
         if others:
-            begun = [_begun(number, earlier) for number, earlier in others]
             gated = governing.gate.decide_beside(gated, readings, now, begun)
-        plans = [self._motion(earlier) for _, earlier in others]
-        decision = self._decide_motion(governing.motions, gated, readings, details, plans)
+        halting = details.get("halting", ())
+        companions = companions_of(
+            (
+                (one, self._motion(earlier), one.record in halting)
+                for one, (_, earlier) in zip(begun, others, strict=True)
+            ),
+            now,
+        )
+        decision = self._decide_motion(governing.motions, gated, readings, details, companions)
         again = outcome_details(decision)
         return again if decision is gated else {**again, "gate": outcome_details(gated)}
 
@@ -227,7 +235,7 @@ class Replay:
         gated: Decision,
         readings: Readings,
         details: Mapping[str, Any],
-        others: Sequence[Plan | None],
+        others: Sequence[Companion],
     ) -> Decision:
         governed = gated.action is not None and motions.governs(gated.action.kind)
         if governed != ("motion" in details):

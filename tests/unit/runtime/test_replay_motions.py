@@ -20,7 +20,7 @@ from aeros.runtime.ports import Completion, Motionless, Plan, Trajectory
 from aeros.runtime.replay import Replay
 from aeros.runtime.stated_motion import told_body, told_motion
 from aeros.skill import act
-from tests.unit.runtime.one_joint import PLAN, governed
+from tests.unit.runtime.one_joint import DRIVES, PLAN, TURNS, governed
 from tests.unit.runtime.together import Cart, asking, configuration, move, roll
 
 AWAY = replace(PLAN, paths=((((0.5,),) * 4,),))
@@ -92,22 +92,45 @@ def test_a_motion_that_no_record_can_hold_is_compared_by_its_verdict(tmp_path: P
     assert (replay.disagreements, replay.agreed, replay.verdict_only) == ([], 2, 2)
 
 
-def test_a_second_motion_of_the_robot_is_decided_beside_the_first_again(tmp_path: Path) -> None:
-    bodies = {"reach": asking(move()), "drive": asking(roll())}
-    for second, reason in ((PLAN, "AE764"), (Motionless("wheels alone"), None)):
-        one = Cart(tmp_path / f"{reason}.jsonl", bodies, under=with_motions())
-        one.plant.values["joint_angle"] = (0.0,)
-        plans: dict[str, Plan] = {"move": PLAN, "roll": second}
-        one.plant.plan = lambda action, plans=plans: plans[action.kind]  # type: ignore[method-assign, misc]
-        one.start("reach")
-        one.start("drive")
-        one.ends(2)
-        one.audit.close()
-        replay = replayed(one.log)
-        assert (replay.disagreements, replay.agreed) == ([], 2)
-        last = one.records("decision")[-1]
-        assert [code for code, _, _ in last["reasons"]] == ([reason] if reason else [])
-        assert "motion" in last
+def two_at_once(log: Path, second: Plan, *, cancelled: bool = False) -> Cart:
+    """A cart whose arm turns, and meanwhile does something else; the turn may be taken back before."""
+    one = Cart(log, {"reach": asking(move()), "drive": asking(roll())}, under=with_motions())
+    one.plant.values["joint_angle"] = (0.0,)
+    plans: dict[str, Plan] = {"move": TURNS, "roll": second}
+    one.plant.plan = lambda action: plans[action.kind]  # type: ignore[method-assign]
+    reach = one.start("reach")
+    if cancelled:
+        assert one.executor.wait(0.0) is None
+        assert one.executor.wait(0.01) is None
+        one.executor.cancel(reach, "enough")
+    one.start("drive")
+    one.ends(2)
+    one.audit.close()
+    return one
+
+
+@pytest.mark.parametrize(
+    ("second", "reason"), [(TURNS, "AE764"), (DRIVES, None), (Motionless("wheels alone"), None)]
+)
+def test_a_second_motion_of_the_robot_is_decided_beside_the_first_again(
+    second: Plan, reason: str | None, tmp_path: Path
+) -> None:
+    one = two_at_once(tmp_path / "audit.jsonl", second)
+    replay = replayed(one.log)
+    assert (replay.disagreements, replay.agreed) == ([], 2)
+    last = one.records("decision")[-1]
+    assert [code for code, _, _ in last["reasons"]] == ([reason] if reason else [])
+    assert "motion" in last
+
+
+def test_beside_what_comes_to_rest_it_is_denied_again_and_not_where_the_record_keeps_that_back(
+    tmp_path: Path,
+) -> None:
+    one = two_at_once(tmp_path / "audit.jsonl", DRIVES, cancelled=True)
+    replay = replayed(one.log)
+    assert (replay.disagreements, replay.agreed) == ([], 2)
+    (found,) = replayed(one.log, lambda records: decisions(records)[-1].pop("halting")).disagreements
+    assert (found.recorded["verdict"], found.again and found.again["verdict"]) == ("DENY", "ALLOW")
 
 
 # What is altered.
