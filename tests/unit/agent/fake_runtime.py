@@ -68,7 +68,7 @@ class FakeRuntime:
         for handle in self.cancelled:
             if self.under_way.pop(handle, None) is not None:
                 return Ended(handle, StepResult(StepStatus.CANCELLED, self.cancelled[handle]))
-        if self.clock + 1.0 > until:
+        if not self.under_way or self.clock + 1.0 > until:
             self.clock = max(self.clock, until)
             return None
         handle = min(self.under_way, key=lambda one: self.last.count(self.under_way[one].skill))
