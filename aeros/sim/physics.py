@@ -141,11 +141,16 @@ class PhysicsPlant:
 
     def halt(self, motion: Motion) -> None:
         """Bring what `motion` moves to rest inside its limits; the fingers keep their grip."""
-        moves = self._under_way[motion].moves
-        self._under_way[motion] = _UnderWay(self._coming_to_rest(moves), moves, is_halting=True)
+        one = self._under_way[motion]
+        # What the motors are set to already is done first: a set point left out is a jerk.
+        self._under_way[motion] = _UnderWay(
+            self._coming_to_rest(one.moves), one.moves, is_set=one.is_set, is_halting=True
+        )
 
     def stop(self) -> None:
         """Bring arm and base to rest inside their limits and hold; the fingers keep their grip."""
+        if any(one.is_set for one in self._all()):
+            self._tick(stopping=True)
         self._under_way.clear()
         for _ in self._coming_to_rest(PARTS):
             self._tick(stopping=True)
