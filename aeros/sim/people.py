@@ -118,9 +118,9 @@ class People:
     def distance(self, within: float) -> float:
         """Of the nearest person from any part of the robot, m; inf where nobody is nearer than `within`.
 
-        Negative where they overlap.  What the robot holds is no part of it.
+        0 where they overlap.  What the robot holds is no part of it.
         """
-        return min((one.distance(self._robot, within) for one in self._walkers), default=inf)
+        return max(0.0, min((one.distance(self._robot, within) for one in self._walkers), default=inf))
 
 
 class _Walker:
