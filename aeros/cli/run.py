@@ -49,6 +49,7 @@ _EXAMPLES = """\
 All modules are proved before anything moves, and each `ecm.lock` must be the certificate that
 results.  The folder given by --out holds afterwards: run.webp (physics), trace.jsonl (what the agent
 did), audit.jsonl (every decision, chained).  The exit code is 0 when the goal is measured, 1 when not.
+A person walks their own way and minds nothing; the robot slows down or stops as the site says.
 A composition is a graph of skills that the module declares; its branches run at the same time.
 
 examples:

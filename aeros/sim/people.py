@@ -120,7 +120,9 @@ class People:
 
         0 where they overlap.  What the robot holds is no part of it.
         """
-        return max(0.0, min((one.distance(self._robot, within) for one in self._walkers), default=inf))
+        if not self._walkers:
+            return inf
+        return max(0.0, min(one.distance(self._robot, within) for one in self._walkers))
 
 
 class _Walker:

@@ -1,7 +1,7 @@
 """Between what is true and what is measured: noise, latency and dropout of each measured quantity.
 
 Ground truth is for the referee of an experiment and for `Sensors` alone; whoever acts or decides sees
-what `Sensors` make of it.  A quantity without a model is measured as it is.
+what `Sensors` make of it.  A quantity without a sensor model is measured as it is.
 """
 
 from __future__ import annotations
@@ -111,15 +111,18 @@ class Sensors:
 
     def look_back(self, names: Iterable[str]) -> bool:
         """Whether some other quantity than `names` has to be sampled at every tick."""
+        if not self.models:
+            return False
         return any(model.looks_back for name, model in self.models.items() if name not in names)
 
     def sample(self, truth: Truth) -> None:
         """Let them see what is true now; once for each tick, whoever asks again afterwards."""
-        for name in self._lines.keys() - self.models.keys():
-            del self._lines[name]
-        for name, model in self.models.items():
-            if name in truth.values:
-                self._sample(name, model, truth)
+        if self.models or self._lines:
+            for name in self._lines.keys() - self.models.keys():
+                del self._lines[name]
+            for name, model in self.models.items():
+                if name in truth.values:
+                    self._sample(name, model, truth)
         self._last = truth
 
     def read(self, truth: Truth) -> Readings:
@@ -136,9 +139,9 @@ class Sensors:
 
     def values(self, truth: Truth) -> Mapping[str, Any]:
         """What a monitor gets of `truth`: values where they are as of now, else a `Reading`."""
-        self.sample(truth)
         if self.models.keys().isdisjoint(truth.values):
             return truth.values
+        self.sample(truth)
         now, values = truth.time, dict(truth.values)
         for name in self.models.keys() & values.keys():
             reading = self._lines[name].latest
