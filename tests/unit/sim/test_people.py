@@ -16,7 +16,7 @@ from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.randomness import Chance
 from aeros.skill import act
 from aeros.spec.errors import UserError
-from tests.unit.sim.acting import execute
+from tests.unit.sim.acting import allow, execute, recording
 
 pytestmark = pytest.mark.physics
 
@@ -25,10 +25,6 @@ WAY = (
     Waypoint((2.0, 1.0), speed=0.5, stay=2.0),
     Waypoint((0.0, 1.0), arrive=10.0),
 )
-
-
-def allow(now: float, values: Mapping[str, Any]) -> str | None:
-    return None
 
 
 def move(x: float, y: float, z: float) -> Any:
@@ -127,14 +123,9 @@ def test_each_tick_measures_what_a_search_over_all_links_finds() -> None:
 
 def test_the_same_seed_repeats_bit_for_bit_with_people_and_another_does_not() -> None:
     def told(seed: int) -> list[Any]:
-        log: list[Any] = []
-
-        def monitor(now: float, values: Mapping[str, Any]) -> str | None:
-            log.append(values)
-            return None
-
+        log: list[Mapping[str, Any]] = []
         plant = make_plant("table", seed, people=read_people("at_the_table"))
-        execute(plant, act("wait", duration=13.0), monitor, 99.0)
+        execute(plant, act("wait", duration=13.0), recording(log), 99.0)
         plant.close()
         return log
 

@@ -16,7 +16,7 @@ from aeros.sim.scenes import SCENES
 from aeros.sim.sensing import SensorModel, Sensors, Truth
 from aeros.skill import act
 from aeros.spec.errors import MisuseError
-from tests.unit.sim.acting import execute
+from tests.unit.sim.acting import allow, execute, recording
 
 
 def truth(tick: int, **more: Any) -> Truth:
@@ -149,12 +149,7 @@ def test_no_truth_goes_past_the_sensors(scene: str) -> None:
     assert len(dead) >= 11
     plant = make_plant(scene, 0, sensors=dead)
     told: list[Mapping[str, Any]] = []
-
-    def monitor(now: float, values: Mapping[str, Any]) -> str | None:
-        told.append(values)
-        return None
-
-    execute(plant, act("move_tool", target=(0.5, 0.1, 0.6), yaw=0.0, speed=0.3), monitor, 1.0)
+    execute(plant, act("move_tool", target=(0.5, 0.1, 0.6), yaw=0.0, speed=0.3), recording(told), 1.0)
     assert plant.observe() == {}
     assert len(told) > 200
     assert not any(told)
@@ -164,7 +159,7 @@ def test_no_truth_goes_past_the_sensors(scene: str) -> None:
 @pytest.mark.physics
 def test_a_late_scene_tracker_is_late_however_seldom_it_is_asked() -> None:
     plant = make_plant("table", 0, sensors={"sponge_position": SensorModel(latency=0.1)})
-    execute(plant, act("wait", duration=0.5), lambda now, values: None, 9.0)
+    execute(plant, act("wait", duration=0.5), allow, 9.0)
     reading = plant.observe()["sponge_position"]
     assert plant.now() - reading.time == pytest.approx(0.1)
     plant.close()
@@ -174,6 +169,6 @@ def test_a_late_scene_tracker_is_late_however_seldom_it_is_asked() -> None:
 def test_a_camera_that_sees_nothing_measures_nothing() -> None:
     plant = make_plant("fetch", 0, sensors={"object_position": SensorModel(dropout=1.0)})
     for action in (act("move_base", x=1.21, y=0.16, speed=0.6), act("look", camera="hand")):
-        assert execute(plant, action, lambda now, values: None, 99.0).completed
+        assert execute(plant, action, allow, 99.0).completed
     assert "object_position" not in plant.observe()
     plant.close()
