@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from fractions import Fraction
 from math import dist
 from pathlib import Path
 from typing import Final
@@ -19,6 +20,9 @@ from aeros.spec.reader import read_yaml
 from aeros.spec.source import Span
 from aeros.spec.texts import read_source
 from aeros.spec.units import LENGTH, TIME, Dimension
+
+_MOST: Final = 10**6
+"""Metres and seconds up to which somebody can be declared; a few thousand have a meaning."""
 
 _SPEED: Final = LENGTH * TIME**-1
 
@@ -64,13 +68,13 @@ def _person(name: str, one: declared.Person, sink: Diagnostics) -> people.Person
     path = tuple(_waypoint(number, at, sink) for number, at in enumerate(one.path))
     if not sink.has_errors:
         _check_times(path, one.path, sink)
-    floor = 0.0 if one.floor is None else float(elaborate_quantity(one.floor, LENGTH, sink) or 0)
+    floor = 0.0 if one.floor is None else _number(one.floor, LENGTH, sink)
     spread, delay = _amount(one.spread, LENGTH, sink, 0.0), _amount(one.delay, TIME, sink, 0.0)
     return people.Person(name, path, height, radius, floor, spread, delay)
 
 
 def _waypoint(number: int, one: declared.Waypoint, sink: Diagnostics) -> people.Waypoint:
-    x, y = (float(elaborate_quantity(part, LENGTH, sink) or 0) for part in one.at)
+    x, y = (_number(part, LENGTH, sink) for part in one.at)
     ways = [text for text in (one.speed, one.arrive) if text is not None]
     if number == 0 and ways:
         _wrong("the first place is where they are; nobody has to walk there", ways[0].span, sink)
@@ -106,10 +110,19 @@ def _amount(text: Text | None, dimension: Dimension, sink: Diagnostics, default:
     """A quantity that is not negative, in SI."""
     if text is None:
         return default
-    value = elaborate_quantity(text, dimension, sink)
-    if value is not None and value < 0:
+    value = _number(text, dimension, sink)
+    if value < 0.0:
         _wrong(f"`{text.value}` is negative", text.span, sink)
-    return float(value or 0)
+    return value
+
+
+def _number(text: Text, dimension: Dimension, sink: Diagnostics) -> float:
+    """A quantity in SI; 0 where something is wrong with it, which is reported."""
+    value = elaborate_quantity(text, dimension, sink) or Fraction(0)
+    if abs(value) <= _MOST:
+        return float(value)
+    _wrong(f"`{text.value}` is beyond every cell and every run", text.span, sink)
+    return 0.0
 
 
 def _wrong(headline: str, span: Span, sink: Diagnostics, *help_: str) -> None:

@@ -179,6 +179,8 @@ def test_a_file_says_all_of_a_person(tmp_path: Path) -> None:
         ("[{at: [1 m, 0 m]}, {at: [9 m, 0 m], arrive: 0.1 s}]", "", "AE208", "nobody walks at 80 m/s"),
         ("[{at: [1 m, 0 m], stay: 5 s}, {at: [2 m, 0 m], arrive: 4 s}]", "", "AE208", "until 5 s"),
         ("[{at: [1 m, 0 m], stay: -1 s}]", "", "AE208", "is negative"),
+        ("[{at: [1 m, 0 m], stay: 1e300 s}]", "", "AE208", "beyond every cell"),
+        ("[{at: [1 m, -1e999 m]}]", "", "AE208", "beyond every cell"),
         ("[{at: [1 m, 0 m]}]", "height: 1 m\n    radius: 0.6 m", "AE208", "1 m tall and 1.2 m wide"),
         ("[{at: [1 m, 0 m]}]", "radius: 0 m", "AE208", "0 m wide"),
         ("[{at: [1 m, 0 m, 0 m]}]", "", "AE112", "3 entries"),
