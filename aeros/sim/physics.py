@@ -6,7 +6,7 @@ motion, and when the monitor names a rule it stops within that tick.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -15,16 +15,15 @@ from aeros.runtime.ports import Completion, Monitor, Motion, Motionless, Plan, R
 from aeros.sim.motions import PLANNERS, BlockedError, Planned, settle
 from aeros.sim.panda import PARTS, Panda, RobotState
 from aeros.sim.parameters import Parameters, RefusedError
+from aeros.sim.people import People, Person
 from aeros.sim.profile import TICK
 from aeros.sim.randomness import Chance
 from aeros.sim.scenes import SCENES
 from aeros.sim.scenes.scene import Scene
+from aeros.sim.sensing import SCANNER_RANGE, SensorModel, Sensors, Truth
 from aeros.sim.video import Recorder
 from aeros.sim.world import World
 from aeros.skill import Action
-
-SCANNER_RANGE: Final = 20.0
-"""Reading of the area scanner when nobody is in range, m; no person is modelled."""
 
 HOLDING_FORCE: Final = 0.3
 """Force on both fingers above which something is held, N."""
@@ -54,20 +53,42 @@ class _UnderWay:
     is_halting: bool = False
 
 
-class PhysicsPlant:
-    """A scene in motion.  Its clock starts at 0 when everything put into the scene rests."""
+Referee = Callable[[Truth], None]
+"""Whoever judges an experiment: told what is true after every tick, and nothing that acts hears of it."""
 
-    def __init__(self, scene: Scene, seed: int, recorder: Recorder | None = None) -> None:
+
+class PhysicsPlant:
+    """A scene in motion.  Its clock starts at 0 when everything put into the scene rests.
+
+    people: who walks about in it.
+    sensors: between what is true in the scene and what `observe` and the monitor get.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        seed: int,
+        recorder: Recorder | None = None,
+        *,
+        people: Sequence[Person] = (),
+        sensors: Mapping[str, SensorModel] | None = None,
+        referee: Referee | None = None,
+    ) -> None:
         self._scene = scene
         self._recorder = recorder
+        self._referee = referee
+        self.sensors = Sensors(seed, sensors)
         self._world = World()
         self._robot = Panda(self._world, scene.robot)
         scene.build(self._world, self._robot, Chance(seed))
         for _ in range(_SETTLE_TICKS):
             self._world.step()
         self._world.ticks = 0
+        self._people = People(self._world, self._robot.body, people, Chance(seed))
         self._seen: dict[str, Reading] = {}
         self._state = self._robot.sense()
+        self._truth = Truth(0, self._fast_values())
+        self.sensors.sample(self._truth)
         self._planned: tuple[int, Planned] | None = None
         self._under_way: dict[Motion, _UnderWay] = {}
         self._begun = 0
@@ -78,9 +99,7 @@ class PhysicsPlant:
 
     def observe(self) -> Readings:
         """Robot sensors and scene now; what cameras saw, with the time they saw it."""
-        time = self.now()
-        values = {**self._fast_values(), "holding": self._holding(), **self._scene.measure()}
-        return {**self._seen, **{name: Reading(value, time) for name, value in values.items()}}
+        return {**self._seen, **self.sensors.read(self._whole_truth())}
 
     def plan(self, action: Action) -> Plan:
         """The motion that `action` is, from here and now."""
@@ -109,14 +128,14 @@ class PhysicsPlant:
 
         Whatever is blocked ends everything: something is where nothing was expected.
         """
-        rule = monitor(self.now(), self._fast_values())
+        rule = monitor(self.now(), self.sensors.values(self._truth))
         try:
             while rule is None:
                 ended = self._set_motors()
                 if ended or self.now() + TICK > until:
                     return ended
                 self._tick(stopping=any(one.is_halting and "arm" in one.moves for one in self._all()))
-                rule = monitor(self.now(), self._fast_values())
+                rule = monitor(self.now(), self.sensors.values(self._truth))
         except BlockedError as obstacle:
             self._robot.yield_here()
             return self._stopped(str(obstacle))
@@ -124,11 +143,16 @@ class PhysicsPlant:
 
     def halt(self, motion: Motion) -> None:
         """Bring what `motion` moves to rest inside its limits; the fingers keep their grip."""
-        moves = self._under_way[motion].moves
-        self._under_way[motion] = _UnderWay(self._coming_to_rest(moves), moves, is_halting=True)
+        one = self._under_way[motion]
+        # What the motors are set to already is done first: a set point left out is a jerk.
+        self._under_way[motion] = _UnderWay(
+            self._coming_to_rest(one.moves), one.moves, is_set=one.is_set, is_halting=True
+        )
 
     def stop(self) -> None:
         """Bring arm and base to rest inside their limits and hold; the fingers keep their grip."""
+        if any(one.is_set for one in self._all()):
+            self._tick(stopping=True)
         self._under_way.clear()
         for _ in self._coming_to_rest(PARTS):
             self._tick(stopping=True)
@@ -198,26 +222,38 @@ class PhysicsPlant:
             found = self._scene.look(camera)
         except KeyError:
             raise RefusedError(f"unknown camera: `{camera}`") from None
-        return self._read_out(found, self.now())
+        return self._read_out(Truth(self._world.ticks, found))
 
-    def _read_out(self, found: Mapping[str, Any], taken: float) -> Iterator[None]:
-        for _ in range(_LOOK_TICKS):
+    def _read_out(self, picture: Truth) -> Iterator[None]:
+        for _ in range(_LOOK_TICKS + self.sensors.delay(picture.values)):
             yield
-        self._seen.update({name: Reading(value, taken) for name, value in found.items()})
+        self._seen.update(self.sensors.read_once(picture))
 
     def _tick(self, *, stopping: bool = False) -> None:
         self._world.step()
         self._scene.tick()
+        self._people.walk(self._world.time)
         if self._recorder is not None:
             self._recorder.tick(self._world)
         self._state = self._robot.sense()
+        self._truth = Truth(self._world.ticks, self._fast_values())
+        self.sensors.sample(
+            self._whole_truth() if self.sensors.look_back(self._truth.values) else self._truth
+        )
+        if self._referee is not None:
+            self._referee(self._truth)
         for one in self._all():
             one.is_set = False
         if not stopping and self._robot.tracking_error(self._state) > _BLOCKED:
             raise BlockedError(f"blocked: the arm is held back at {_spell(self._state)}")
 
+    def _whole_truth(self) -> Truth:
+        """What is true now, of the scene too."""
+        values = {**self._truth.values, "holding": self._holding(), **self._scene.measure()}
+        return Truth(self._truth.tick, values)
+
     def _fast_values(self) -> dict[str, Any]:
-        """What is measured every tick, by vocabulary name, SI, positions in W."""
+        """What is true of the robot and people around it, by vocabulary name, SI, positions in W."""
         state = self._state
         return {
             "joint_position": state.q,
@@ -227,7 +263,7 @@ class PhysicsPlant:
             "tool_speed": state.tool_speed,
             "finger_gap": state.finger_gap,
             "grip_force": min(self._robot.finger_forces()),
-            "human_distance": SCANNER_RANGE,
+            "human_distance": min(SCANNER_RANGE, self._people.distance(SCANNER_RANGE)),
             "estop_pressed": False,
             "base_position": state.base_position,
         }
@@ -241,11 +277,20 @@ def _spell(state: RobotState) -> str:
     return f"({x:.3f}, {y:.3f}, {z:.3f}) m"
 
 
-def make_plant(scene_name: str, seed: int, record: Path | None = None) -> PhysicsPlant:
+def make_plant(
+    scene_name: str,
+    seed: int,
+    record: Path | None = None,
+    *,
+    people: Sequence[Person] = (),
+    sensors: Mapping[str, SensorModel] | None = None,
+    referee: Referee | None = None,
+) -> PhysicsPlant:
     """A plant with scene `scene_name`, laid out by `seed`; `record` names a `.webp` film to write.
 
-    The same scene, seed and actions repeat bit for bit.  Raises KeyError for an unknown scene.
+    The same scene, people, sensors, seed and actions repeat bit for bit.  Raises KeyError for an unknown
+    scene.
     """
     scene = SCENES[scene_name]()
     recorder = None if record is None else Recorder(record, scene.view)
-    return PhysicsPlant(scene, seed, recorder)
+    return PhysicsPlant(scene, seed, recorder, people=people, sensors=sensors, referee=referee)
