@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from aeros.runtime.ports import Joints
+from aeros.runtime.ports import Joints, Path
 
 Piece = tuple[Joints, Joints, Joints, Joints]
 
@@ -34,6 +34,25 @@ def halves(piece: Piece) -> tuple[Piece, Piece]:
     abc, bcd = _middle(ab, bc), _middle(bc, cd)
     whole = _middle(abc, bcd)
     return (a, ab, abc, whole), (whole, bcd, cd, d)
+
+
+def rest_of(path: Path, s: float) -> list[Piece]:
+    """What is left of the path from s on."""
+    at = s * len(path)
+    index = min(int(at), len(path) - 1)
+    return [_end_of(path[index], at - index), *path[index + 1 :]]
+
+
+def _end_of(piece: Piece, u: float) -> Piece:
+    """The piece from its parameter u on, by the same construction."""
+    a, b, c, d = piece
+    ab, bc, cd = _between(a, b, u), _between(b, c, u), _between(c, d, u)
+    abc, bcd = _between(ab, bc, u), _between(bc, cd, u)
+    return (_between(abc, bcd, u), bcd, cd, d)
+
+
+def _between(a: Joints, b: Joints, u: float) -> Joints:
+    return tuple([x + u * (y - x) for x, y in zip(a, b, strict=True)])
 
 
 def _middle(a: Joints, b: Joints) -> Joints:

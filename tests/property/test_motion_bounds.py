@@ -9,6 +9,7 @@ import pytest
 
 from aeros.runtime import peaks, sweep
 from aeros.runtime.kinematics import Posture
+from aeros.runtime.merging import Merged, Part
 from aeros.runtime.ports import Trajectory
 from tests.unit.runtime.motions import at, body, chance_of, differences, path, places, share, tool
 
@@ -21,6 +22,10 @@ def _motion(seed: int, way: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Tra
     chance = chance_of(seed)
     pieces = chance.choice([1, 3, 8])
     return Trajectory(body(chance), (path(chance, pieces),), (0.1, 0.2, 0.3), way, chance.uniform(0.3, 4.0))
+
+
+def alone(motion: Trajectory) -> sweep.Moving:
+    return Merged(Part(motion), Part(motion)).moving()
 
 
 def _sampled(motion: Trajectory) -> tuple[list[list[float]], list[list[float]], float]:
@@ -57,14 +62,15 @@ def test_no_joint_exceeds_its_bounds(seed: int) -> None:
 def test_the_tool_exceeds_none_of_its_bounds(seed: int) -> None:
     motion = _motion(seed, (0.3, -0.2, 0.0) if seed % 2 else (0.0, 0.0, 0.0))
     _, places, step = _sampled(motion)
-    moving, _ = peaks.tool_rates(motion.body, motion.paths[0], motion.way, motion.duration, 0.0)
+    relative, _ = peaks.tool_rates(motion.body, motion.paths[0], motion.duration, 1e-9)
+    moving = peaks.added(relative, peaks.way_rates(motion.way, motion.duration))
     assert _exceeded(moving, places, step) == []
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_tool_turns_no_faster_than_its_bound(seed: int) -> None:
     motion = _motion(seed)
-    _, turning = peaks.tool_rates(motion.body, motion.paths[0], motion.way, motion.duration, 0.0)
+    _, turning = peaks.tool_rates(motion.body, motion.paths[0], motion.duration, 1e-9)
     steps = [share(i / SAMPLES) for i in range(SAMPLES + 1)]
     axes = []
     for s in steps:
@@ -88,7 +94,7 @@ def test_the_bound_of_the_tools_speed_is_hardly_above_it() -> None:
         _, places, step = _sampled(motion)
         rows = [differences(row, step) for row in places]
         most = max(sum(x * x for x in point) ** 0.5 for point in zip(*rows, strict=True))
-        found, _ = peaks.tool_rates(still, (quarter,), NOWHERE, 1.0, most * 1.001)
+        found, _ = peaks.tool_rates(still, (quarter,), 1.0, most * 1.001)
         assert most <= found.speed <= most * 1.002
 
 
@@ -143,7 +149,7 @@ def test_no_motion_that_meets_a_barrier_is_clear_and_few_others_are_not(
         box = sweep.Box(
             "box", (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2]), inside, False, None
         )
-        found = sweep.breach_of(motion, [box], 0.0)
+        found = sweep.breach_of(alone(motion), [box], 0.0)
         depth = max(
             _depth(box, centre, ball.radius)
             for i in range(200)
