@@ -36,7 +36,7 @@ def _sampled(motion: Trajectory) -> tuple[list[list[float]], list[list[float]], 
     return joints, places, motion.duration / SAMPLES
 
 
-def _exceeded(found: peaks.Rates, rows: list[list[float]], step: float) -> list[str]:
+def exceeded(found: peaks.Rates, rows: list[list[float]], step: float) -> list[str]:
     """The bounds that the rates of a point with these coordinates exceed, by more than differencing errs."""
     named = []
     for name, bound in zip(("speed", "acceleration", "jerk"), found, strict=True):
@@ -50,7 +50,7 @@ def _exceeded(found: peaks.Rates, rows: list[list[float]], step: float) -> list[
 def _joints_exceeded(motion: Trajectory) -> list[str]:
     joints, _, step = _sampled(motion)
     bounds = peaks.joint_rates(motion.paths[0], motion.duration)
-    return [name for found, row in zip(bounds, joints, strict=True) for name in _exceeded(found, [row], step)]
+    return [name for found, row in zip(bounds, joints, strict=True) for name in exceeded(found, [row], step)]
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -64,7 +64,7 @@ def test_the_tool_exceeds_none_of_its_bounds(seed: int) -> None:
     _, places, step = _sampled(motion)
     relative, _ = peaks.tool_rates(motion.body, motion.paths[0], motion.duration, 1e-9)
     moving = peaks.added(relative, peaks.way_rates(motion.way, motion.duration))
-    assert _exceeded(moving, places, step) == []
+    assert exceeded(moving, places, step) == []
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -125,7 +125,7 @@ def test_enclosures_hold_every_place_the_balls_take(seed: int) -> None:
             assert dist(place, centre) + ball.radius <= radius + 1e-12
 
 
-def _depth(box: sweep.Box, centre: tuple[float, float, float], radius: float) -> float:
+def depth_of(box: sweep.Box, centre: tuple[float, float, float], radius: float) -> float:
     """By how much the ball is not clear of the barrier; negative where it is."""
     if box.inside:
         pairs = zip(centre, box.lower, box.upper, strict=True)
@@ -151,7 +151,7 @@ def test_no_motion_that_meets_a_barrier_is_clear_and_few_others_are_not(
         )
         found = sweep.breach_of(alone(motion), [box], 0.0)
         depth = max(
-            _depth(box, centre, ball.radius)
+            depth_of(box, centre, ball.radius)
             for i in range(200)
             for ball, centre in zip(motion.body.balls, places(motion, i / 199), strict=True)
         )
