@@ -39,7 +39,8 @@ class Pair(NamedTuple):
         """Which share of its way each has made so long after now."""
         arm, drive = (time, time + self.since) if self.is_arm_new else (time + self.since, time)
         return tuple(  # type: ignore[return-value]
-            share(min(1.0, max(0.0, passed) / one.duration)) for one, passed in ((self.arm, arm), (self.drive, drive))
+            share(min(1.0, max(0.0, passed) / one.duration))
+            for one, passed in ((self.arm, arm), (self.drive, drive))
         )
 
     def ends(self) -> float:
