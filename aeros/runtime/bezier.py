@@ -27,6 +27,31 @@ def span_of(pieces: list[Piece]) -> Span:
     )
 
 
+class Chord(NamedTuple):
+    """The joints are at middle + λ·half + ε, λ in [−1, 1] and |ε| within `width` for each."""
+
+    middle: Joints
+    half: Joints
+    width: Joints
+
+
+def chord_of(pieces: list[Piece]) -> Chord:
+    """The straight way from the start of the pieces to their end, and how far from it they get.
+
+    Each control point is taken for the point of the chord at its number: what is between control points is
+    between those points, and as far away as the farthest at most.
+    """
+    columns = [column for piece in pieces for column in piece]
+    step = 2.0 / (3 * len(pieces))
+    shares = [(3 * number + corner) * step - 1.0 for number in range(len(pieces)) for corner in range(4)]
+    found = []
+    for values in zip(*columns, strict=True):
+        middle, half = (values[0] + values[-1]) / 2.0, (values[-1] - values[0]) / 2.0
+        away = [q - middle - share * half for q, share in zip(values, shares, strict=True)]
+        found.append((middle, half, max(map(abs, away))))
+    return Chord(*zip(*found, strict=True))
+
+
 def halves(piece: Piece) -> tuple[Piece, Piece]:
     """The piece in two, by de Casteljau's construction."""
     a, b, c, d = piece

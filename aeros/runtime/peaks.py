@@ -60,10 +60,9 @@ def timed(first: float, second: float, third: float, duration: float) -> Rates:
 def smooth(path: Path) -> bool:
     """Whether the pieces meet with the same position, first and second derivative."""
     for left, right in pairwise(path):
-        for (a, b, c, d), (e, f, g, h) in zip(zip(*left, strict=True), zip(*right, strict=True), strict=True):
-            del a, h
-            jumps = (d - e, (d - c) - (f - e), (b - 2.0 * c + d) - (e - 2.0 * f + g))
-            if not all(abs(jump) <= _JUMP for jump in jumps):
+        for _, b, c, d, e, f, g, _ in zip(*left, *right, strict=True):
+            slope, bend = (d - c) - (f - e), (b - 2.0 * c + d) - (e - 2.0 * f + g)
+            if not (abs(d - e) <= _JUMP and abs(slope) <= _JUMP and abs(bend) <= _JUMP):
                 return False
     return True
 

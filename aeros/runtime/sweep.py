@@ -1,12 +1,13 @@
 """Whether a moving body keeps out of volumes, and inside of others, during a whole motion.
 
-Conservative: a stretch of path is enclosed by the box of its control points, and each ball of the body
-by the ball around its centre in the box's middle posture, larger by how far the box lets that centre
-move (`kinematics`) and by the clearance.  That ball is taken to be everywhere on the stretch of its way
-that the base may be on meanwhile: the same share of it where one motion moves both, and all of it where
-base and joints are moved by motions that nothing keeps in step.  A stretch of path that is not clear is
-halved, down to `_DEPTH` halvings of a piece; what is not clear then is refused, so a motion that passes
-a barrier more closely than the last enclosures are wide is refused, and none that meets one is allowed.
+Conservative: a stretch of path is enclosed by a straight way of the joints and how far its control points
+are beside that, and each ball of the body by a box around its centre in the middle posture and how near
+to that box its centre stays (`kinematics`), larger by its radius and by the clearance.  All that is taken
+to be everywhere on the stretch of its way that the base may be on meanwhile: the same share of it where
+one motion moves both, and all of it where base and joints are moved by motions that nothing keeps in step.
+A stretch of path that is not clear is halved, down to `_DEPTH` halvings of a piece; what is not clear then
+is refused, so a motion that passes a barrier more closely than the last enclosures are wide is refused,
+and none that meets one is allowed.
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ from __future__ import annotations
 from math import sqrt
 from typing import Final, NamedTuple
 
-from aeros.runtime.bezier import Piece, halves, span_of
-from aeros.runtime.kinematics import Posture, norm
+from aeros.runtime.bezier import Piece, chord_of, halves
+from aeros.runtime.kinematics import Posture, along_of, norm
 from aeros.runtime.ports import Ball, Body, Joints, Triple
 
 _DEPTH: Final = 4
@@ -63,9 +64,10 @@ class Breach(NamedTuple):
 
 
 class Enclosure(NamedTuple):
-    """A ball, in B, that a ball of the body stays in."""
+    """What a ball of the body stays in, in B: whatever is within `radius` of a box with these half edges."""
 
     centre: Triple
+    edges: Triple
     radius: float
 
 
@@ -89,14 +91,14 @@ def breach_of(moving: Moving, boxes: list[Box], clearance: float) -> Breach | No
 
 def enclosures(body: Body, pieces: list[Piece], slack: Joints, balls: list[Ball]) -> list[Enclosure]:
     """Where the balls may be, in B, while the joints are within `slack` of the pieces."""
-    middle, width = span_of(pieces)
+    middle, half, width = chord_of(pieces)
     posture = Posture(body, middle)
-    room = [w + s for w, s in zip(width, slack, strict=True)]
+    along = along_of(half, [w + s for w, s in zip(width, slack, strict=True)])
     found = []
     for ball in balls:
         centre = posture.frames[ball.joint].place(ball.centre)
-        spread, _ = posture.spread(ball.joint, centre, room)
-        found.append(Enclosure(centre, ball.radius + spread))
+        edges, near = posture.sweep(ball.joint, centre, along)
+        found.append(Enclosure(centre, edges, ball.radius + near))
     return found
 
 
@@ -112,14 +114,14 @@ class _Sweep:
         base, way = self._stretch(low, high)
         left: _Pairs = []
         places = enclosures(self._moving.body, pieces, self._moving.slack, [ball for ball, _ in pairs])
-        for (ball, boxes), (centre, radius) in zip(pairs, places, strict=True):
+        for (ball, boxes), (centre, edges, radius) in zip(pairs, places, strict=True):
             room = radius + self._clearance
             carried = (centre[0] + base[0], centre[1] + base[1], centre[2] + base[2])
-            close = [
-                box
-                for box in boxes
-                if not (clear(box, centre, _NOWHERE, room) if box.in_base else clear(box, carried, way, room))
-            ]
+            close = []
+            for box in boxes:
+                p, travelled = (centre, _NOWHERE) if box.in_base else (carried, way)
+                if not clear(box, p, edges, travelled, room):
+                    close.append(box)
             if close:
                 left.append((ball, close))
         if not left:
@@ -149,16 +151,17 @@ class _Sweep:
 _NOWHERE: Final = (0.0, 0.0, 0.0)
 
 
-def clear(box: Box, p: Triple, way: Triple, room: float) -> bool:
-    """Whether each point of the straight way from `p` keeps `room` from what the box forbids.
+def clear(box: Box, p: Triple, edges: Triple, way: Triple, room: float) -> bool:
+    """Whether what has these half edges around `p` keeps `room` from what the box forbids on its way.
 
     A box holds all of the way iff it holds its ends.  From outside, the way is enclosed by the box of its
     ends, and halved where that comes too near, unless its middle does too.
     """
-    (x, y, z), (wx, wy, wz), (lx, ly, lz), (ux, uy, uz) = p, way, box.lower, box.upper
-    ax, bx = (x, x + wx) if wx >= 0.0 else (x + wx, x)
-    ay, by = (y, y + wy) if wy >= 0.0 else (y + wy, y)
-    az, bz = (z, z + wz) if wz >= 0.0 else (z + wz, z)
+    (x, y, z), (ex, ey, ez), (wx, wy, wz) = p, edges, way
+    (lx, ly, lz), (ux, uy, uz) = box.lower, box.upper
+    ax, bx = (x - ex, x + wx + ex) if wx >= 0.0 else (x + wx - ex, x + ex)
+    ay, by = (y - ey, y + wy + ey) if wy >= 0.0 else (y + wy - ey, y + ey)
+    az, bz = (z - ez, z + wz + ez) if wz >= 0.0 else (z + wz - ez, z + ez)
     if box.inside:
         return min(ax - lx, ux - bx, ay - ly, uy - by, az - lz, uz - bz) >= room
     dx, dy, dz = max(lx - bx, ax - ux, 0.0), max(ly - by, ay - uy, 0.0), max(lz - bz, az - uz, 0.0)
@@ -168,4 +171,8 @@ def clear(box: Box, p: Triple, way: Triple, room: float) -> bool:
         return False
     half = (wx / 2.0, wy / 2.0, wz / 2.0)
     middle = (x + half[0], y + half[1], z + half[2])
-    return clear(box, middle, _NOWHERE, room) and clear(box, p, half, room) and clear(box, middle, half, room)
+    return (
+        clear(box, middle, edges, _NOWHERE, room)
+        and clear(box, p, edges, half, room)
+        and clear(box, middle, edges, half, room)
+    )

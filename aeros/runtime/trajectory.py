@@ -116,8 +116,8 @@ class MotionDecider:
             return "a piece has not four control points"
         if len(plan.body.rows) != joints or any(len(column) != joints for column in columns):
             return f"it is not about {joints} joints"
-        numbers = chain(chain.from_iterable(columns), plan.base, plan.way, (plan.duration,), _numbers(plan))
-        if not all(type(number) is float and isfinite(number) for number in numbers):
+        numbers = [*chain.from_iterable(columns), *plan.base, *plan.way, plan.duration, *_numbers(plan)]
+        if set(map(type, numbers)) != {float} or not all(map(isfinite, numbers)):
             return "something of it is not a finite number"
         if plan.duration <= 0.0:
             return "it takes no time"

@@ -219,7 +219,7 @@ def test_a_way_is_clear_iff_each_of_its_points_is_within_a_millimetre() -> None:
         p, end = ((*(chance.uniform(-1.0, 1.0) for _ in range(3)),) for _ in range(2))
         way = (end[0] - p[0], end[1] - p[1], end[2] - p[2])
         room = chance.uniform(0.0, 0.4)
-        found = sweep.clear(box, (p[0], p[1], p[2]), way, room)
+        found = sweep.clear(box, (p[0], p[1], p[2]), NOWHERE, way, room)
         answers[found] += 1
         if found:
             assert clear_everywhere(box, (p[0], p[1], p[2]), way, room - 1e-9)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 from math import dist, hypot
 
 import pytest
 
-from aeros.runtime import peaks, sweep
+from aeros.runtime import bezier, peaks, sweep
 from aeros.runtime.kinematics import Posture
 from aeros.runtime.merging import Merged, Part
 from aeros.runtime.ports import Trajectory
@@ -120,9 +121,8 @@ def test_enclosures_hold_every_place_the_balls_take(seed: int) -> None:
     for i in range(400):
         q = [x + chance.uniform(-w, w) for x, w in zip(at(motion.paths[0], i / 399), slack, strict=True)]
         posture = Posture(motion.body, q)
-        for ball, (centre, radius) in zip(balls, found, strict=True):
-            place = posture.frames[ball.joint].place(ball.centre)
-            assert dist(place, centre) + ball.radius <= radius + 1e-12
+        for ball, one in zip(balls, found, strict=True):
+            assert _is_held(posture.frames[ball.joint].place(ball.centre), ball.radius, one)
 
 
 def depth_of(box: sweep.Box, centre: tuple[float, float, float], radius: float) -> float:
@@ -165,7 +165,66 @@ def test_no_motion_that_meets_a_barrier_is_clear_and_few_others_are_not(
     assert min(seen.values()) >= 15
 
 
-def test_an_enclosure_without_the_joints_spread_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Posture, "spread", lambda self, joint, p, width: (0.0, [0.0] * joint))
+Sweep = Callable[..., tuple[tuple[float, float, float], float]]
+
+
+def _without_edges(sweep: Sweep) -> Sweep:
+    return lambda *given: (NOWHERE, sweep(*given)[1])
+
+
+def _without_what_is_near(sweep: Sweep) -> Sweep:
+    return lambda *given: (sweep(*given)[0], 0.0)
+
+
+def _without_room(sweep: Sweep) -> Sweep:
+    return lambda self, joint, p, along: sweep(self, joint, p, [(d, 0.0, w, s) for d, _, w, s in along])
+
+
+def _without_bends(sweep: Sweep) -> Sweep:
+    return lambda self, joint, p, along: sweep(self, joint, p, [(d, r, w, 0.0) for d, r, w, _ in along])
+
+
+@pytest.mark.parametrize(
+    "broken", [_without_edges, _without_what_is_near, _without_room, _without_bends], ids=lambda f: f.__name__
+)
+def test_an_enclosure_that_leaves_something_out_would_be_noticed(
+    broken: Callable[[Sweep], Sweep], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Posture, "sweep", broken(Posture.sweep))
     with pytest.raises(AssertionError):
-        test_enclosures_hold_every_place_the_balls_take(1)
+        _assert_all_enclosed()
+
+
+def _assert_all_enclosed() -> None:
+    for seed in SEEDS:
+        test_enclosures_hold_every_place_the_balls_take(seed)
+        test_enclosures_hold_what_a_straight_way_of_the_joints_does(seed)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_enclosures_hold_what_a_straight_way_of_the_joints_does(seed: int) -> None:
+    chance = chance_of(seed)
+    robot = body(chance)
+    start, end = (tuple(chance.uniform(-0.4, 0.4) for _ in range(4)) for _ in range(2))
+    corners = [tuple(a + k / 3 * (b - a) for a, b in zip(start, end, strict=True)) for k in range(4)]
+    line = (corners[0], corners[1], corners[2], corners[3])
+    found = sweep.enclosures(robot, [line], (0.0,) * 4, list(robot.balls))
+    for i in range(101):
+        posture = Posture(robot, at((line,), i / 100))
+        for ball, one in zip(robot.balls, found, strict=True):
+            assert _is_held(posture.frames[ball.joint].place(ball.centre), ball.radius, one)
+
+
+def _is_held(place: tuple[float, float, float], radius: float, within: sweep.Enclosure) -> bool:
+    rows = zip(place, within.centre, within.edges, strict=True)
+    return hypot(*(max(abs(p - c) - e, 0.0) for p, c, e in rows)) + radius <= within.radius + 1e-12
+
+
+def test_joints_that_go_straight_are_on_their_chord() -> None:
+    line = tuple(
+        tuple((3.0 * n + s) * (0.1, -0.2, 0.0, 0.3)[j] for j in range(4)) for n in (0, 1) for s in range(4)
+    )
+    middle, half, width = bezier.chord_of([line[:4], line[4:]])  # type: ignore[list-item]
+    assert middle == pytest.approx((0.3, -0.6, 0.0, 0.9))
+    assert half == pytest.approx((0.3, -0.6, 0.0, 0.9))
+    assert max(width) < 1e-12
