@@ -19,7 +19,8 @@ from aeros.sim.physics import make_plant
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.skill import Action, act
 from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.loading import load_ecm, load_site, reference_site
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Ecm, Site, Skill
 from tests.unit.runtime.together import asking
 
