@@ -58,7 +58,7 @@ class MotionDecider:
     ) -> Decision:
         """`decision`, or a denial where what it allows becomes a motion that is not in order.
 
-        others: the motions under way, each in order when it began.
+        others: the motions under way, of kinds that are governed.
         """
         action, policy = decision.action, self._policy
         if action is None or policy is None or not self.governs(action.kind) or type(plan) is Completion:
@@ -81,6 +81,11 @@ class MotionDecider:
         fault = self._malformed(policy, plan)
         if fault is not None:
             return (Reason("AE760", action.kind, f"the motion is malformed: {fault}"),)
+        for other in others:
+            fault = self._malformed(policy, other.plan)
+            if fault is not None:
+                text = f"the `{other.action.kind}` under way is malformed: {fault}"
+                return (Reason("AE764", action.kind, text),)
         merged = merge(plan, others) if others else Merged(Part(plan), Part(plan))
         if isinstance(merged, str):
             return (Reason("AE764", action.kind, merged),)

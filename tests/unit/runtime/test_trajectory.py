@@ -351,6 +351,8 @@ def test_a_motion_under_way_is_where_its_time_has_it() -> None:
         (DRIVING, driving()),
         (motion(way=(0.1, 0.0, 0.0)), driving()),
         (motion(), driving(is_halting=True)),
+        (motion(), driving(plan=replace(DRIVING, paths=()))),
+        (motion(), driving(plan=replace(DRIVING, duration=0.0))),
         (motion(), driving(plan=replace(DRIVING, body=replace(BODY, tool=(0.4, 0.0, 0.5))))),
         (motion(paths=motion().paths * 2, servo=servo()), driving()),
         (DRIVING, Companion(act("slide", speed=0.25), motion(servo=servo()), 0.0)),
