@@ -135,7 +135,7 @@ class MotionKind:
     peak_speed: Identifier | None = field(
         default=None,
         metadata={
-            "doc": "the parameter that the speed in W of the tool never exceeds; of the base, if that alone moves"
+            "doc": "the parameter that the tool's speed in W never exceeds; the base's, if only that moves"
         },
     )
 

@@ -20,7 +20,7 @@ from aeros.runtime.ports import Completion, Motionless, Plan, Trajectory
 from aeros.runtime.replay import Replay
 from aeros.runtime.stated_motion import told_body, told_motion
 from aeros.skill import act
-from tests.unit.runtime.one_joint import PLAN, governed
+from tests.unit.runtime.one_joint import DRIVES, PLAN, TURNS, governed
 from tests.unit.runtime.together import Cart, asking, configuration, move, roll
 
 AWAY = replace(PLAN, paths=((((0.5,),) * 4,),))
@@ -92,22 +92,56 @@ def test_a_motion_that_no_record_can_hold_is_compared_by_its_verdict(tmp_path: P
     assert (replay.disagreements, replay.agreed, replay.verdict_only) == ([], 2, 2)
 
 
-def test_a_second_motion_of_the_robot_is_decided_beside_the_first_again(tmp_path: Path) -> None:
-    bodies = {"reach": asking(move()), "drive": asking(roll())}
-    for second, reason in ((PLAN, "AE764"), (Motionless("wheels alone"), None)):
-        one = Cart(tmp_path / f"{reason}.jsonl", bodies, under=with_motions())
-        one.plant.values["joint_angle"] = (0.0,)
-        plans: dict[str, Plan] = {"move": PLAN, "roll": second}
-        one.plant.plan = lambda action, plans=plans: plans[action.kind]  # type: ignore[method-assign, misc]
-        one.start("reach")
-        one.start("drive")
-        one.ends(2)
-        one.audit.close()
-        replay = replayed(one.log)
-        assert (replay.disagreements, replay.agreed) == ([], 2)
-        last = one.records("decision")[-1]
-        assert [code for code, _, _ in last["reasons"]] == ([reason] if reason else [])
-        assert "motion" in last
+def both(folder: Path, second: Plan, *, halts: bool = False) -> Cart:
+    """A roll half a second after a move that turns the joint began, which is halted before or not."""
+    bodies = {"reach": asking(move()), "drive": asking(act("wait", duration=0.5), roll())}
+    one = Cart(folder / "audit.jsonl", bodies, under=with_motions())
+    one.plant.values["joint_angle"] = (0.0,)
+    plans: dict[str, Plan] = {"move": TURNS, "roll": second}
+    one.plant.plan = lambda action: plans[action.kind]  # type: ignore[method-assign]
+    one.plant.durations = [1.0, 0.5]
+    reach = one.start("reach")
+    one.start("drive")
+    assert one.executor.wait(0.4) is None
+    if halts:
+        one.plant.halt = lambda motion: None  # type: ignore[method-assign]
+        one.executor.cancel(reach, "enough")
+    one.ends(2)
+    one.audit.close()
+    return one
+
+
+FAST = replace(DRIVES, way=(0.02, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("second", "halts", "codes"),
+    [
+        (TURNS, False, ["AE764"]),
+        (DRIVES, False, []),
+        (DRIVES, True, ["AE764"]),
+        (FAST, False, ["AE762"]),
+        (Motionless("wheels alone"), True, []),
+    ],
+)
+def test_a_second_motion_of_the_robot_is_decided_with_the_first_again(
+    second: Plan, halts: bool, codes: list[str], tmp_path: Path
+) -> None:
+    one = both(tmp_path, second, halts=halts)
+    replay = replayed(one.log)
+    assert (replay.disagreements, replay.agreed) == ([], 3)
+    last = one.records("decision")[-1]
+    assert [code for code, _, _ in last["reasons"]] == codes
+    assert ("halting" in last) is halts
+    assert "motion" in last
+
+
+def test_what_was_halting_beside_a_motion_is_part_of_what_it_was_decided_by(tmp_path: Path) -> None:
+    def nothing_halts(records: list[dict[str, Any]]) -> None:
+        del decisions(records)[-1]["halting"]
+
+    (found,) = replayed(both(tmp_path, DRIVES, halts=True).log, nothing_halts).disagreements
+    assert (found.recorded["verdict"], (found.again or {})["verdict"]) == ("DENY", "ALLOW")
 
 
 # What is altered.
