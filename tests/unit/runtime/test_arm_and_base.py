@@ -10,10 +10,11 @@ from typing import Any
 import pytest
 
 from aeros.runtime.audit import AuditLog, verify_log
-from aeros.runtime.configuration import Configuration
+from aeros.runtime.configuration import Configuration, only
 from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate, GateMode
 from aeros.runtime.ports import Plant, StepHandle, StepRequest, StepResult, StepStatus
+from aeros.runtime.replay import Replay
 from aeros.runtime.skill_run import Run, SkillRun
 from aeros.sim.physics import make_plant
 from aeros.sim.symbolic import SymbolicPlant
@@ -43,7 +44,7 @@ def configuration() -> Configuration:
 def run(
     configuration: Configuration, plant: Plant, log: Path, bodies: Mapping[str, list[Action]]
 ) -> dict[str, StepResult]:
-    """What becomes of the skills, all started at once."""
+    """What becomes of the skills, all started at once; the record of it replays."""
 
     def open_run(site: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> Run:
         return SkillRun(asking(*bodies[skill.id]), inputs)
@@ -61,7 +62,10 @@ def run(
         assert ended is not None
         results[names[ended.step]] = ended.result
     audit.close()
-    assert verify_log(log).sound
+    replay = Replay(only(configuration))
+    assert verify_log(log, lambda record, _: replay.take(record)).sound
+    assert replay.disagreements == []
+    assert replay.agreed > 0
     return results
 
 
