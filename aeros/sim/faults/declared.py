@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Literal, TypeVar
 
-from aeros.spec.located import Bounds, Choice, Entries, Length, Number, Pattern, Text
+from aeros.spec.located import Bounds, Choice, Entries, Integer, Length, Number, Pattern, Text
 from aeros.spec.source import Span
 
 Identifier = Annotated[Text, Pattern("identifier")]
@@ -135,6 +135,9 @@ class Fault:
     at: At = field(metadata={"doc": "what the rate is per", "example": "{skill: make_dumplings.wrap}"})
     rate: Probability = field(metadata={"doc": "in which share of these it happens, as in `rate: 0.3`"})
     description: Text | None = field(default=None, metadata={"doc": "what it stands for, for people"})
+    at_most: Annotated[Integer, Bounds(1, 1_000_000)] | None = field(
+        default=None, metadata={"doc": "how often in one run; without end if absent, as in `at_most: 1`"}
+    )
     bursts: Bursts | None = field(
         default=None, metadata={"doc": "how those that happen come together; independent if absent"}
     )

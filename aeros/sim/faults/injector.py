@@ -64,7 +64,7 @@ class Injector(Undisturbed):
     def __init__(self, faults: Sequence[Fault], seed: int, tell: Callable[[Happening], None]) -> None:
         chance = Chance(seed)
         self._faults = tuple(faults)
-        self._draws = {fault.name: Draws(fault.name, fault.process, chance) for fault in faults}
+        self._draws = {fault.name: Draws(fault, chance) for fault in faults}
         self._tell = tell
         self._waiting: list[_Waiting] = []
         self._acting: list[_Acting] = []

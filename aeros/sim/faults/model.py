@@ -123,9 +123,13 @@ Seen = Miss | Misplace
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """When it can happen, how often it does, and what happens; what is seen goes with looks alone."""
+    """When it can happen, how often it does, and what happens; what is seen goes with looks alone.
+
+    at_most: after so many times in one run no further opportunity is taken.
+    """
 
     name: str
     opportunity: Opportunity
     process: Process
     kind: Physical | Seen
+    at_most: int | None = None

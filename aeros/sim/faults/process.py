@@ -6,18 +6,21 @@ other faults, on their order, or on what happens meanwhile.
 
 from __future__ import annotations
 
+from math import inf
+
 from numpy.random import Generator
 
-from aeros.sim.faults.model import Process
+from aeros.sim.faults.model import Fault
 from aeros.sim.randomness import Chance
 
 
 class Draws:
     """The opportunities of one fault, one after the other."""
 
-    def __init__(self, name: str, process: Process, chance: Chance) -> None:
-        self._channel = f"fault/{name}"
-        self._process = process
+    def __init__(self, fault: Fault, chance: Chance) -> None:
+        self._channel = f"fault/{fault.name}"
+        self._process = fault.process
+        self._left = inf if fault.at_most is None else fault.at_most
         self._chance = chance
         self._is_bad = False
         self.count = 0
@@ -34,4 +37,7 @@ class Draws:
             self._is_bad = state < self._process.worsens
         self.count += 1
         rate = self._process.within if self._is_bad else self._process.between
-        return source if event < rate else None
+        if event >= rate or self._left <= 0:
+            return None
+        self._left -= 1
+        return source

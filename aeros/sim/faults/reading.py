@@ -91,7 +91,7 @@ def _fault(name: str, one: declared.Fault, around: Surroundings, sink: Diagnosti
             help=("what a camera sees goes wrong by looks, what bodies and motors do by skills or by time",),
         )
         return None
-    return Fault(name, at, process, kind)
+    return Fault(name, at, process, kind, None if one.at_most is None else one.at_most.value)
 
 
 def _the_one(one: Any, names: tuple[str, ...], span: Span, what: str, sink: Diagnostics) -> str | None:
