@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 
 from aeros.runtime.ports import Path
-from aeros.sim.kinematics import solve, solve_one
+from aeros.sim.kinematics import forward, solve, solve_one
 from aeros.sim.limits import QD_MAX, QDD_MAX, TOOL_SPEED_MAX, YAW_SPEED_MAX, Vector
 
 TICK: Final = 1.0 / 240.0
@@ -47,6 +47,13 @@ class UnreachableError(Exception):
 _UNDER: Final = 0.99
 """Share of the asked speed that a profile peaks at: the spline is as fast as the line to 0.1 %, and the
 decision's own bound takes as much."""
+
+
+_STRAYS: Final = 1.002
+"""Stretch over distance above which a path leaves its line: those that keep to it stay below."""
+
+_BETWEEN: Final = 1.05
+"""Room for how much faster a straying tool is between waypoints than from one to the next."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,9 +91,10 @@ def straight_profile(
     m/s; joint limits may make it slower.  Raises `UnreachableError`.
     """
     distance, turn, pieces = _measure(start, end)
-    path = _spline(_joint_path(q_start, start, end, pieces))
+    points = _joint_path(q_start, start, end, pieces)
+    path = _spline(points)
     ticks = max(
-        minimum_jerk_ticks(distance, min(peak_speed, TOOL_SPEED_MAX) * _UNDER),
+        minimum_jerk_ticks(max(distance, _stretch(points, distance)), min(peak_speed, TOOL_SPEED_MAX) * _UNDER),
         minimum_jerk_ticks(turn, YAW_SPEED_MAX * _SHARE),
         24,
     )
@@ -140,6 +148,17 @@ def _joint_path(
     if float(np.abs(np.diff(joined, axis=0)).max()) > _LARGEST_JUMP:
         raise UnreachableError(f"the straight line to {_spell(p_end)} needs a change of posture")
     return joined
+
+
+def _stretch(points: Vector, distance: float) -> float:
+    """How long, m, a path would be that is everywhere as fast as this one is at its fastest.
+
+    That is `distance`, unless the start was off the line's postures, as after a stop: then the tool
+    strays on its way to the line.
+    """
+    p_BT, _, _ = forward(points)
+    stretch = float(np.linalg.norm(np.diff(p_BT, axis=0), axis=1).max()) * (len(points) - 1)
+    return stretch * _BETWEEN if stretch > distance * _STRAYS else distance
 
 
 def _spline(points: Vector) -> Vector:
