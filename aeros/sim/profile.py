@@ -94,7 +94,9 @@ def straight_profile(
     points = _joint_path(q_start, start, end, pieces)
     path = _spline(points)
     ticks = max(
-        minimum_jerk_ticks(max(distance, _stretch(points, distance)), min(peak_speed, TOOL_SPEED_MAX) * _UNDER),
+        minimum_jerk_ticks(
+            max(distance, _stretch(points, distance)), min(peak_speed, TOOL_SPEED_MAX) * _UNDER
+        ),
         minimum_jerk_ticks(turn, YAW_SPEED_MAX * _SHARE),
         24,
     )
@@ -156,8 +158,8 @@ def _stretch(points: Vector, distance: float) -> float:
     That is `distance`, unless the start was off the line's postures, as after a stop: then the tool
     strays on its way to the line.
     """
-    p_BT, _, _ = forward(points)
-    stretch = float(np.linalg.norm(np.diff(p_BT, axis=0), axis=1).max()) * (len(points) - 1)
+    places, _, _ = forward(points)
+    stretch = float(np.linalg.norm(np.diff(places, axis=0), axis=1).max()) * (len(points) - 1)
     return stretch * _BETWEEN if stretch > distance * _STRAYS else distance
 
 
