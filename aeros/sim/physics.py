@@ -21,7 +21,7 @@ from aeros.sim.randomness import Chance
 from aeros.sim.scenes import SCENES
 from aeros.sim.scenes.scene import Scene
 from aeros.sim.sensing import SCANNER_RANGE, SensorModel, Sensors, Truth
-from aeros.sim.undisturbed import Undisturbed
+from aeros.sim.undisturbed import Stage, Undisturbed
 from aeros.sim.video import Recorder
 from aeros.sim.world import World
 from aeros.skill import Action
@@ -84,7 +84,7 @@ class PhysicsPlant:
         self._world.ticks = 0
         self._people = People(self._world, self._robot.body, people, Chance(seed))
         self._disturbance = disturbance or Undisturbed()
-        self._disturbance.attach(self._world, self._robot, scene)
+        self._disturbance.attach(Stage(self._world, self._robot, scene, self.sensors, self._people))
         self._seen: dict[str, Reading] = {}
         self._state = self._robot.sense()
         self._truth = Truth(0, self._fast_values())

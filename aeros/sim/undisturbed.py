@@ -2,15 +2,29 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from aeros.sim.panda import Panda
+from aeros.sim.people import People
 from aeros.sim.scenes.scene import Detected, Scene
+from aeros.sim.sensing import Sensors
 from aeros.sim.world import World
+
+
+class Stage(NamedTuple):
+    """What a plant is made of."""
+
+    world: World
+    robot: Panda
+    scene: Scene
+    sensors: Sensors
+    people: People
 
 
 class Undisturbed:
     """What a plant calls at each of its hooks; every one does nothing."""
 
-    def attach(self, world: World, robot: Panda, scene: Scene) -> None:
+    def attach(self, stage: Stage) -> None:
         """Hear of the plant's own parts, once, when its clock stands at 0."""
 
     def before_tick(self) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Literal, TypeVar
 
+from aeros.spec.declared.people import Person
 from aeros.spec.located import Bounds, Choice, Entries, Integer, Length, Number, Pattern, Text
 from aeros.spec.source import Span
 
@@ -127,6 +128,22 @@ class Misplace:
 
 
 @dataclass(frozen=True)
+class Misread:
+    """One measured quantity is noisy, late or interrupted for a while."""
+
+    span: Span
+    of: Identifier = field(metadata={"doc": "which quantity of the site, as in `of: tool_position`"})
+    lasts: Text = field(metadata={"doc": "for how long, as in `lasts: 2 s`"})
+    noise: Text | None = field(
+        default=None, metadata={"doc": "standard deviation of each number, as in `noise: 5 mm`"}
+    )
+    latency: Text | None = field(default=None, metadata={"doc": "how late, as in `latency: 50 ms`"})
+    dropout: Probability | None = field(
+        default=None, metadata={"doc": "in which share of ticks nothing is read, as in `dropout: 0.2`"}
+    )
+
+
+@dataclass(frozen=True)
 class Fault:
     """One fault: when it can happen, how often it does, and exactly one kind of what happens."""
 
@@ -146,6 +163,10 @@ class Fault:
     loosen: Loosen | None = field(default=None, metadata={"doc": "the fingers grip less"})
     weaken: Weaken | None = field(default=None, metadata={"doc": "the arm is weak"})
     delay: Delay | None = field(default=None, metadata={"doc": "the arm is late"})
+    misread: Misread | None = field(default=None, metadata={"doc": "a sensor reads badly"})
+    enter: Person | None = field(
+        default=None, metadata={"doc": "somebody comes, who is declared as in a people file"}
+    )
     miss: Miss | None = field(default=None, metadata={"doc": "with `look`: nothing is detected"})
     misplace: Misplace | None = field(default=None, metadata={"doc": "with `look`: what is detected is off"})
 

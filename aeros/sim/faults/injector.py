@@ -12,14 +12,13 @@ from typing import NamedTuple
 
 from numpy.random import Generator
 
-from aeros.sim.faults.effects import Hindered, Hindrance, physical, seen
+from aeros.sim.faults.effects import acting, seen
+from aeros.sim.faults.hindrance import UNHINDERED, Hindered, Hindrance
 from aeros.sim.faults.model import Fault, Misplace, Miss, OnLook, OnSkill, OnTime
 from aeros.sim.faults.process import Draws
-from aeros.sim.panda import Panda
 from aeros.sim.randomness import Chance
-from aeros.sim.scenes.scene import Detected, Scene
-from aeros.sim.undisturbed import Undisturbed
-from aeros.sim.world import World
+from aeros.sim.scenes.scene import Detected
+from aeros.sim.undisturbed import Stage, Undisturbed
 from aeros.spec.errors import MisuseError
 
 
@@ -55,7 +54,7 @@ class _Acting:
 
     fault: Fault
     opportunity: int
-    ticks: Iterator[None]
+    ticks: Iterator[Hindrance]
 
 
 class Injector(Undisturbed):
@@ -68,14 +67,12 @@ class Injector(Undisturbed):
         self._tell = tell
         self._waiting: list[_Waiting] = []
         self._acting: list[_Acting] = []
-        self._now = Hindrance()
 
-    def attach(self, world: World, robot: Panda, scene: Scene) -> None:
+    def attach(self, stage: Stage) -> None:
         """See `Undisturbed`."""
-        self._world = world
-        self._robot = robot
-        self._scene = scene
-        self._hindered = Hindered(world, robot)
+        self._stage = stage
+        self._world = stage.world
+        self._hindered = Hindered(stage)
 
     def skill_began(self, skill: str) -> None:
         """Each fault on this skill has an opportunity."""
@@ -98,12 +95,15 @@ class Injector(Undisturbed):
         """Begin what is due, let everything act that has begun, and bring it to motors and pads."""
         self._begin_by_time()
         self._begin_waiting()
-        vars(self._now).update(vars(Hindrance()))
+        now = UNHINDERED
         for one in list(self._acting):
-            if next(one.ticks, _OVER) is _OVER:
+            hindrance = next(one.ticks, None)
+            if hindrance is not None:
+                now = now.worse(hindrance)
+            else:
                 self._acting.remove(one)
                 self._say("fault-over", one.fault, one.opportunity, "is over")
-        self._hindered.apply(self._now)
+        self._hindered.apply(now)
 
     def seen(self, camera: str, found: Detected) -> Detected:
         """Each fault on this camera has an opportunity; a miss hides whatever others made of it."""
@@ -131,7 +131,7 @@ class Injector(Undisturbed):
         if not self._waiting:
             return
         ticks = self._world.ticks
-        holding = any(one.due is None for one in self._waiting) and self._robot.is_holding()
+        holding = any(one.due is None for one in self._waiting) and self._stage.robot.is_holding()
         for one in self._waiting:
             if one.due is None and holding:
                 one.due = ticks + one.on.after
@@ -143,7 +143,8 @@ class Injector(Undisturbed):
     def _begin(self, fault: Fault, opportunity: int, source: Generator) -> None:
         if isinstance(fault.kind, Miss | Misplace):
             raise MisuseError(f"`{fault.name}` is of what a camera sees, and goes with its looks")
-        ticks = physical(fault.kind, source, self._world, self._scene, self._now)
+        name = f"{fault.name} {opportunity}"
+        ticks = acting(fault.kind, source, name, self._stage)
         self._acting.append(_Acting(fault, opportunity, ticks))
         self._say("fault", fault, opportunity, "begins")
 
@@ -154,6 +155,3 @@ class Injector(Undisturbed):
     def _say(self, event: str, fault: Fault, opportunity: int, what: str) -> None:
         text = f"fault `{fault.name}` {what} (opportunity {opportunity})"
         self._tell(Happening(self._world.time, event, fault.name, text, opportunity))
-
-
-_OVER = object()

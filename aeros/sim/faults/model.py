@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from aeros.runtime.ports import Triple
+from aeros.sim.people import Person
+from aeros.sim.sensing import SensorModel
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +104,22 @@ class Delay:
 
 
 @dataclass(frozen=True, slots=True)
+class Misread:
+    """A quantity measured no better than by `model`, for `lasts` ticks."""
+
+    of: str
+    model: SensorModel
+    lasts: int
+
+
+@dataclass(frozen=True, slots=True)
+class Enter:
+    """Somebody comes, and goes their way."""
+
+    person: Person
+
+
+@dataclass(frozen=True, slots=True)
 class Miss:
     """Nothing is detected."""
 
@@ -114,8 +132,8 @@ class Misplace:
     direction: Triple | None
 
 
-Physical = Bump | Slip | Loosen | Weaken | Delay
-"""What acts on bodies and motors."""
+Acting = Bump | Slip | Loosen | Weaken | Delay | Misread | Enter
+"""What acts on bodies, motors and sensors, tick by tick."""
 
 Seen = Miss | Misplace
 """What acts on a picture's evaluation."""
@@ -131,5 +149,5 @@ class Fault:
     name: str
     opportunity: Opportunity
     process: Process
-    kind: Physical | Seen
+    kind: Acting | Seen
     at_most: int | None = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from math import hypot
@@ -12,33 +12,50 @@ from typing import Any, Final
 from aeros.runtime.ports import Triple
 from aeros.sim.faults import declared
 from aeros.sim.faults.model import (
+    Acting,
     Bump,
     Delay,
+    Enter,
     Fault,
     Loosen,
     Misplace,
+    Misread,
     Miss,
     OnLook,
     OnSkill,
     OnTime,
     Opportunity,
-    Physical,
     Process,
     Seen,
     Slip,
     Weaken,
 )
+from aeros.sim.people_file import person_of
 from aeros.sim.profile import TICK
+from aeros.sim.sensing import SensorModel
+from aeros.spec.declared.people import Person
 from aeros.spec.decode import decode
 from aeros.spec.diagnostics import Diagnostics, did_you_mean
 from aeros.spec.elaborate.expressions import elaborate_quantity
+from aeros.spec.expr.types import FamilyType, RealType, VectorType
 from aeros.spec.located import Number, Text
+from aeros.spec.model import Declared
 from aeros.spec.reader import read_yaml
 from aeros.spec.source import Source, Span
 from aeros.spec.texts import read_source
 from aeros.spec.units import FORCE, LENGTH, TIME, Dimension
 
-_KINDS: Final = ("bump", "slip", "loosen", "weaken", "delay", "miss", "misplace")
+_KINDS: Final = (
+    "bump",
+    "slip",
+    "loosen",
+    "weaken",
+    "delay",
+    "misread",
+    "enter",
+    "miss",
+    "misplace",
+)
 _PER: Final = ("skill", "look", "every")
 _IMPULSE: Final = FORCE * TIME
 _PUSH_TIME: Final = 12
@@ -53,8 +70,13 @@ _STRONGEST: Final = 10
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """What a faults file may name: skills as `MODULE.SKILL`, and the scene's things and cameras."""
+    """What a faults file may name.
 
+    quantities: what the site says is measured; skills: as `MODULE.SKILL`.
+    things, cameras: of the scene.
+    """
+
+    quantities: Mapping[str, Declared]
     skills: Collection[str]
     things: Collection[str]
     cameras: Collection[str]
@@ -79,7 +101,7 @@ def _fault(name: str, one: declared.Fault, around: Surroundings, sink: Diagnosti
     at = _opportunity(one.at, around, sink)
     process = _process(one, sink)
     word = _the_one(one, _KINDS, one.key_span, f"`{name}`", sink)
-    kind = None if word is None else _kind(getattr(one, word), around, sink)
+    kind = None if word is None else _kind(name, getattr(one, word), around, sink)
     if at is None or process is None or word is None or kind is None:
         return None
     if isinstance(kind, Miss | Misplace) is not isinstance(at, OnLook):
@@ -173,7 +195,7 @@ def _process(one: declared.Fault, sink: Diagnostics) -> Process | None:
 # What.
 
 
-def _kind(one: Any, around: Surroundings, sink: Diagnostics) -> Physical | Seen | None:
+def _kind(name: str, one: Any, around: Surroundings, sink: Diagnostics) -> Acting | Seen | None:
     match one:
         case declared.Bump():
             return _bump(one, around, sink)
@@ -189,6 +211,10 @@ def _kind(one: Any, around: Surroundings, sink: Diagnostics) -> Physical | Seen 
         case declared.Delay():
             by, lasts = _ticks(one.by, sink), _ticks(one.lasts, sink)
             return None if by is None or lasts is None else Delay(by, lasts)
+        case declared.Misread():
+            return _misread(one, around, sink)
+        case Person():
+            return Enter(person_of(name, one, sink))
         case declared.Misplace():
             by_m, way = _quantity(one.by, LENGTH, _STRONGEST, sink), _way(one.direction, sink)
             return None if by_m is None or way is _WRONG else Misplace(float(by_m), way)
@@ -204,6 +230,28 @@ def _bump(one: declared.Bump, around: Surroundings, sink: Diagnostics) -> Bump |
     if not known or impulse is None or over is None or way is _WRONG:
         return None
     return Bump(one.thing.value, float(impulse), over, way)
+
+
+def _misread(one: declared.Misread, around: Surroundings, sink: Diagnostics) -> Misread | None:
+    if not _is_known(one.of, around.quantities, "quantity of the site", sink):
+        return None
+    type_ = around.quantities[one.of.value].variable.type
+    element = type_.element if isinstance(type_, FamilyType) else type_
+    noise = latency = Fraction(0)
+    if one.noise is not None and isinstance(element, RealType | VectorType):
+        noise = _quantity(one.noise, element.dimension, 1000, sink) or noise
+    elif one.noise is not None:
+        sink.error("AE208", f"`{one.of.value}` is no number, and has no noise", one.noise.span)
+    if one.latency is not None:
+        latency = _quantity(one.latency, TIME, _LONGEST, sink) or latency
+    dropout = Fraction(0) if one.dropout is None else one.dropout.value
+    if one.noise is None and one.latency is None and one.dropout is None:
+        sink.error("AE208", "a misread needs `noise`, `latency` or `dropout`", one.span)
+    lasts = _ticks(one.lasts, sink)
+    if lasts is None or sink.has_errors:
+        return None
+    model = SensorModel(noise=float(noise), latency=float(latency), dropout=float(dropout))
+    return Misread(one.of.value, model, lasts)
 
 
 _WRONG: Final[Triple] = (0.0, 0.0, 0.0)
