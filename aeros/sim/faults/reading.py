@@ -7,8 +7,10 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from math import hypot
+from pathlib import Path
 from typing import Any, Final
 
+import aeros
 from aeros.runtime.ports import Triple
 from aeros.sim.faults import declared
 from aeros.sim.faults.model import (
@@ -35,8 +37,9 @@ from aeros.sim.profile import TICK
 from aeros.sim.sensing import SensorModel
 from aeros.spec.declared.people import Person
 from aeros.spec.decode import decode
-from aeros.spec.diagnostics import Diagnostics, did_you_mean
+from aeros.spec.diagnostics import Diagnostic, Diagnostics, did_you_mean
 from aeros.spec.elaborate.expressions import elaborate_quantity
+from aeros.spec.errors import UserError
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
 from aeros.spec.located import Number, Text
 from aeros.spec.model import Declared
@@ -82,9 +85,23 @@ class Surroundings:
     cameras: Collection[str]
 
 
-def read_faults(path: str | os.PathLike[str], around: Surroundings) -> tuple[Fault, ...]:
-    """The faults that the file at `path` declares; raises `UserError` with every problem there is."""
-    return faults_of(read_source(path), around)
+def shipped_faults() -> dict[str, Path]:
+    """The faults files that come with AEROS, by name."""
+    return {path.stem: path for path in sorted((Path(aeros.__file__).parent / "faults").glob("*.yaml"))}
+
+
+def read_faults(name_or_path: str, around: Surroundings) -> tuple[Fault, ...]:
+    """Those of a file, or of a shipped one by its name; raises `UserError` with every problem there is."""
+    shipped = shipped_faults()
+    if name_or_path in shipped:
+        return faults_of(read_source(shipped[name_or_path]), around)
+    if not os.path.lexists(name_or_path):
+        near = did_you_mean(name_or_path, shipped)
+        listed = ", ".join(f"`{name}`" for name in shipped)
+        headline = f"there is no file `{name_or_path}`, and no faults of that name come with AEROS"
+        help_ = (f"did you mean `{near}`?" if near else f"give a faults file, or one of {listed}",)
+        raise UserError([Diagnostic("AE002", headline, help=help_)])
+    return faults_of(read_source(name_or_path), around)
 
 
 def faults_of(source: Source, around: Surroundings) -> tuple[Fault, ...]:
