@@ -63,8 +63,9 @@ _TILTED: Final = 1e-3
 _STRAYING: Final = 0.9
 """Share of a speed limit that a tool may use on its way to its line, as sampled."""
 
-_STRAYING_CHANGE: Final = 0.25
-"""Share of an acceleration limit likewise: where a path bends, the decision's bound is far above the sample."""
+_STRAYING_CHANGE: Final = 0.1
+"""Share of an acceleration limit likewise: of a path that bends, the decision's bound is up to eight times
+what is sampled."""
 
 _FINE: Final = 30
 """Fewest pieces of such a path: of few long ones the decision's bounds are wide."""
