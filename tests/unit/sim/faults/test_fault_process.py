@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import sqrt
 
 import pytest
@@ -27,10 +28,15 @@ def bursts(rate: float, length: float, within: float = 1.0, between: float = 0.0
     return Process(share, share / (1.0 - share) / length, 1.0 / length, within, between)
 
 
-@pytest.mark.parametrize("rate", [0.01, 0.1, 0.3, 0.9])
-def test_the_measured_rate_lies_in_the_interval_of_the_declared_one(rate: float) -> None:
-    measured = sum(taken(independent(rate))) / DRAWS
-    assert abs(measured - rate) < 1.96 * sqrt(rate * (1.0 - rate) / DRAWS)
+@pytest.mark.parametrize("rate", [0.05, 0.3, 0.9])
+def test_the_measured_rate_lies_in_its_95_percent_interval_95_times_of_a_hundred(rate: float) -> None:
+    half = 1.96 * sqrt(rate * (1.0 - rate) / 1000)
+    inside = sum(
+        abs(sum(taken(independent(rate), name=f"fault{number}", count=1000)) / 1000 - rate) < half
+        for number in range(100)
+    )
+    # Fewer than 88 of 100 has a chance of 0.1 %.
+    assert inside >= 88
 
 
 @pytest.mark.parametrize("rate", [0.0, 1.0])
@@ -47,7 +53,7 @@ def test_bursts_keep_the_rate_and_last_as_long_as_declared(rate: float, length: 
     kept = 1.0 - process.worsens - process.mends
     spread = sqrt(rate * (1.0 - rate) / DRAWS * (1.0 + kept) / (1.0 - kept))
     assert abs(sum(drawn) / DRAWS - rate) < 1.96 * spread
-    begun = sum(now and not before for before, now in zip([False, *drawn], drawn, strict=False))
+    begun = sum(now and not before for before, now in pairwise([False, *drawn]))
     assert sum(drawn) / begun == pytest.approx(length, rel=0.1)
 
 
@@ -60,7 +66,7 @@ def test_the_first_opportunity_is_taken_as_often_as_any_other() -> None:
 
 def test_bursts_come_together_and_independent_faults_do_not() -> None:
     def after_one(drawn: list[bool]) -> float:
-        followers = [now for before, now in zip(drawn, drawn[1:], strict=False) if before]
+        followers = [now for before, now in pairwise(drawn) if before]
         return sum(followers) / len(followers)
 
     assert after_one(taken(bursts(0.3, 10.0))) == pytest.approx(0.9, abs=0.02)

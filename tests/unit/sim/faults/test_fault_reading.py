@@ -51,12 +51,10 @@ faults:
 
 def read(text: str) -> list[tuple[str, str]]:
     """Codes and headlines of what is wrong with a file."""
-    try:
+    with pytest.raises(UserError) as refused:
         faults_of(Source("faults.yaml", text), AROUND)
-    except UserError as error:
-        assert all(one.primary is not None for one in error.diagnostics)
-        return [(one.code, one.headline) for one in error.diagnostics]
-    return []
+    assert all(one.primary is not None for one in refused.value.diagnostics)
+    return [(one.code, one.headline) for one in refused.value.diagnostics]
 
 
 def one(at: str = "{every: 1 s}", rate: str = "0.5", rest: str = "slip: {friction: 0, lasts: 1 s}") -> str:
