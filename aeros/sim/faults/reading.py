@@ -12,7 +12,6 @@ from typing import Any, Final
 
 import aeros
 from aeros.runtime.ports import Triple
-from aeros.sim.faults import declared
 from aeros.sim.faults.model import (
     Acting,
     Bump,
@@ -35,6 +34,7 @@ from aeros.sim.faults.model import (
 from aeros.sim.people_file import person_of
 from aeros.sim.profile import TICK
 from aeros.sim.sensing import SensorModel
+from aeros.spec.declared import faults as declared
 from aeros.spec.declared.people import Person
 from aeros.spec.decode import decode
 from aeros.spec.diagnostics import Diagnostic, Diagnostics, did_you_mean

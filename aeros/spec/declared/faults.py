@@ -1,4 +1,7 @@
-"""What a faults file says, unresolved: the schema is the types below, closed."""
+"""What a faults file says, unresolved: what goes wrong in simulation, when and how often.
+
+Names and quantities are still text; `aeros.sim.faults.reading` gives them meaning.
+"""
 
 from __future__ import annotations
 
