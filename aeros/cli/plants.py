@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +13,10 @@ from aeros.spec.doubles import as_doubles
 from aeros.spec.model import Task
 
 if TYPE_CHECKING:
+    from aeros.sim.faults.injector import Happening
+    from aeros.sim.faults.model import Fault
     from aeros.sim.people import Person
+    from aeros.sim.scenes.scene import Scene
 
 PLANTS = ("physics", "symbolic")
 
@@ -33,6 +36,24 @@ def people_of(plant: str, name_or_path: str | None) -> tuple[Person, ...]:
     return read_people(name_or_path)
 
 
+def faults_of(
+    plant: str, name_or_path: str | None, configuration: Configuration, task: Task
+) -> Sequence[Fault]:
+    """What is to go wrong on `plant`.  Raises UserError for a file that does not say so."""
+    if name_or_path is None:
+        return ()
+    if plant != "physics":
+        raise PlantRefusedError(
+            f"`--faults` needs the physics plant: what goes wrong on the {plant} plant are declared outcomes"
+        )
+    with _importing_physics():
+        from aeros.sim.faults.reading import Surroundings, read_faults
+    _, scene = _scene(task.scene)
+    skills = [f"{ecm.id}.{skill}" for ecm in configuration.modules.values() for skill in ecm.skills]
+    known = Surroundings(configuration.site.state, skills, scene.things, scene.cameras)
+    return read_faults(name_or_path, known)
+
+
 @contextmanager
 def open_plant(
     name: str,
@@ -41,10 +62,15 @@ def open_plant(
     seed: int,
     film: Path | None,
     people: Sequence[Person] = (),
+    faults: Sequence[Fault] = (),
+    tell: Callable[[Happening], None] | None = None,
 ) -> Iterator[Plant]:
-    """The plant `name`, ready for `task`, closed again however the block ends."""
+    """The plant `name`, ready for `task`, closed again however the block ends.
+
+    tell: hears of each of the `faults` as it happens.
+    """
     if name == "physics":
-        plant = _physics(task.scene, seed, film, people)
+        plant = _physics(task.scene, seed, film, people, faults, tell)
     else:
         plant = _symbolic(configuration, task, seed)
     try:
@@ -59,16 +85,32 @@ def _symbolic(configuration: Configuration, task: Task, seed: int) -> Plant:
     return SymbolicPlant(configuration.site, configuration.modules, seed, as_doubles(task.initial))
 
 
-def _physics(scene: str | None, seed: int, film: Path | None, people: Sequence[Person]) -> Plant:
+def _physics(
+    scene: str | None,
+    seed: int,
+    film: Path | None,
+    people: Sequence[Person],
+    faults: Sequence[Fault],
+    tell: Callable[[Happening], None] | None,
+) -> Plant:
+    known_scene, _ = _scene(scene)
+    from aeros.sim.faults.injector import Injector
+    from aeros.sim.physics import make_plant
+
+    disturbance = None if tell is None else Injector(faults, seed, tell)
+    return make_plant(known_scene, seed, film, people=people, disturbance=disturbance)
+
+
+def _scene(scene: str | None) -> tuple[str, Scene]:
+    """The scene that a task takes place in, by name and as it is before it is built."""
     with _importing_physics():
-        from aeros.sim.physics import make_plant
         from aeros.sim.scenes import SCENES
-    if scene not in SCENES:
+    if scene is None or scene not in SCENES:
         known = ", ".join(SCENES)
         raise PlantRefusedError(
             f"the task's scene is `{scene}`, but there is only {known}; or use `--plant symbolic`"
         )
-    return make_plant(scene, seed, film, people=people)
+    return scene, SCENES[scene]()
 
 
 @contextmanager

@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING
 
 from aeros.agent.composing import CompositionPlanner
 from aeros.agent.errors import RefusedError
+from aeros.agent.journal import Event
 from aeros.agent.loop import awake
 from aeros.agent.planner import Planner, RulePlanner
 from aeros.agent.routing import Routed, route
 from aeros.cli.arguments import existing_path, writable_path
 from aeros.cli.bag import BagRefusedError, bagged
 from aeros.cli.exit_codes import EXIT_CODES, Exit
-from aeros.cli.plants import PLANTS, PlantRefusedError, open_plant, people_of
+from aeros.cli.plants import PLANTS, PlantRefusedError, faults_of, open_plant, people_of
 from aeros.cli.run_report import TraceWriter, summary
 from aeros.runtime.audit import AuditError, AuditLog, AuditReport, verify_log
 from aeros.runtime.audit_checkpoints import AnchorError, Signing, verify_signed
@@ -41,6 +42,7 @@ from aeros.spec.model import Ecm
 from aeros.spec.reports import Report
 
 if TYPE_CHECKING:
+    from aeros.sim.faults.model import Fault
     from aeros.sim.people import Person
 
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -58,6 +60,7 @@ examples:
   aeros run "make dumplings" --plant symbolic --gate shadow
   aeros run "fetch the object" --composition fetch_once --timeout 60
   aeros run "fetch the object" --person across_the_room
+  aeros run "make dumplings" --faults wrapper_bumped --seed 4
   aeros run "make dumplings" --bag runs/demo-bag
   aeros run "make dumplings" --audit-key .aeros/audit.key --anchor /mnt/other/demo.anchor
 """
@@ -116,6 +119,11 @@ def add_to(commands: Subparsers) -> None:
         metavar="FILE|NAME",
         help="let somebody walk about (physics): a people file, or one that comes with AEROS",
     )
+    parser.add_argument(
+        "--faults",
+        metavar="FILE|NAME",
+        help="let things go wrong (physics): a faults file, or one that comes with AEROS",
+    )
     parser.add_argument("--no-record", action="store_true", help="take no film")
     parser.add_argument(
         "--audit-key",
@@ -165,9 +173,12 @@ def _command(arguments: argparse.Namespace) -> Exit:
         people = people_of(arguments.plant, arguments.person)
         routed = route(arguments.instruction, configuration.modules)
         planner = _planner(arguments.composition, configuration.modules[routed.module])
+        faults = faults_of(arguments.plant, arguments.faults, configuration, routed.task)
         out = _output_folder(arguments.out, routed.task.id)
         with governor:
-            return _run(arguments, configuration, governor, report, routed, planner, people, out, signing)
+            return _run(
+                arguments, configuration, governor, report, routed, planner, people, faults, out, signing
+            )
     except (
         RefusedError,
         PlantRefusedError,
@@ -205,6 +216,7 @@ def _run(
     routed: Routed,
     planner: Planner,
     people: Sequence[Person],
+    faults: Sequence[Fault],
     out: Path,
     signing: Signing | None,
 ) -> Exit:
@@ -219,7 +231,18 @@ def _run(
             audit_path, durability=durability, signing=signing, listener=None if feed is None else feed.record
         ) as audit,
         TraceWriter(out / "trace.jsonl") as trace,
-        open_plant(arguments.plant, configuration, routed.task, arguments.seed, film, people) as opened,
+        open_plant(
+            arguments.plant,
+            configuration,
+            routed.task,
+            arguments.seed,
+            film,
+            people,
+            faults,
+            lambda one: trace.tell(
+                Event(one.event, one.text, {"fault": one.fault, "opportunity": one.opportunity}, one.time)
+            ),
+        ) as opened,
     ):
         plant = opened if feed is None else WatchedPlant(opened, feed)
         gate = Gate(configuration, GateMode(arguments.gate))

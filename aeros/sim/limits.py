@@ -41,8 +41,14 @@ TAU_MAX: Final = _per_joint(87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0)
 TOOL_SPEED_MAX: Final = 1.7
 """Greatest speed of the tool centre point, m/s."""
 
+TOOL_ACCELERATION_MAX: Final = 13.0
+"""Greatest acceleration of the tool centre point, m/s²."""
+
 YAW_SPEED_MAX: Final = 2.5
 """Greatest rotational speed of the tool, rad/s."""
+
+TURNING_ACCELERATION_MAX: Final = 25.0
+"""Greatest rotational acceleration of the tool, rad/s²."""
 
 FINGER_GAP_MAX: Final = 0.08
 """Widest distance between the finger pads, m (Franka Hand: 80 mm stroke)."""

@@ -35,6 +35,9 @@ BASE_ACCELERATION_MAX: Final = 1.0
 _STOP_SHARE: Final = 0.9
 """Share of the acceleration limits a protective stop uses."""
 
+HOLDING_FORCE: Final = 0.3
+"""Force on both fingers above which something is held, N."""
+
 PARTS: Final = frozenset(("arm", "base"))
 """What has to be brought to rest; the fingers keep their grip."""
 
@@ -86,6 +89,8 @@ class Panda:
         self.qd_command: Vector = np.zeros(7)
         self.base_command: Vector = np.zeros(2)
         self.base_speed_command: Vector = np.zeros(2)
+        self.grip_command = (FINGER_GAP_MAX, 10.0)
+        self.finger_friction = options.finger_friction
         self._assemble(options)
 
     def _assemble(self, options: RobotOptions) -> None:
@@ -95,7 +100,7 @@ class Panda:
             bullet.resetJointState(self.body, joint, q, physicsClientId=client)
         for finger in self.fingers:
             bullet.resetJointState(self.body, finger, FINGER_GAP_MAX / 2, physicsClientId=client)
-            self._world.set_friction(self.body, finger, options.finger_friction)
+        self.set_finger_friction(self.finger_friction)
         # The hand drives both fingers with one motor; without the gear grasps are 15 mm off centre.
         gear = bullet.createConstraint(
             self.body,
@@ -110,7 +115,7 @@ class Panda:
         )
         bullet.changeConstraint(gear, gearRatio=-1, erp=0.1, maxForce=50, physicsClientId=client)
         bullet.enableJointForceTorqueSensor(self.body, self._wrist, True, physicsClientId=client)
-        self.grip(FINGER_GAP_MAX, 10.0)
+        self.grip(*self.grip_command)
         self.hold()
 
     # Motors.
@@ -118,13 +123,17 @@ class Panda:
     def command(self, q: Vector, qd: Vector) -> None:
         """Set the arm motors' set points, rad and rad/s, for the next tick."""
         self.q_command, self.qd_command = q, qd
+        self.drive_arm(q, qd)
+
+    def drive_arm(self, q: Vector, qd: Vector, strength: float = 1.0) -> None:
+        """Let the arm motors follow q and qd with this share of their torque, whatever is commanded."""
         bullet.setJointMotorControlArray(
             self.body,
             self._arm,
             bullet.POSITION_CONTROL,
             targetPositions=q.tolist(),
             targetVelocities=qd.tolist(),
-            forces=_TORQUES,
+            forces=_TORQUES if strength == 1.0 else [strength * torque for torque in _TORQUES],
             positionGains=_GAINS,
             velocityGains=_ONES,
             physicsClientId=self._world.client,
@@ -161,6 +170,11 @@ class Panda:
 
     def grip(self, width: float, force: float) -> None:
         """Drive the fingers to a gap of `width` (m) with at most `force` (N) on each."""
+        self.grip_command = (width, force)
+        self.drive_fingers(width, force)
+
+    def drive_fingers(self, width: float, force: float) -> None:
+        """Set the finger motors, whatever is commanded."""
         for finger in self.fingers:
             bullet.setJointMotorControl2(
                 self.body,
@@ -171,6 +185,11 @@ class Panda:
                 maxVelocity=FINGER_SPEED,
                 physicsClientId=self._world.client,
             )
+
+    def set_finger_friction(self, friction: float) -> None:
+        """Set the Coulomb coefficient of both finger pads."""
+        for finger in self.fingers:
+            self._world.set_friction(self.body, finger, friction)
 
     def yield_here(self) -> None:
         """Take the measured joint positions for set points: stop pushing against what holds the arm."""
@@ -243,6 +262,10 @@ class Panda:
             elif contact.link_a == self.fingers[1]:
                 right += contact.force
         return left, right
+
+    def is_holding(self) -> bool:
+        """Whether both fingers feel something between them."""
+        return min(self.finger_forces()) > HOLDING_FORCE
 
     def wrist_load(self) -> float:
         """Vertical force in W that the hand and what it touches exert on the wrist, N, up positive.

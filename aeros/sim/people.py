@@ -106,9 +106,14 @@ class People:
 
     def __init__(self, world: World, robot: int, people: Sequence[Person], chance: Chance) -> None:
         """Put them where they are at first.  robot: its body."""
-        self._client = world.client
+        self._world = world
         self._robot = robot
+        self._chance = chance
         self._walkers = [_Walker(world, one, chance) for one in people]
+
+    def enter(self, person: Person) -> None:
+        """Let somebody come who was not there; their way begins now."""
+        self._walkers.append(_Walker(self._world, person, self._chance, self._world.time))
 
     def walk(self, time: float) -> None:
         """Put them where they are at `time`, s."""
@@ -128,8 +133,9 @@ class People:
 class _Walker:
     """One person's body."""
 
-    def __init__(self, world: World, person: Person, chance: Chance) -> None:
+    def __init__(self, world: World, person: Person, chance: Chance, since: float = 0.0) -> None:
         self._client = world.client
+        self._since = since
         self._walk = Walk(person, chance)
         self._middle = person.floor + person.height / 2.0
         self._last = inf
@@ -146,10 +152,10 @@ class _Walker:
         )
         self._body: int = bullet.createMultiBody(0.0, shape, visual, physicsClientId=self._client)
         bullet.setCollisionFilterGroupMask(self._body, -1, 0, 0, physicsClientId=self._client)
-        self.walk(0.0)
+        self.walk(since)
 
     def walk(self, time: float) -> None:
-        x, y = self._walk.place(time)
+        x, y = self._walk.place(time - self._since)
         bullet.resetBasePositionAndOrientation(
             self._body, (x, y, self._middle), UPRIGHT, physicsClientId=self._client
         )

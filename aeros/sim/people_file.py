@@ -49,12 +49,13 @@ def read_people(name_or_path: str) -> tuple[people.Person, ...]:
     node = read_yaml(read_source(path), sink)
     found = None if node is None else decode(node, declared.People, sink)
     sink.raise_if_errors()
-    everybody = [] if found is None else [_person(name.value, one, sink) for name, one in found.people]
+    everybody = [] if found is None else [person_of(name.value, one, sink) for name, one in found.people]
     sink.raise_if_errors()
     return tuple(everybody)
 
 
-def _person(name: str, one: declared.Person, sink: Diagnostics) -> people.Person:
+def person_of(name: str, one: declared.Person, sink: Diagnostics) -> people.Person:
+    """Somebody as declared; wrong, and reported, where `sink` has errors afterwards."""
     height = _amount(one.height, LENGTH, sink, people.HEIGHT)
     radius = _amount(one.radius, LENGTH, sink, people.RADIUS)
     if not sink.has_errors and not 0.0 < 2.0 * radius <= height <= 3.0:

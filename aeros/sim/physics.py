@@ -21,12 +21,10 @@ from aeros.sim.randomness import Chance
 from aeros.sim.scenes import SCENES
 from aeros.sim.scenes.scene import Scene
 from aeros.sim.sensing import SCANNER_RANGE, SensorModel, Sensors, Truth
+from aeros.sim.undisturbed import Stage, Undisturbed
 from aeros.sim.video import Recorder
 from aeros.sim.world import World
 from aeros.skill import Action
-
-HOLDING_FORCE: Final = 0.3
-"""Force on both fingers above which something is held, N."""
 
 _BLOCKED: Final = 0.05
 """Distance of a joint from its set point that no unhindered motion shows (0.005 seen at most), rad."""
@@ -62,6 +60,7 @@ class PhysicsPlant:
 
     people: who walks about in it.
     sensors: between what is true in the scene and what `observe` and the monitor get.
+    disturbance: what goes wrong once the clock runs; nothing by default.
     """
 
     def __init__(
@@ -73,6 +72,7 @@ class PhysicsPlant:
         people: Sequence[Person] = (),
         sensors: Mapping[str, SensorModel] | None = None,
         referee: Referee | None = None,
+        disturbance: Undisturbed | None = None,
     ) -> None:
         self._scene = scene
         self._recorder = recorder
@@ -85,6 +85,8 @@ class PhysicsPlant:
             self._world.step()
         self._world.ticks = 0
         self._people = People(self._world, self._robot.body, people, Chance(seed))
+        self._disturbance = disturbance or Undisturbed()
+        self._disturbance.attach(Stage(self._world, self._robot, scene, self.sensors, self._people))
         self._seen: dict[str, Reading] = {}
         self._state = self._robot.sense()
         self._truth = Truth(0, self._fast_values())
@@ -158,10 +160,12 @@ class PhysicsPlant:
             self._tick(stopping=True)
 
     def skill_began(self, skill: str) -> None:
-        """Physics does not care who asked."""
+        """Physics does not care who asked; a disturbance may."""
+        self._disturbance.skill_began(skill)
 
     def skill_ended(self, skill: str, *, finished: bool) -> None:
-        """Physics does not care who asked."""
+        """Physics does not care who asked; a disturbance may."""
+        self._disturbance.skill_ended(skill)
 
     def close(self) -> None:
         """Write the film, if one is taken, and end the simulation; safe to call twice."""
@@ -219,7 +223,7 @@ class PhysicsPlant:
     def _look(self, camera: str) -> Iterator[None]:
         """Take a picture, hand over what it shows once it is read out."""
         try:
-            found = self._scene.look(camera)
+            found = self._scene.look(camera, self._disturbance.seen)
         except KeyError:
             raise RefusedError(f"unknown camera: `{camera}`") from None
         return self._read_out(Truth(self._world.ticks, found))
@@ -230,6 +234,7 @@ class PhysicsPlant:
         self._seen.update(self.sensors.read_once(picture))
 
     def _tick(self, *, stopping: bool = False) -> None:
+        self._disturbance.before_tick()
         self._world.step()
         self._scene.tick()
         self._people.walk(self._world.time)
@@ -249,7 +254,7 @@ class PhysicsPlant:
 
     def _whole_truth(self) -> Truth:
         """What is true now, of the scene too."""
-        values = {**self._truth.values, "holding": self._holding(), **self._scene.measure()}
+        values = {**self._truth.values, "holding": self._robot.is_holding(), **self._scene.measure()}
         return Truth(self._truth.tick, values)
 
     def _fast_values(self) -> dict[str, Any]:
@@ -268,9 +273,6 @@ class PhysicsPlant:
             "base_position": state.base_position,
         }
 
-    def _holding(self) -> bool:
-        return min(self._robot.finger_forces()) > HOLDING_FORCE
-
 
 def _spell(state: RobotState) -> str:
     x, y, z = state.tool_position
@@ -285,6 +287,7 @@ def make_plant(
     people: Sequence[Person] = (),
     sensors: Mapping[str, SensorModel] | None = None,
     referee: Referee | None = None,
+    disturbance: Undisturbed | None = None,
 ) -> PhysicsPlant:
     """A plant with scene `scene_name`, laid out by `seed`; `record` names a `.webp` film to write.
 
@@ -293,4 +296,12 @@ def make_plant(
     """
     scene = SCENES[scene_name]()
     recorder = None if record is None else Recorder(record, scene.view)
-    return PhysicsPlant(scene, seed, recorder, people=people, sensors=sensors, referee=referee)
+    return PhysicsPlant(
+        scene,
+        seed,
+        recorder,
+        people=people,
+        sensors=sensors,
+        referee=referee,
+        disturbance=disturbance,
+    )

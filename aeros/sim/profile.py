@@ -9,14 +9,22 @@ Units: SI.  Frames: as in `kinematics` (B, the arm's base).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil
+from math import ceil, cos, sqrt
 from typing import Final
 
 import numpy as np
 
 from aeros.runtime.ports import Path
-from aeros.sim.kinematics import solve, solve_one
-from aeros.sim.limits import QD_MAX, QDD_MAX, TOOL_SPEED_MAX, YAW_SPEED_MAX, Vector
+from aeros.sim.kinematics import forward, solve, solve_one
+from aeros.sim.limits import (
+    QD_MAX,
+    QDD_MAX,
+    TOOL_ACCELERATION_MAX,
+    TOOL_SPEED_MAX,
+    TURNING_ACCELERATION_MAX,
+    YAW_SPEED_MAX,
+    Vector,
+)
 
 TICK: Final = 1.0 / 240.0
 """Control and simulation period, s."""
@@ -47,6 +55,23 @@ class UnreachableError(Exception):
 _UNDER: Final = 0.99
 """Share of the asked speed that a profile peaks at: the spline is as fast as the line to 0.1 %, and the
 decision's own bound takes as much."""
+
+
+_TILTED: Final = 1e-3
+"""Angle of the tool from pointing down above which a start is off its line, rad."""
+
+_STRAYING: Final = 0.9
+"""Share of a speed limit that a tool may use on its way to its line, as sampled."""
+
+_STRAYING_CHANGE: Final = 0.1
+"""Share of an acceleration limit likewise: of a path that bends, the decision's bound is up to eight times
+what is sampled."""
+
+_FINE: Final = 30
+"""Fewest pieces of such a path: of few long ones the decision's bounds are wide."""
+
+_LOOKS: Final = 8
+"""Samples of each piece of a path for that."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,12 +109,17 @@ def straight_profile(
     m/s; joint limits may make it slower.  Raises `UnreachableError`.
     """
     distance, turn, pieces = _measure(start, end)
+    is_tilted = _is_tilted(q_start)
+    if is_tilted:
+        pieces = max(pieces, _FINE)
     path = _spline(_joint_path(q_start, start, end, pieces))
     ticks = max(
         minimum_jerk_ticks(distance, min(peak_speed, TOOL_SPEED_MAX) * _UNDER),
         minimum_jerk_ticks(turn, YAW_SPEED_MAX * _SHARE),
         24,
     )
+    if is_tilted:
+        ticks = max(ticks, _straying_ticks(path, min(peak_speed, TOOL_SPEED_MAX)))
     for _ in range(12):
         _, qd, qdd = _sample(path, ticks)
         excess = max(
@@ -140,6 +170,42 @@ def _joint_path(
     if float(np.abs(np.diff(joined, axis=0)).max()) > _LARGEST_JUMP:
         raise UnreachableError(f"the straight line to {_spell(p_end)} needs a change of posture")
     return joined
+
+
+def _is_tilted(q: Vector) -> bool:
+    """Whether the tool does not point down."""
+    _, turned, _ = forward(q[None, :])
+    return float(-turned[0, 2, 2]) < cos(_TILTED)
+
+
+def _straying_ticks(path: Vector, peak_speed: float) -> int:
+    """Ticks that keep the tool inside its limits on the way to its line, wherever on it timing is fastest."""
+    step = 1.0 / _LOOKS
+    u = np.arange(0.0, 1.0, step)[:, None]
+    v = 1.0 - u
+    a, b, c, d = (path[:, None, corner] for corner in range(4))
+    q = (v**3 * a + 3.0 * v * u * (v * b + u * c) + u**3 * d).reshape(-1, path.shape[2])
+    places, turned, _ = forward(np.vstack((q, path[-1, 3])))
+    turns = np.swapaxes(turned[:-1], 1, 2) @ turned[1:]
+    # Of small turns the skew-symmetric part is the axis times the angle.
+    turning = [turns[:, i, j] - turns[:, j, i] for i, j in ((2, 1), (0, 2), (1, 0))]
+    step /= len(path)
+    return max(
+        _ticks_of(np.diff(places, axis=0) / step, step, peak_speed, TOOL_ACCELERATION_MAX),
+        _ticks_of(np.stack(turning, axis=1) / 2.0 / step, step, YAW_SPEED_MAX, TURNING_ACCELERATION_MAX),
+    )
+
+
+def _ticks_of(first: Vector, step: float, speed: float, acceleration: float) -> int:
+    """From derivatives by s, `step` apart: ẋ = x'·ṡ and ẍ = x''·ṡ² + x'·s̈, each factor at its greatest."""
+    most = float(np.linalg.norm(first, axis=1).max())
+    second = float(np.linalg.norm(np.diff(first, axis=0) / step, axis=1).max())
+    bend = second * PEAK_TO_MEAN**2 + most * ACCELERATION_TO_MEAN
+    duration = max(
+        PEAK_TO_MEAN * most / (speed * _STRAYING),
+        sqrt(bend / (acceleration * _STRAYING_CHANGE)),
+    )
+    return ceil(duration / TICK)
 
 
 def _spline(points: Vector) -> Vector:

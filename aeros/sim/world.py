@@ -194,6 +194,11 @@ class World:
             physicsClientId=self.client,
         )
 
+    def push(self, body: int, force: Triple) -> None:
+        """Push a body's base at its centre of mass with `force` (N, in W) in the next step."""
+        place, _ = self.pose(body)
+        bullet.applyExternalForce(body, -1, force, place, bullet.WORLD_FRAME, physicsClientId=self.client)
+
     # Measurements.
 
     def pose(self, body: int, link: int = -1) -> Pose:

@@ -62,13 +62,13 @@ LENGTH = Dimension((1, 0, 0, 0))
 TIME = Dimension((0, 0, 1, 0))
 _MASS = Dimension((0, 1, 0, 0))
 ANGLE = Dimension((0, 0, 0, 1))
-_FORCE = _MASS * LENGTH * TIME**-2
+FORCE = _MASS * LENGTH * TIME**-2
 _NAMES = {
     NUMBER: "1",
-    _FORCE: "N",
-    _FORCE * LENGTH: "N*m",
-    _FORCE * LENGTH**-2: "Pa",
-    _FORCE * LENGTH * TIME**-1: "W",
+    FORCE: "N",
+    FORCE * LENGTH: "N*m",
+    FORCE * LENGTH**-2: "Pa",
+    FORCE * LENGTH * TIME**-1: "W",
 }
 
 _ATOMS: dict[str, tuple[Fraction, Dimension]] = {
@@ -86,14 +86,14 @@ _ATOMS: dict[str, tuple[Fraction, Dimension]] = {
     "Hz": (Fraction(1), TIME**-1),
     "kg": (Fraction(1), _MASS),
     "g": (Fraction(1, 1000), _MASS),
-    "N": (Fraction(1), _FORCE),
-    "kN": (Fraction(1000), _FORCE),
-    "mN": (Fraction(1, 1000), _FORCE),
-    "Nm": (Fraction(1), _FORCE * LENGTH),
-    "Pa": (Fraction(1), _FORCE * LENGTH**-2),
-    "kPa": (Fraction(1000), _FORCE * LENGTH**-2),
-    "J": (Fraction(1), _FORCE * LENGTH),
-    "W": (Fraction(1), _FORCE * LENGTH * TIME**-1),
+    "N": (Fraction(1), FORCE),
+    "kN": (Fraction(1000), FORCE),
+    "mN": (Fraction(1, 1000), FORCE),
+    "Nm": (Fraction(1), FORCE * LENGTH),
+    "Pa": (Fraction(1), FORCE * LENGTH**-2),
+    "kPa": (Fraction(1000), FORCE * LENGTH**-2),
+    "J": (Fraction(1), FORCE * LENGTH),
+    "W": (Fraction(1), FORCE * LENGTH * TIME**-1),
     "rad": (Fraction(1), ANGLE),
     "deg": (_PI / 180, ANGLE),
 }

@@ -78,7 +78,10 @@ def prepare(observed: Observation, inputs: Inputs) -> SkillBody:
         for action in _lay_wrapper(observed):
             observed = yield action
     if not observed["filling_on_workspace"]:
-        for action in _lay_filling(observed):
+        for action in _take_filling(observed):
+            observed = yield action
+        # Looked for anew: the wrapper may have been moved while the filling was fetched.
+        for action in _put(_on_plate(observed, FILLING_HEIGHT), HALF_OPEN):
             observed = yield action
 
 
@@ -130,14 +133,13 @@ def _lay_wrapper(observed: Observation) -> Leg:
     )
 
 
-def _lay_filling(observed: Observation) -> Leg:
-    """Grip the filling and set it down in the middle of the wrapper's plate on the bed."""
+def _take_filling(observed: Observation) -> Leg:
+    """Grip the filling and lift it."""
     x, y, z = observed["filling_position"]
     place = (x, y, z + FILLING_GRASP)
     return (
         *_grasp(observed, place, 0.0, 0.012, DOUGH_FORCE, HALF_OPEN),
         *_rise(place, 0.0),
-        *_put(_on_plate(observed, FILLING_HEIGHT), HALF_OPEN),
     )
 
 

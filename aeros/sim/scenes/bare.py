@@ -8,6 +8,7 @@ from typing import Any
 from aeros.sim.panda import Panda, RobotOptions
 from aeros.sim.randomness import Chance
 from aeros.sim.scenes.furniture import add_table
+from aeros.sim.scenes.scene import Through, as_it_is
 from aeros.sim.world import Camera, World
 
 
@@ -16,6 +17,8 @@ class Bare:
 
     robot = RobotOptions()
     view = Camera(eye=(1.3, 0.9, 0.8), target=(0.4, 0.0, 0.2))
+    things: tuple[str, ...] = ()
+    cameras: tuple[str, ...] = ()
 
     def build(self, world: World, robot: Panda, chance: Chance) -> None:
         """Add the table."""
@@ -28,6 +31,10 @@ class Bare:
         """Nothing is measured but the robot."""
         return {}
 
-    def look(self, camera: str) -> Mapping[str, Any]:
+    def thing(self, name: str) -> int:
+        """Nothing lies about."""
+        raise KeyError(name)
+
+    def look(self, camera: str, through: Through = as_it_is) -> Mapping[str, Any]:
         """There is no camera."""
         raise KeyError(camera)

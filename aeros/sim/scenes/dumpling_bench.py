@@ -15,6 +15,7 @@ from aeros.sim.panda import Panda, RobotOptions
 from aeros.sim.profile import TICK
 from aeros.sim.randomness import Chance
 from aeros.sim.scenes.furniture import MODELS, add_open_box, add_table
+from aeros.sim.scenes.scene import Through, as_it_is
 from aeros.sim.world import Camera, Pose, Triple, World, in_frame, of_frame, turned, yaw_of
 
 PRESS: Final = (0.50, 0.0, 0.094)
@@ -65,6 +66,8 @@ class DumplingBench:
 
     robot = RobotOptions()
     view = Camera(eye=(1.15, 0.55, 0.62), target=(0.42, 0.03, 0.1), field_of_view=40.0)
+    things: tuple[str, ...] = ("wrapper", "filling")
+    cameras: tuple[str, ...] = ()
 
     def build(self, world: World, robot: Panda, chance: Chance) -> None:
         """Place tray and stand by chance, the wrapper on its tray and the filling on its stand."""
@@ -144,7 +147,11 @@ class DumplingBench:
             "dumpling_cooked": wrapped and self._in_pot_ticks * TICK >= COOKING_TIME,
         }
 
-    def look(self, camera: str) -> Mapping[str, Any]:
+    def thing(self, name: str) -> int:
+        """See `Scene`."""
+        return {"wrapper": self._wrapper, "filling": self._filling}[name]
+
+    def look(self, camera: str, through: Through = as_it_is) -> Mapping[str, Any]:
         """There is no camera: poses are measured."""
         raise KeyError(camera)
 

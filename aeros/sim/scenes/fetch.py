@@ -14,6 +14,7 @@ from typing import Any, Final
 from aeros.sim.detection import find_red
 from aeros.sim.panda import Panda, RobotOptions
 from aeros.sim.randomness import Chance
+from aeros.sim.scenes.scene import Through, as_it_is
 from aeros.sim.world import Camera, Triple, World
 
 BASE_HEIGHT: Final = 0.30
@@ -73,6 +74,8 @@ class Fetch:
 
     robot = RobotOptions(carriage=True, base=(0.0, 0.0, BASE_HEIGHT))
     view = Camera(eye=(0.2, -2.3, 1.9), target=(1.1, -0.35, 0.4), field_of_view=50.0)
+    things: tuple[str, ...] = ("can", "decoy")
+    cameras: tuple[str, ...] = ("mast", "hand")
 
     def build(self, world: World, robot: Panda, chance: Chance) -> None:
         """Place both stands, the can and the decoy by chance."""
@@ -96,7 +99,9 @@ class Fetch:
         radius, height = CAN
         red, blue = (0.80, 0.10, 0.08, 1.0), (0.15, 0.30, 0.75, 1.0)
         aside = y - 0.17 if v > y else y + 0.17
-        self._world.add_box((0.04, 0.04, 0.05), (x, aside, STAND[2] + 0.026), mass=0.1, colour=blue)
+        self._decoy = self._world.add_box(
+            (0.04, 0.04, 0.05), (x, aside, STAND[2] + 0.026), mass=0.1, colour=blue
+        )
         place = (u, v, STAND[2] + height / 2 + 0.001)
         return self._world.add_cylinder(radius, height, place, mass=0.15, colour=red)
 
@@ -125,10 +130,14 @@ class Fetch:
             "object_delivered": self._delivered(),
         }
 
-    def look(self, camera: str) -> Mapping[str, Any]:
+    def thing(self, name: str) -> int:
+        """See `Scene`."""
+        return {"can": self._can, "decoy": self._decoy}[name]
+
+    def look(self, camera: str, through: Through = as_it_is) -> Mapping[str, Any]:
         """Where the can's middle is, estimated from a picture by `mast` or `hand` camera."""
         eye = self._camera(camera)
-        found = find_red(self._world.render(eye), eye, CAN[1])
+        found = through(camera, find_red(self._world.render(eye), eye, CAN[1]))
         self._seen_at = None if found is None else self._world.time
         return {} if found is None else {"object_position": found}
 

@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 from aeros.sim.panda import Panda, RobotOptions
 from aeros.sim.randomness import Chance
-from aeros.sim.world import Camera, World
+from aeros.sim.world import Camera, Triple, World
+
+Detected = Triple | None
+"""Where in W a picture shows what is looked for, m; None when it does not."""
+
+Through = Callable[[str, Detected], Detected]
+"""What a camera's evaluation passes through, given the camera's name, before anyone hears of it."""
+
+
+def as_it_is(camera: str, found: Detected) -> Detected:
+    """The evaluation of a camera that works."""
+    return found
 
 
 class Scene(Protocol):
@@ -15,10 +26,14 @@ class Scene(Protocol):
 
     robot: how the robot is built for it.
     view: the camera films are taken with.
+    things: names of what lies about and can be pushed.
+    cameras: names of the robot's cameras.
     """
 
     robot: RobotOptions
     view: Camera
+    things: tuple[str, ...]
+    cameras: tuple[str, ...]
 
     def build(self, world: World, robot: Panda, chance: Chance) -> None:
         """Put the things into `world`, where `chance` wants them; called once, before the first tick."""
@@ -29,5 +44,8 @@ class Scene(Protocol):
     def measure(self) -> Mapping[str, Any]:
         """Poses and predicates by vocabulary name, SI, measured from poses and contacts now."""
 
-    def look(self, camera: str) -> Mapping[str, Any]:
+    def thing(self, name: str) -> int:
+        """The body of one of `things`; raises KeyError for a thing that is not there."""
+
+    def look(self, camera: str, through: Through = as_it_is) -> Mapping[str, Any]:
         """What `camera` detects now, by vocabulary name; raises KeyError for a camera that is not there."""

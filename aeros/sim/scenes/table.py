@@ -17,6 +17,7 @@ from aeros.sim.panda import Panda, RobotOptions
 from aeros.sim.randomness import Chance
 from aeros.sim.scenes.dirt import DirtMap
 from aeros.sim.scenes.furniture import MODELS, add_open_box, add_table
+from aeros.sim.scenes.scene import Through, as_it_is
 from aeros.sim.world import Camera, Pose, Triple, World, turned, yaw_of
 
 AREA: Final = ((0.35, -0.15), (0.65, 0.15))
@@ -69,6 +70,8 @@ class Table:
 
     robot = RobotOptions()
     view = Camera(eye=(1.25, 0.75, 0.75), target=(0.42, -0.05, 0.05), field_of_view=45.0)
+    things: tuple[str, ...] = ("sponge", "cube", "can")
+    cameras: tuple[str, ...] = ()
 
     def build(self, world: World, robot: Panda, chance: Chance) -> None:
         """Place the sponge's rest, the sponge on it, and the clutter by chance; the bin is fixed."""
@@ -115,7 +118,12 @@ class Table:
             values["clutter_yaw"] = _quarter_turn(yaw_of(loose[0].orientation))
         return values
 
-    def look(self, camera: str) -> Mapping[str, Any]:
+    def thing(self, name: str) -> int:
+        """See `Scene`."""
+        cube, can = self._clutter
+        return {"sponge": self._sponge, "cube": cube, "can": can}[name]
+
+    def look(self, camera: str, through: Through = as_it_is) -> Mapping[str, Any]:
         """There is no camera: poses are measured."""
         raise KeyError(camera)
 

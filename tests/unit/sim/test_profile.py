@@ -3,6 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from aeros.runtime.peaks import tool_rates
+from aeros.sim.body import PANDA
 from aeros.sim.kinematics import READY, forward
 from aeros.sim.limits import QD_MAX, QDD_MAX
 from aeros.sim.profile import TICK, UnreachableError, straight_profile
@@ -39,3 +41,20 @@ def test_a_profile_ends_at_rest() -> None:
 def test_a_line_out_of_reach_is_refused_with_a_reason() -> None:
     with pytest.raises(UnreachableError, match="no joint position puts the tool"):
         straight_profile(READY, START, (np.array([0.9, 0.5, 0.3]), 0.0), 0.25)
+
+
+@pytest.mark.parametrize("tilt", [0.02, 0.1, 0.2])
+def test_a_motion_that_starts_off_its_line_keeps_what_is_decided_of_it(tilt: float) -> None:
+    """As after a stop: the decision bounds the tool's speed and how fast it turns on its way to the line."""
+    draw = np.random.default_rng(0)
+    for _ in range(20):
+        q = READY + draw.uniform(-tilt, tilt, 7)
+        places, turned, _ = forward(q[None, :])
+        yaw = float(np.arctan2(turned[0, 1, 0], turned[0, 0, 0]))
+        target = places[0] + draw.uniform(-0.03, 0.03, 3)
+        profile = straight_profile(q, (places[0], yaw), (target, yaw), 0.25)
+        tool, turning = tool_rates(PANDA, profile.path, profile.ticks * TICK, 0.25)
+        assert tool.speed <= 0.25
+        assert tool.acceleration <= 13.0
+        assert turning.speed <= 2.5
+        assert turning.acceleration <= 25.0

@@ -45,8 +45,8 @@ def files(name: str) -> list[Path]:
     """Every file of the repository that is meant to be one of `name`."""
     if name == "ecm":
         return sorted([*ROOT.glob("ecms/*/ecm.yaml"), *CORPUS.rglob("ecm.yaml")])
-    if name == "people":
-        return sorted((ROOT / "aeros" / "people").glob("*.yaml"))
+    if name in ("people", "faults"):
+        return sorted((ROOT / "aeros" / name).glob("*.yaml"))
     return sorted(
         [
             *(ROOT / "aeros" / "sites").glob("*.yaml"),

@@ -1,0 +1,78 @@
+"""What each kind of fault does: tick by tick, or to what is made of a picture.
+
+A fault that acts is an iterator, like a motion: each tick it pushes a body or says what it does to the
+robot's parts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import repeat
+from math import cos, pi, sin
+
+from numpy.random import Generator
+
+from aeros.sim.faults.hindrance import UNHINDERED, Hindrance
+from aeros.sim.faults.model import (
+    Acting,
+    Bump,
+    Delay,
+    Enter,
+    Loosen,
+    Misplace,
+    Misread,
+    Miss,
+    Seen,
+    Slip,
+    Weaken,
+)
+from aeros.sim.profile import TICK
+from aeros.sim.scenes.scene import Detected
+from aeros.sim.undisturbed import Stage
+from aeros.sim.world import Triple
+
+
+def acting(kind: Acting, source: Generator, name: str, stage: Stage) -> Iterator[Hindrance]:
+    """The fault, one item a tick.  `name`: of the fault, this time."""
+    match kind:
+        case Bump():
+            return _bump(kind, source, stage)
+        case Slip(friction, lasts):
+            return repeat(Hindrance(friction=friction), lasts)
+        case Loosen(force, lasts):
+            return repeat(Hindrance(force=force), lasts)
+        case Weaken(torque, lasts):
+            return repeat(Hindrance(strength=torque), lasts)
+        case Delay(by, lasts):
+            return repeat(Hindrance(lag=by), lasts)
+        case Misread(of, model, lasts):
+            return repeat(Hindrance(sensors={of: model}), lasts)
+        case Enter(person):
+            stage.people.enter(replace(person, name=name))
+            return iter(())
+
+
+def _bump(bump: Bump, source: Generator, stage: Stage) -> Iterator[Hindrance]:
+    way = _level(source) if bump.direction is None else bump.direction
+    force = bump.impulse / (bump.over * TICK)
+    body = stage.scene.thing(bump.thing)
+    for _ in range(bump.over):
+        stage.world.push(body, (force * way[0], force * way[1], force * way[2]))
+        yield UNHINDERED
+
+
+def seen(kind: Seen, source: Generator, found: Detected) -> Detected:
+    """What comes of a picture's evaluation."""
+    match kind:
+        case Misplace(by, direction) if found is not None:
+            way = _level(source) if direction is None else direction
+            return (found[0] + by * way[0], found[1] + by * way[1], found[2] + by * way[2])
+        case Misplace() | Miss():
+            return None
+
+
+def _level(source: Generator) -> Triple:
+    """A level direction, any."""
+    angle = float(source.uniform(-pi, pi))
+    return (cos(angle), sin(angle), 0.0)

@@ -1,0 +1,153 @@
+"""Faults as the injector needs them: names resolved, quantities in SI, durations in ticks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from aeros.runtime.ports import Triple
+from aeros.sim.people import Person
+from aeros.sim.sensing import SensorModel
+
+
+@dataclass(frozen=True, slots=True)
+class OnSkill:
+    """Each invocation of `skill`; begins `after` ticks in, counted from the first hold if `once_holding`.
+
+    An invocation that ends before that lets the fault pass.
+    """
+
+    skill: str
+    after: int
+    once_holding: bool
+
+
+@dataclass(frozen=True, slots=True)
+class OnLook:
+    """Each picture that `camera` takes."""
+
+    camera: str
+
+
+@dataclass(frozen=True, slots=True)
+class OnTime:
+    """The end of each `period` ticks of the plant's clock."""
+
+    period: int
+
+
+Opportunity = OnSkill | OnLook | OnTime
+"""What a fault's rate is per."""
+
+
+@dataclass(frozen=True, slots=True)
+class Process:
+    """How often an opportunity is taken: in the long run, and from the first one on, in a share `rate`.
+
+    A chain of two states, one step an opportunity, starts as it stays in the long run.  In the bad
+    state, which is left with probability `mends`, an opportunity is taken with probability `within`;
+    in the good state, left with probability `worsens`, with probability `between`.
+    Independent draws are the chain that never leaves its good state.
+    """
+
+    share_bad: float
+    worsens: float
+    mends: float
+    within: float
+    between: float
+
+    @property
+    def rate(self) -> float:
+        """The share of opportunities that are taken."""
+        return self.share_bad * self.within + (1.0 - self.share_bad) * self.between
+
+
+@dataclass(frozen=True, slots=True)
+class Bump:
+    """`impulse` (N·s) on `thing` over `over` ticks; `direction` of length 1, any level one if None."""
+
+    thing: str
+    impulse: float
+    over: int
+    direction: Triple | None
+
+
+@dataclass(frozen=True, slots=True)
+class Slip:
+    """Finger pads of at most this friction, for `lasts` ticks."""
+
+    friction: float
+    lasts: int
+
+
+@dataclass(frozen=True, slots=True)
+class Loosen:
+    """A grip of at most this force (N), for `lasts` ticks."""
+
+    force: float
+    lasts: int
+
+
+@dataclass(frozen=True, slots=True)
+class Weaken:
+    """At most this share of the arm motors' torque, for `lasts` ticks."""
+
+    torque: float
+    lasts: int
+
+
+@dataclass(frozen=True, slots=True)
+class Delay:
+    """Commands followed `by` ticks late, for `lasts` ticks."""
+
+    by: int
+    lasts: int
+
+
+@dataclass(frozen=True, slots=True)
+class Misread:
+    """A quantity measured no better than by `model`, for `lasts` ticks."""
+
+    of: str
+    model: SensorModel
+    lasts: int
+
+
+@dataclass(frozen=True, slots=True)
+class Enter:
+    """Somebody comes, and goes their way."""
+
+    person: Person
+
+
+@dataclass(frozen=True, slots=True)
+class Miss:
+    """Nothing is detected."""
+
+
+@dataclass(frozen=True, slots=True)
+class Misplace:
+    """What is detected is off `by` m; `direction` of length 1, any level one if None."""
+
+    by: float
+    direction: Triple | None
+
+
+Acting = Bump | Slip | Loosen | Weaken | Delay | Misread | Enter
+"""What acts on bodies, motors and sensors, tick by tick."""
+
+Seen = Miss | Misplace
+"""What acts on a picture's evaluation."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """When it can happen, how often it does, and what happens; what is seen goes with looks alone.
+
+    at_most: after so many times in one run no further opportunity is taken.
+    """
+
+    name: str
+    opportunity: Opportunity
+    process: Process
+    kind: Acting | Seen
+    at_most: int | None = None

@@ -1,0 +1,43 @@
+"""Which opportunities a fault takes: one stream of randomness for each fault, keyed by its name.
+
+What is drawn depends on the seed, the fault's name, its process and the opportunity's number alone: not on
+other faults, on their order, or on what happens meanwhile.
+"""
+
+from __future__ import annotations
+
+from math import inf
+
+from numpy.random import Generator
+
+from aeros.sim.faults.model import Fault
+from aeros.sim.randomness import Chance
+
+
+class Draws:
+    """The opportunities of one fault, one after the other."""
+
+    def __init__(self, fault: Fault, chance: Chance) -> None:
+        self._channel = f"fault/{fault.name}"
+        self._process = fault.process
+        self._left = inf if fault.at_most is None else fault.at_most
+        self._chance = chance
+        self._is_bad = False
+        self.count = 0
+
+    def next(self) -> Generator | None:
+        """None where the next opportunity is not taken, else what the fault itself may draw from."""
+        source = self._chance.on(self._channel, self.count)
+        state, event = (float(part) for part in source.uniform(size=2))
+        if self.count == 0:
+            self._is_bad = state < self._process.share_bad
+        elif self._is_bad:
+            self._is_bad = state >= self._process.mends
+        else:
+            self._is_bad = state < self._process.worsens
+        self.count += 1
+        rate = self._process.within if self._is_bad else self._process.between
+        if event >= rate or self._left <= 0:
+            return None
+        self._left -= 1
+        return source

@@ -1,0 +1,306 @@
+"""Each kind of fault does what it says to bodies, motors and sensors, and nothing of it happens without."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from math import dist, inf, sqrt
+from typing import Any
+
+import pytest
+
+from aeros.sim.faults.injector import Happening, Injector
+from aeros.sim.faults.model import (
+    Acting,
+    Bump,
+    Delay,
+    Enter,
+    Fault,
+    Loosen,
+    Misplace,
+    Misread,
+    Miss,
+    OnLook,
+    OnSkill,
+    OnTime,
+    Opportunity,
+    Process,
+    Seen,
+    Slip,
+    Weaken,
+)
+from aeros.sim.panda import Panda
+from aeros.sim.people import Person, Waypoint
+from aeros.sim.physics import PhysicsPlant
+from aeros.sim.randomness import Chance
+from aeros.sim.scenes.bare import Bare
+from aeros.sim.scenes.fetch import Fetch
+from aeros.sim.sensing import SensorModel
+from aeros.sim.world import World
+from aeros.skill import act
+from tests.unit.sim.acting import execute
+
+pytestmark = pytest.mark.physics
+
+ALWAYS = Process(0.0, 0.0, 1.0, 1.0, 1.0)
+SKILL = "test.carry"
+
+
+class Cube(Bare):
+    """A cube on a block, that can be grasped and carried."""
+
+    things: tuple[str, ...] = ("cube",)
+
+    def build(self, world: World, robot: Panda, chance: Chance) -> None:
+        world.add_box((1.0, 1.0, 0.05), (0.5, 0.0, -0.025))
+        world.add_box((0.10, 0.03, 0.05), (0.5, 0.1, 0.025))
+        self.world = world
+        self.cube = world.add_box((0.04, 0.04, 0.04), (0.5, 0.1, 0.07), mass=0.1)
+
+    def thing(self, name: str) -> int:
+        return {"cube": self.cube}[name]
+
+    def measure(self) -> Mapping[str, Any]:
+        return {"cube_position": self.world.pose(self.cube).position}
+
+
+class Told:
+    """A plant with faults, and what it was told of them."""
+
+    def __init__(self, *faults: Fault, seed: int = 0) -> None:
+        self.happened: list[Happening] = []
+        self.torques: list[float] = []
+        self.plant = PhysicsPlant(Cube(), seed, disturbance=Injector(faults, seed, self.happened.append))
+
+    def do(self, kind: str, **parameters: Any) -> bool:
+        return execute(self.plant, act(kind, **parameters), lambda now, values: None, inf).completed
+
+    def move(self, x: float, y: float, z: float, speed: float = 0.25) -> bool:
+        return self.do("move_tool", target=(x, y, z), yaw=0.0, speed=speed)
+
+    def value(self, name: str) -> Any:
+        return self.plant.observe()[name].value
+
+    def hold_cube(self) -> None:
+        assert self.move(0.5, 0.1, 0.15)
+        assert self.move(0.5, 0.1, 0.07)
+        assert self.do("grip", width=0.03, force=10.0)
+        assert self.move(0.5, 0.1, 0.20)
+        assert self.value("holding")
+
+
+Make = Callable[..., Told]
+
+
+@pytest.fixture
+def told() -> Iterator[Make]:
+    made: list[Told] = []
+
+    def make(*faults: Fault, seed: int = 0) -> Told:
+        made.append(Told(*faults, seed=seed))
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.plant.close()
+
+
+def fault(
+    kind: Acting | Seen, on: Opportunity | None = None, name: str = "it", process: Process = ALWAYS
+) -> Fault:
+    return Fault(name, OnSkill(SKILL, 0, once_holding=False) if on is None else on, process, kind)
+
+
+def begun(one: Told) -> list[float]:
+    return [happening.time for happening in one.happened if happening.event == "fault"]
+
+
+def test_a_bump_moves_a_thing_by_force_and_without_one_it_stays(told: Make) -> None:
+    one = told(fault(Bump("cube", 0.06, 12, (1.0, 0.0, 0.0))))
+    before = one.value("cube_position")
+    one.do("wait", duration=0.5)
+    assert dist(one.value("cube_position"), before) < 1e-4
+    one.plant.skill_began(SKILL)
+    one.do("wait", duration=0.5)
+    after = one.value("cube_position")
+    assert 0.005 < after[0] - before[0] < 0.05
+    assert abs(after[1] - before[1]) < 0.002
+    assert [happening.event for happening in one.happened] == ["fault", "fault-over"]
+    assert one.happened[0] == Happening(0.5, "fault", "it", "fault `it` begins (opportunity 1)", 1)
+
+
+@pytest.mark.parametrize("kind", [Slip(0.0, 240), Loosen(0.0, 240)])
+def test_a_held_thing_falls_out_of_slippery_or_loose_fingers(kind: Acting, told: Make) -> None:
+    one = told(fault(kind))
+    one.hold_cube()
+    one.do("wait", duration=1.0)
+    assert one.value("holding")
+    one.plant.skill_began(SKILL)
+    one.do("wait", duration=1.5)
+    assert one.value("cube_position")[2] < 0.08
+    assert not one.value("holding")
+
+
+def test_a_weak_arm_has_no_more_than_its_share_of_torque_and_is_strong_again(told: Make) -> None:
+    one = told(fault(Weaken(0.15, 24)))
+
+    def most(now: float, values: Mapping[str, Any]) -> None:
+        one.torques.append(max(map(abs, values["joint_torque"])))
+
+    def run(target: tuple[float, float, float]) -> bool:
+        one.torques.clear()
+        action = act("move_tool", target=target, yaw=0.0, speed=0.5)
+        return execute(one.plant, action, most, inf).completed
+
+    assert run((0.5, 0.0, 0.4))
+    assert max(one.torques) > 0.15 * 87.0
+    one.plant.skill_began(SKILL)
+    run((0.5, 0.2, 0.4))
+    assert max(one.torques[1:25]) <= 0.15 * 87.0 + 1e-6
+    one.do("wait", duration=0.5)
+    assert one.move(0.5, 0.0, 0.4)
+
+
+def test_a_late_arm_is_where_it_was_told_to_be_before_and_catches_up(told: Make) -> None:
+    def places(*faults: Fault) -> list[tuple[float, ...]]:
+        one, passed = told(*faults), []
+        one.plant.skill_began(SKILL)
+
+        def note(now: float, values: Mapping[str, Any]) -> None:
+            passed.append(values["joint_position"])
+
+        action = act("move_tool", target=(0.45, 0.1, 0.45), yaw=0.0, speed=0.1)
+        assert execute(one.plant, action, note, inf).completed
+        assert dist(one.value("tool_position"), (0.45, 0.1, 0.45)) < 1e-3
+        return passed
+
+    in_time, late = places(), places(fault(Delay(12, 120)))
+    for tick in (60, 90, 110):
+        assert dist(late[tick], in_time[tick - 12]) < 0.2 * dist(late[tick], in_time[tick])
+    assert dist(late[180], in_time[180]) < 1e-3
+
+
+def test_a_misread_quantity_is_noisy_while_it_lasts_and_others_are_not(told: Make) -> None:
+    model = SensorModel(noise=0.01)
+    one = told(fault(Misread("tool_position", model, 120)))
+    one.do("wait", duration=0.25)
+    calm = one.value("tool_position")
+    one.plant.skill_began(SKILL)
+    read: list[Mapping[str, Any]] = []
+    execute(one.plant, act("wait", duration=0.4), lambda now, values: read.append(values), inf)
+    off = [dist(values["tool_position"], calm) for values in read[2:]]
+    # The mean length of three normal numbers is 1.6 of their deviation.
+    assert 0.012 < sum(off) / len(off) < 0.02
+    assert max(dist(values["base_position"], (0.0, 0.0, 0.0)) for values in read) < 1e-9
+    one.do("wait", duration=0.3)
+    assert dist(one.value("tool_position"), calm) < 1e-4
+
+
+def test_a_dropout_leaves_the_last_reading_which_ages(told: Make) -> None:
+    one = told(fault(Misread("finger_gap", SensorModel(dropout=1.0), 240)))
+    one.do("wait", duration=0.1)
+    one.plant.skill_began(SKILL)
+    one.do("wait", duration=0.5)
+    assert one.plant.now() - one.plant.observe()["finger_gap"].time > 0.4
+
+
+def test_somebody_enters_when_the_fault_begins(told: Make) -> None:
+    person = Person("it", (Waypoint((3.0, 0.0)), Waypoint((1.5, 0.0), speed=1.0)))
+    one = told(fault(Enter(person)))
+    one.do("wait", duration=0.5)
+    assert one.value("human_distance") == 20.0
+    one.plant.skill_began(SKILL)
+    one.do("wait", duration=0.5)
+    far = one.value("human_distance")
+    one.do("wait", duration=1.0)
+    assert one.value("human_distance") == pytest.approx(far - 1.0, abs=0.1)
+
+
+def _looked(kind: Seen | None) -> Mapping[str, Any]:
+    faults = () if kind is None else (fault(kind, OnLook("mast")),)
+    scene = Fetch()
+    plant = PhysicsPlant(scene, 1, disturbance=Injector(faults, 1, lambda one: None))
+    station = plant.observe()["station_position"].value
+    for action in (
+        act("move_base", x=station[0], y=station[1], speed=0.4),
+        act("move_tool", target=(station[0] + 0.30, station[1] - 0.4, 0.7), yaw=0.0, speed=0.25),
+        act("look", camera="mast"),
+    ):
+        assert execute(plant, action, lambda now, values: None, inf).completed
+    seen = {name: reading.value for name, reading in plant.observe().items()}
+    plant.close()
+    return seen
+
+
+def test_a_missed_or_misplaced_detection_is_of_what_the_camera_makes_of_its_picture() -> None:
+    seen = _looked(None)
+    assert seen["object_detected"]
+    missed = _looked(Miss())
+    assert not missed["object_detected"]
+    assert "object_position" not in missed
+    misplaced = _looked(Misplace(0.06, None))
+    assert misplaced["object_detected"]
+    assert dist(misplaced["object_position"], seen["object_position"]) == pytest.approx(0.06)
+
+
+def test_a_fault_waits_for_something_held_and_passes_with_its_skill(told: Make) -> None:
+    one = told(fault(Slip(0.5, 12), OnSkill(SKILL, 24, once_holding=True)))
+    one.plant.skill_began(SKILL)
+    one.do("wait", duration=0.5)
+    one.plant.skill_ended(SKILL, finished=True)
+    assert [happening.event for happening in one.happened] == ["fault-passed"]
+    one.plant.skill_began(SKILL)
+    one.hold_cube()
+    one.plant.skill_ended(SKILL, finished=True)
+    events = [happening.event for happening in one.happened]
+    assert events == ["fault-passed", "fault", "fault-over"]
+
+
+def test_a_rate_of_p_bumps_in_a_share_p_of_the_runs(told: Make) -> None:
+    rate, runs = 0.4, 40
+    kind = Bump("cube", 0.06, 12, None)
+    moved = 0
+    for seed in range(runs):
+        one = Told(fault(kind, process=Process(0.0, 0.0, 1.0, 1.0, rate)), seed=seed)
+        before = one.value("cube_position")
+        one.plant.skill_began(SKILL)
+        one.do("wait", duration=0.25)
+        away = dist(one.value("cube_position"), before)
+        one.plant.close()
+        assert (away > 0.005) is bool(begun(one))
+        moved += away > 0.005
+    assert abs(moved / runs - rate) < 1.96 * sqrt(rate * (1.0 - rate) / runs)
+
+
+def test_faults_act_together_and_none_changes_when_another_happens(told: Make) -> None:
+    process = Process(0.0, 0.0, 1.0, 1.0, 0.5)
+    first = fault(Bump("cube", 0.02, 12, None), OnTime(60), "first", process)
+    second = fault(Weaken(0.9, 12), OnTime(48), "second", process)
+
+    def times(*faults: Fault) -> dict[str, list[float]]:
+        one = told(*faults)
+        one.do("wait", duration=5.0)
+        return {
+            each.name: [h.time for h in one.happened if h.event == "fault" and h.fault == each.name]
+            for each in faults
+        }
+
+    both = times(first, second)
+    assert both == times(second, first)
+    assert both == {**times(first), **times(second)}
+    assert all(5 < len(one) < 20 for one in both.values())
+
+
+def test_of_several_faults_on_one_part_the_worst_counts_until_it_is_over(told: Make) -> None:
+    one = told(fault(Slip(0.5, 24), name="a"), fault(Slip(0.2, 12), name="b"))
+    frictions: list[float] = []
+    robot = one.plant._robot
+    set_friction = robot.set_finger_friction
+
+    def spy(friction: float) -> None:
+        frictions.append(friction)
+        set_friction(friction)
+
+    robot.set_finger_friction = spy  # type: ignore[method-assign]
+    one.plant.skill_began(SKILL)
+    one.do("wait", duration=0.25)
+    assert frictions == [0.2, 0.5, 1.0]

@@ -1,0 +1,163 @@
+"""A faults file is read whole, or refused with every problem at its place."""
+
+from __future__ import annotations
+
+import pytest
+
+from aeros.sim.faults.model import (
+    Bump,
+    Delay,
+    Enter,
+    Loosen,
+    Misplace,
+    Misread,
+    Miss,
+    OnLook,
+    OnSkill,
+    OnTime,
+    Slip,
+    Weaken,
+)
+from aeros.sim.faults.reading import Surroundings, faults_of, read_faults, shipped_faults
+from aeros.sim.scenes import SCENES
+from aeros.sim.sensing import SensorModel
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.errors import UserError
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_site
+from aeros.spec.source import Source
+
+SITE = load_site(reference_site(), Diagnostics())
+assert SITE is not None
+AROUND = Surroundings(SITE.state, ("make_dumplings.wrap",), ("wrapper",), ("mast",))
+
+KINDS = """\
+schema: aeros/faults/1
+faults:
+  bumped:
+    at: {skill: make_dumplings.wrap, once: holding, after: 500 ms}
+    rate: 0.3
+    bump: {thing: wrapper, impulse: 0.05 N*s, direction: [0, 2, 0]}
+  slippery: {at: {every: 1 s}, rate: 1, at_most: 3, slip: {friction: 0.1, lasts: 500 ms}}
+  loose: {at: {every: 1 s}, rate: 1, loosen: {force: 0 N, lasts: 1 s}}
+  weak: {at: {every: 1 s}, rate: 1, weaken: {torque: 0.2, lasts: 1 s}}
+  late: {at: {every: 1 s}, rate: 1, delay: {by: 100 ms, lasts: 1 s}}
+  misread: {at: {every: 1 s}, rate: 1, misread: {of: tool_position, noise: 5 mm, dropout: 0.1, lasts: 1 s}}
+  visited: {at: {every: 1 s}, rate: 1, enter: {path: [{at: [2 m, 0 m]}, {at: [1 m, 0 m], speed: 1 m/s}]}}
+  missed: {at: {look: mast}, rate: 0.2, bursts: {mean_length: 4}, miss: {}}
+  wrong: {at: {look: mast}, rate: 0.2, misplace: {by: 60 mm}}
+"""
+
+
+def read(text: str) -> list[tuple[str, str]]:
+    """Codes and headlines of what is wrong with a file."""
+    with pytest.raises(UserError) as refused:
+        faults_of(Source("faults.yaml", text), AROUND)
+    assert all(one.primary is not None for one in refused.value.diagnostics)
+    return [(one.code, one.headline) for one in refused.value.diagnostics]
+
+
+def one(at: str = "{every: 1 s}", rate: str = "0.5", rest: str = "slip: {friction: 0, lasts: 1 s}") -> str:
+    return f"schema: aeros/faults/1\nfaults:\n  it:\n    at: {at}\n    rate: {rate}\n    {rest}\n"
+
+
+def test_every_kind_is_read_into_si_and_ticks() -> None:
+    found = {fault.name: fault for fault in faults_of(Source("faults.yaml", KINDS), AROUND)}
+    assert found["bumped"].opportunity == OnSkill("make_dumplings.wrap", 120, once_holding=True)
+    assert found["bumped"].kind == Bump("wrapper", 0.05, 12, (0.0, 1.0, 0.0))
+    assert found["bumped"].process.rate == pytest.approx(0.3)
+    assert found["slippery"].opportunity == OnTime(240)
+    assert found["slippery"].at_most == 3
+    assert found["slippery"].kind == Slip(0.1, 120)
+    assert found["loose"].kind == Loosen(0.0, 240)
+    assert found["weak"].kind == Weaken(0.2, 240)
+    assert found["late"].kind == Delay(24, 240)
+    assert found["misread"].kind == Misread("tool_position", SensorModel(noise=0.005, dropout=0.1), 240)
+    assert isinstance(found["visited"].kind, Enter)
+    assert found["missed"].opportunity == OnLook("mast")
+    assert found["missed"].kind == Miss()
+    assert found["missed"].process.mends == pytest.approx(0.25)
+    assert found["missed"].process.rate == pytest.approx(0.2)
+    assert found["wrong"].kind == Misplace(0.06, None)
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "said"),
+    [
+        (one(rest="teleport: {}"), "AE101", "unknown field `teleport` in `it`"),
+        (one(rest="description: nothing"), "AE208", "`it` needs exactly one of `bump`"),
+        (one(rest="slip: {friction: 0, lasts: 1 s}\n    miss: {}"), "AE208", "it has `slip` and `miss`"),
+        (one(rate="1.5"), "AE111", "`1.5` is outside its bounds"),
+        (one(rate="often"), "AE108", "expected a number"),
+        (one(at="{}"), "AE208", "`at` needs exactly one of `skill`, `look`, `every`; it has none"),
+        (one(at="{every: 1 s, look: mast}"), "AE208", "it has `look` and `every`"),
+        (one(at="{every: 1 s, once: holding}"), "AE208", "`once` and `after` go with `skill` alone"),
+        (one(at="{every: 1 ms}"), "AE111", "`1 ms` is shorter than a control tick"),
+        (one(at="{every: 1 m}"), "AE204", "expected a value in s, found m"),
+        (one(at="{skill: make_dumplings.warp}"), "AE122", "`make_dumplings.warp` is no skill"),
+        (one(at="{look: roof}", rest="miss: {}"), "AE122", "`roof` is no camera of the scene"),
+        (one(at="{look: mast}"), "AE208", "`slip` goes with `skill` or `every` alone"),
+        (one(rest="miss: {}"), "AE208", "`miss` goes with `look` alone"),
+        (one(rest="bump: {thing: table, impulse: 1 N*s}"), "AE122", "`table` is no thing of the scene"),
+        (one(rest="bump: {thing: wrapper, impulse: 1 N}"), "AE204", "found N"),
+        (one(rest="bump: {thing: wrapper, impulse: -1 N*s}"), "AE111", "`-1 N*s` is outside its bounds"),
+        (
+            one(rest="bump: {thing: wrapper, impulse: 1 N*s, direction: [0, 0, 0]}"),
+            "AE208",
+            "a direction is not nothing",
+        ),
+        (one(rest="weaken: {torque: 0.2, lasts: 2 h}"), "AE111", "`2 h` is outside its bounds"),
+        (one(rest="misread: {of: torch, lasts: 1 s, dropout: 1}"), "AE122", "`torch` is no quantity"),
+        (one(rest="misread: {of: holding, lasts: 1 s, noise: 1 mm}"), "AE208", "has no noise"),
+        (one(rest="misread: {of: holding, lasts: 1 s}"), "AE208", "needs `noise`, `latency` or `dropout`"),
+        (one(rest="enter: {path: [{at: [0 m, 0 m], speed: 1 m/s}]}"), "AE208", "nobody has to walk there"),
+        (
+            one(rest="bursts: {mean_length: 1}\n    slip: {friction: 0, lasts: 1 s}", rate="0.7"),
+            "AE208",
+            "bursts of 1 are too short for this rate",
+        ),
+        (
+            one(rest="bursts: {mean_length: 3, within: 0.4}\n    slip: {friction: 0, lasts: 1 s}"),
+            "AE208",
+            "a rate of 0.5 does not come of bursts with 0.4 within and 0 between",
+        ),
+        ("schema: aeros/faults/1\nfaults: {}\n", "AE112", "0 entries are not allowed here"),
+        ("schema: aeros/faults/2\nfaults: {}\n", "AE110", "`aeros/faults/2` is not one of the allowed words"),
+        (one() + "  it: {}\n", "AE001", "the key `it` is written twice"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused_at_its_place(text: str, code: str, said: str) -> None:
+    problems = read(text)
+    assert any(found == code and said in headline for found, headline in problems), problems
+
+
+def test_every_problem_of_a_file_is_told_at_once() -> None:
+    text = one(at="{look: roof}", rest="bump: {thing: table, impulse: 1 N}")
+    assert [code for code, _ in read(text)] == ["AE122", "AE122", "AE204"]
+
+
+@pytest.mark.parametrize("name", shipped_faults())
+def test_a_shipped_file_fits_one_of_the_scenes(name: str) -> None:
+    fitting = []
+    for scene in ("dumpling_bench", "table", "fetch"):
+        built = SCENES[scene]()
+        skills = (
+            *(f"make_dumplings.{skill}" for skill in ("prepare", "wrap", "boil")),
+            *(f"clean_table.{skill}" for skill in ("wipe", "organize")),
+            *(f"fetch_object.{skill}" for skill in ("navigate", "grasp", "deliver")),
+        )
+        assert SITE is not None
+        try:
+            assert read_faults(name, Surroundings(SITE.state, skills, built.things, built.cameras))
+        except UserError:
+            continue
+        fitting.append(scene)
+    assert fitting
+
+
+def test_a_name_that_is_nearly_a_shipped_one_is_told() -> None:
+    with pytest.raises(UserError) as refused:
+        read_faults("wraper_bumped", AROUND)
+    (problem,) = refused.value.diagnostics
+    assert problem.code == "AE002"
+    assert problem.help == ("did you mean `wrapper_bumped`?",)
