@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from aeros.sim.panda import Panda, RobotOptions
+from aeros.sim.geometry import Camera
+from aeros.sim.panda import Panda
 from aeros.sim.randomness import Chance
+from aeros.sim.robot import RobotOptions
 from aeros.sim.scenes.furniture import add_table
-from aeros.sim.world import Camera, World
+from aeros.sim.world import World
 
 
 class Bare:
@@ -16,6 +18,7 @@ class Bare:
 
     robot = RobotOptions()
     view = Camera(eye=(1.3, 0.9, 0.8), target=(0.4, 0.0, 0.2))
+    cameras: tuple[str, ...] = ()
 
     def build(self, world: World, robot: Panda, chance: Chance) -> None:
         """Add the table."""

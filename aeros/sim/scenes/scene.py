@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-from aeros.sim.panda import Panda, RobotOptions
+from aeros.sim.geometry import Camera
+from aeros.sim.panda import Panda
 from aeros.sim.randomness import Chance
-from aeros.sim.world import Camera, World
+from aeros.sim.robot import RobotOptions
+from aeros.sim.world import World
 
 
 class Scene(Protocol):
@@ -15,10 +17,12 @@ class Scene(Protocol):
 
     robot: how the robot is built for it.
     view: the camera films are taken with.
+    cameras: those that `look` knows.
     """
 
     robot: RobotOptions
     view: Camera
+    cameras: tuple[str, ...]
 
     def build(self, world: World, robot: Panda, chance: Chance) -> None:
         """Put the things into `world`, where `chance` wants them; called once, before the first tick."""
@@ -30,4 +34,4 @@ class Scene(Protocol):
         """Poses and predicates by vocabulary name, SI, measured from poses and contacts now."""
 
     def look(self, camera: str) -> Mapping[str, Any]:
-        """What `camera` detects now, by vocabulary name; raises KeyError for a camera that is not there."""
+        """What `camera` detects now, by vocabulary name."""

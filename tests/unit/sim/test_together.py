@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from aeros.runtime.ports import Completion, Motion
-from aeros.sim.panda import BASE_ACCELERATION_MAX
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.profile import TICK
+from aeros.sim.robot import BASE_ACCELERATION_MAX
 from aeros.skill import Action, act
 from tests.unit.sim.acting import allow, recording
 
