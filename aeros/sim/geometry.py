@@ -81,3 +81,20 @@ def _rotated(q: Quaternion, point: Triple) -> Triple:
     twice = cross(r, once)
     x, y, z = (v + 2.0 * (w * a + b) for v, a, b in zip(point, once, twice, strict=True))
     return (x, y, z)
+
+
+def in_view(camera: Camera, point: Triple) -> bool:
+    """Whether `point` is in the picture that `camera` takes, if nothing is before it."""
+    forward = _unit(minus(camera.target, camera.eye))
+    right = _unit(cross(forward, camera.up))
+    up = cross(right, forward)
+    away = minus(point, camera.eye)
+    depth, x, y = (sum(a * b for a, b in zip(away, axis, strict=True)) for axis in (forward, right, up))
+    half = math.tan(math.radians(camera.field_of_view) / 2.0) * depth
+    within = abs(y) <= half and abs(x) <= half * camera.width / camera.height
+    return camera.near < depth < camera.far and within
+
+
+def _unit(v: Triple) -> Triple:
+    length = math.hypot(*v)
+    return (v[0] / length, v[1] / length, v[2] / length)
