@@ -16,7 +16,8 @@ from typing import Any
 
 from aeros.runtime.ports import Completion, Monitor, Motion, Motionless, Plan, Reading, Readings
 from aeros.sim.outcomes import draw_outcome
-from aeros.sim.symbolic_motions import UnableError, motion_of
+from aeros.sim.symbolic_motions import Motion as _Motion
+from aeros.sim.symbolic_motions import UnableError, check_parameters, motion_of
 from aeros.sim.symbolic_state import initial_values, measured
 from aeros.skill import Action
 from aeros.spec.closed_loop.chances import shares_of
@@ -73,15 +74,17 @@ class SymbolicPlant:
         return {name: Reading(value, self._time) for name, value in self._values.items()}
 
     def plan(self, action: Action) -> Plan:
-        """Nothing: there is no body that could move through anything."""
+        """Nothing moves: there is no body that could move through anything."""
+        try:
+            self._motion_of(action)
+        except UnableError as reason:
+            return Completion(False, str(reason))
         return Motionless("this plant has no body")
 
     def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
         """Let `action` be under way from now on."""
-        if action.kind not in self._site.kinds:
-            return Completion(False, f"unknown kind: `{action.kind}`")
         try:
-            motion = motion_of(action, self._values)
+            motion = self._motion_of(action)
         except UnableError as reason:
             return Completion(False, str(reason))
         self._begun += 1
@@ -142,6 +145,14 @@ class SymbolicPlant:
         """Nothing is held."""
 
     # Inside.
+
+    def _motion_of(self, action: Action) -> _Motion:
+        """What `action` would do; raises `UnableError`."""
+        kind = self._site.kinds.get(action.kind)
+        if kind is None:
+            raise UnableError(f"unknown kind: `{action.kind}`")
+        check_parameters(kind, action.parameters)
+        return motion_of(action, self._values)
 
     def _with(self, changes: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
         values = dict(self._values)
