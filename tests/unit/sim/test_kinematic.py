@@ -23,7 +23,7 @@ from aeros.sim.limits import Q_MAX, Q_MIN
 from aeros.sim.profile import TICK
 from aeros.sim.randomness import Chance
 from aeros.skill import Action, act
-from tests.unit.sim.acting import execute
+from tests.unit.sim.acting import allow, execute, recording
 
 RunSkill = Callable[..., str | None]
 
@@ -46,10 +46,6 @@ class CubeOnBlock(Bare):
 
     def measure(self, state: object, time: float) -> Mapping[str, Any]:
         return {"cube": self.cube.pose.position, "lid": self.lid.pose.position}
-
-
-def allow(now: float, values: Mapping[str, Any]) -> str | None:
-    return None
 
 
 def observed(plant: Plant) -> dict[str, Any]:
@@ -150,12 +146,7 @@ def test_the_arm_is_on_the_decided_path_at_every_tick() -> None:
     plan = plant.plan(action)
     assert isinstance(plan, Trajectory)
     log: list[Mapping[str, Any]] = []
-
-    def monitor(now: float, values: Mapping[str, Any]) -> str | None:
-        log.append(values)
-        return None
-
-    assert execute(plant, action, monitor, inf, plan).completed
+    assert execute(plant, action, recording(log), inf, plan).completed
     q = np.array([values["joint_position"] for values in log])
     knots = np.array([piece[0] for piece in plan.paths[0]] + [plan.paths[0][-1][3]])
     away = np.abs(q[:, None, :] - knots[None, :, :]).max(axis=2)
@@ -235,13 +226,8 @@ def test_the_chain_of_one_posture_is_the_chain_of_many() -> None:
 def test_tool_speed_is_the_rate_at_which_the_tool_moves() -> None:
     plant = make_plant("fetch", 0)
     log: list[Mapping[str, Any]] = []
-
-    def monitor(now: float, values: Mapping[str, Any]) -> str | None:
-        log.append(values)
-        return None
-
     for action in (move(0.5, 0.2, 0.6), act("move_base", x=0.3, y=-0.2, speed=0.4)):
-        assert execute(plant, action, monitor, inf).completed
+        assert execute(plant, action, recording(log), inf).completed
     speeds = [values["tool_speed"] for values in log]
     places = [values["tool_position"] for values in log]
     for index in range(1, len(log) - 1):

@@ -17,7 +17,8 @@ from aeros.sim.limits import QDD_MAX
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.skill import act
 from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.loading import load_ecm, load_site, reference_site
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Ecm, Site
 from tests.repo.tree import ROOT
 
