@@ -49,6 +49,8 @@ class SymbolicPlant:
         self._site = site
         self._seed = seed
         self._time = 0.0
+        # What is measured now, until time goes on or something changes.
+        self._observed: Readings | None = None
         self._values = initial_values(site, initial or {})
         self._shares = {
             f"{ecm.id}.{skill.id}": shares_of(skill.outcomes.values())
@@ -71,7 +73,9 @@ class SymbolicPlant:
 
     def observe(self) -> Readings:
         """Every state variable of the vocabulary, measured now."""
-        return {name: Reading(value, self._time) for name, value in self._values.items()}
+        if self._observed is None:
+            self._observed = {name: Reading(value, self._time) for name, value in self._values.items()}
+        return self._observed
 
     def plan(self, action: Action) -> Plan:
         """Nothing moves: there is no body that could move through anything."""
@@ -107,10 +111,12 @@ class SymbolicPlant:
             return self._over(halted, "halted")
         if one.ends > until:
             self._time = max(self._time, until)
+            self._observed = None
             return {}
         del self._under_way[first]
         self._time = max(self._time, one.ends)
         self._values.update(changed)
+        self._observed = None
         return {first: Completion(True)}
 
     def halt(self, motion: Motion) -> None:
@@ -140,6 +146,7 @@ class SymbolicPlant:
         if outcome.duration is not None:
             self._time = max(self._time, self._began[skill] + float(outcome.duration))
         self._values.update(self._effects[skill, outcome.id])
+        self._observed = None
 
     def close(self) -> None:
         """Nothing is held."""
