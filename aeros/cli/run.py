@@ -53,6 +53,7 @@ examples:
   aeros run "make dumplings"
   aeros run "clean the table" --seed 7 --out runs/clean
   aeros run "make dumplings" --plant symbolic --gate shadow
+  aeros run "fetch the object" --plant kinematic --seed 3
   aeros run "fetch the object" --composition fetch_once --timeout 60
   aeros run "make dumplings" --bag runs/demo-bag
   aeros run "make dumplings" --audit-key .aeros/audit.key --anchor /mnt/other/demo.anchor
