@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from aeros.runtime.ports import Joints
+from aeros.runtime.ports import Joints, Path
 
 Piece = tuple[Joints, Joints, Joints, Joints]
 
@@ -27,6 +27,31 @@ def span_of(pieces: list[Piece]) -> Span:
     )
 
 
+class Chord(NamedTuple):
+    """The joints are at middle + λ·half + ε, λ in [−1, 1] and |ε| within `width` for each."""
+
+    middle: Joints
+    half: Joints
+    width: Joints
+
+
+def chord_of(pieces: list[Piece]) -> Chord:
+    """The straight way from the start of the pieces to their end, and how far from it they get.
+
+    Each control point is taken for the point of the chord at its number: what is between control points is
+    between those points, and as far away as the farthest at most.
+    """
+    columns = [column for piece in pieces for column in piece]
+    step = 2.0 / (3 * len(pieces))
+    shares = [(3 * number + corner) * step - 1.0 for number in range(len(pieces)) for corner in range(4)]
+    found = []
+    for values in zip(*columns, strict=True):
+        middle, half = (values[0] + values[-1]) / 2.0, (values[-1] - values[0]) / 2.0
+        away = [q - middle - share * half for q, share in zip(values, shares, strict=True)]
+        found.append((middle, half, max(map(abs, away))))
+    return Chord(*zip(*found, strict=True))
+
+
 def halves(piece: Piece) -> tuple[Piece, Piece]:
     """The piece in two, by de Casteljau's construction."""
     a, b, c, d = piece
@@ -34,6 +59,25 @@ def halves(piece: Piece) -> tuple[Piece, Piece]:
     abc, bcd = _middle(ab, bc), _middle(bc, cd)
     whole = _middle(abc, bcd)
     return (a, ab, abc, whole), (whole, bcd, cd, d)
+
+
+def rest_of(path: Path, s: float) -> list[Piece]:
+    """What is left of the path from s on."""
+    at = s * len(path)
+    index = min(int(at), len(path) - 1)
+    return [_end_of(path[index], at - index), *path[index + 1 :]]
+
+
+def _end_of(piece: Piece, u: float) -> Piece:
+    """The piece from its parameter u on, by the same construction."""
+    a, b, c, d = piece
+    ab, bc, cd = _between(a, b, u), _between(b, c, u), _between(c, d, u)
+    abc, bcd = _between(ab, bc, u), _between(bc, cd, u)
+    return (_between(abc, bcd, u), bcd, cd, d)
+
+
+def _between(a: Joints, b: Joints, u: float) -> Joints:
+    return tuple([x + u * (y - x) for x, y in zip(a, b, strict=True)])
 
 
 def _middle(a: Joints, b: Joints) -> Joints:

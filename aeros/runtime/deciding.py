@@ -16,6 +16,7 @@ from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Decision, Verdict
 from aeros.runtime.gate import Gate
 from aeros.runtime.history import Histories
+from aeros.runtime.merging import Companion
 from aeros.runtime.monitor import Monitors
 from aeros.runtime.ports import Plan, Plant, Readings, Trajectory
 from aeros.runtime.records import decision_details, motion_details
@@ -80,9 +81,12 @@ class Deciding:
         others = () if ends_others else under_way
         if others:
             gated = self._gate.decide_beside(gated, readings, now, [other.begun for other in others])
-        decision, plan, motion = self._decide_motion(gated, readings, [other.plan for other in others])
+        decision, plan, motion = self._decide_motion(gated, readings, companions_of(others, now))
         digest, beside = self._configuration.digest, [other.begun.record for other in others]
-        details = decision_details(decision, digest, now, readings, caller, asked, usage, beside, motion)
+        halting = [other.begun.record for other in others if other.is_halting]
+        details = decision_details(
+            decision, digest, now, readings, caller, asked, usage, beside, halting, motion
+        )
         record = self._audit.append("decision", details)
         if decision.verdict is Verdict.DENY:
             return Decided(decision, None, plan, ends_others=False)
@@ -105,7 +109,7 @@ class Deciding:
         return self._gate.decide(caller, readings, asked, now, usage), usage
 
     def _decide_motion(
-        self, gated: Decision, readings: Readings, others: Sequence[Plan | None]
+        self, gated: Decision, readings: Readings, others: Sequence[Companion]
     ) -> tuple[Decision, Plan | None, Mapping[str, Any]]:
         """What the whole motion makes of the decision, that motion, and what the record is to say of it.
 
@@ -132,3 +136,12 @@ class Deciding:
     def _is_protective(self, decision: Decision) -> bool:
         action = decision.action
         return action is not None and self._configuration.site.kinds[action.kind].protective
+
+
+def companions_of(under_way: Sequence[UnderWay], now: float) -> list[Companion]:
+    """Those that move the robot's body, as a motion beside them is decided."""
+    return [
+        Companion(one.begun.action, one.plan, now - one.begun.time, one.is_halting)
+        for one in under_way
+        if isinstance(one.plan, Trajectory)
+    ]

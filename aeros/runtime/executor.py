@@ -23,6 +23,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from math import inf
 from typing import Any, Final, Self
 
@@ -339,6 +340,7 @@ class Executor:
             self._finish(handle)
         elif step.ending is None:
             step.ending = ending
+            step.under_way = replace(step.under_way, is_halting=True)
             self._plant.halt(step.under_way.motion)
 
     def _land(self, handles: Iterable[StepHandle]) -> None:

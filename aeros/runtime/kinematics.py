@@ -7,6 +7,11 @@ the joints beyond i alone, so ρ_i = (distance in the posture) + Σ_{j>i} w_j·�
 Every partial derivative of p by joints, of any order, is at most ρ_k long, k the outermost of them:
 the innermost derivative is a vector of the length of p's distance from axis k, or less, and each further
 one turns it, which lengthens nothing.
+
+The bound of `Posture.sweep`: let the joints be at q + λd + ε, λ in [−1, 1] and |ε_i| ≤ r_i.  By Taylor p
+is within ½ΣΣρ_max(i,j)·w_i·w_j, w_i = |d_i| + r_i, of the place that its first derivatives J send it to,
+which is λ·Jd + Jε from where it is at q, and |Jε| ≤ Σ|J_i|·r_i.  In Jd, unlike in sums of magnitudes,
+what joints do against each other cancels.
 """
 
 from __future__ import annotations
@@ -55,6 +60,42 @@ class Posture:
             reaches[k] = off + total
             total += width[k] * reaches[k]
         return total, reaches
+
+    def sweep(self, joint: int, p: Triple, along: Along) -> tuple[Triple, float]:
+        """How a point at `p` (B), moved by the first `joint` joints, stays near a box around `p`.
+
+        The box's half edges, |Jd|, and how near.
+        """
+        x, y, z = p
+        jx = jy = jz = total = near = 0.0
+        for k in range(joint - 1, -1, -1):
+            (ox, oy, oz), _, _, (ax, ay, az) = self.frames[k + 1]
+            d, r, w, pairs = along[k]
+            dx, dy, dz = x - ox, y - oy, z - oz
+            cx, cy, cz = ay * dz - az * dy, az * dx - ax * dz, ax * dy - ay * dx
+            off = hypot(cx, cy, cz)
+            reach = off + total
+            total += w * reach
+            near += off * r + reach * pairs
+            jx += cx * d
+            jy += cy * d
+            jz += cz * d
+        return (abs(jx), abs(jy), abs(jz)), near
+
+
+Along = list[tuple[float, float, float, float]]
+"""Of each joint d, r, w = |d| + r, and half of what its pairs with itself and with those before it add to
+the square of the sum of all w."""
+
+
+def along_of(chord: Sequence[float], room: Sequence[float]) -> Along:
+    """What `Posture.sweep` takes of d and r."""
+    found, before = [], 0.0
+    for d, r in zip(chord, room, strict=True):
+        w = abs(d) + r
+        found.append((d, r, w, w * (before + w / 2.0)))
+        before += w
+    return found
 
 
 def next_frame(frame: Frame, a: float, alpha: float, d: float, angle: float) -> Frame:

@@ -19,7 +19,7 @@ A piece whose bound is too large is halved, which quarters the excess.
 from __future__ import annotations
 
 from itertools import pairwise
-from math import sqrt
+from math import inf, sqrt
 from typing import Final, NamedTuple
 
 from aeros.runtime.bezier import Derivatives, Piece, derivatives, halves, span_of
@@ -60,10 +60,9 @@ def timed(first: float, second: float, third: float, duration: float) -> Rates:
 def smooth(path: Path) -> bool:
     """Whether the pieces meet with the same position, first and second derivative."""
     for left, right in pairwise(path):
-        for (a, b, c, d), (e, f, g, h) in zip(zip(*left, strict=True), zip(*right, strict=True), strict=True):
-            del a, h
-            jumps = (d - e, (d - c) - (f - e), (b - 2.0 * c + d) - (e - 2.0 * f + g))
-            if not all(abs(jump) <= _JUMP for jump in jumps):
+        for _, b, c, d, e, f, g, _ in zip(*left, *right, strict=True):
+            slope, bend = (d - c) - (f - e), (b - 2.0 * c + d) - (e - 2.0 * f + g)
+            if not (abs(d - e) <= _JUMP and abs(slope) <= _JUMP and abs(bend) <= _JUMP):
                 return False
     return True
 
@@ -81,21 +80,28 @@ def joint_rates(path: Path, duration: float) -> list[Rates]:
     return [timed(max(a) * n, max(b) * n**2, max(c) * n**3, duration) for a, b, c in columns]
 
 
-def tool_rates(
-    body: Body, path: Path, way: Triple, duration: float, speed_limit: float
-) -> tuple[Rates, Rates]:
-    """Of the tool point, and of its rotation.
+def way_rates(way: Triple, duration: float) -> Rates:
+    """Of a base along its way."""
+    return timed(norm(way), 0.0, 0.0, duration)
 
-    way: how far the base travels meanwhile.
-    speed_limit: the tool's; pieces are halved until they are below it, or `_DEPTH` times.
+
+def added(relative: Rates, carried: Rates) -> Rates:
+    """Of what moves at these relative to what moves at those and does not turn."""
+    return Rates(*(a + b for a, b in zip(relative, carried, strict=True)))
+
+
+def tool_rates(body: Body, path: Path, duration: float, speed_limit: float) -> tuple[Rates, Rates]:
+    """Of the tool point relative to the base, and of its rotation.
+
+    speed_limit: the tool's; pieces are halved until they are below it, or `_DEPTH` times, or not at all
+        where nothing could be.
     """
     n = float(len(path))
-    travel = norm(way)
     most = [0.0] * 6
-    allowed = (speed_limit * duration / TIMING[0] / _ROUNDING - travel) / n
+    allowed = speed_limit * duration / TIMING[0] / _ROUNDING / n if speed_limit > 0.0 else inf
     for piece in path:
         most = [max(pair) for pair in zip(most, _piece(body, piece, allowed, 0), strict=True)]
-    moving = timed(most[0] * n + travel, most[1] * n**2, most[2] * n**3, duration)
+    moving = timed(most[0] * n, most[1] * n**2, most[2] * n**3, duration)
     return moving, timed(most[3] * n, most[4] * n**2, most[5] * n**3, duration)
 
 

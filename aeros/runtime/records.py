@@ -45,12 +45,14 @@ def decision_details(
     asked: Action,
     usage: Mapping[str, int] | None,
     beside: Sequence[int] = (),
+    halting: Sequence[int] = (),
     motion: Mapping[str, Any] = MappingProxyType({}),
 ) -> dict[str, Any]:
     """Everything that was decided on, and what was decided: enough to decide it again.
 
     usage: by quota, what was used up; None where the clock was wrong and the gate was not asked.
     beside: the records of the decisions on the actions that were under way.
+    halting: those of them that came to rest before their ends.
     motion: where the whole motion was to be decided, what `motion_details` says of it.
     """
     state = {name: [reading.value, reading.time] for name, reading in readings.items()}
@@ -62,6 +64,7 @@ def decision_details(
         "state": state,
         "usage": None if usage is None else dict(usage),
         **({"beside": list(beside)} if beside else {}),
+        **({"halting": list(halting)} if halting else {}),
         **motion,
         **caller_details(caller),
         "asked": _action_details(asked),

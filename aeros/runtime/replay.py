@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -26,7 +26,8 @@ from aeros.runtime.canonical import Unencodable, canonical, restored
 from aeros.runtime.configuration import Configuration, Configurations, UnknownConfigurationError
 from aeros.runtime.decision import Caller, Decision
 from aeros.runtime.gate import Gate, GateDisagreementError, GateMode
-from aeros.runtime.ports import Plan, Reading, Readings
+from aeros.runtime.merging import Companion
+from aeros.runtime.ports import Reading, Readings, Trajectory
 from aeros.runtime.records import outcome_details, session_details
 from aeros.runtime.recounting import Recount, Used
 from aeros.runtime.stated_motion import read_motion
@@ -216,8 +217,8 @@ class Replay:
         if others:
             begun = [_begun(number, earlier) for number, earlier in others]
             gated = governing.gate.decide_beside(gated, readings, now, begun)
-        plans = [self._motion(earlier) for _, earlier in others]
-        decision = self._decide_motion(governing.motions, gated, readings, details, plans)
+        companions = list(self._companions(others, now, details.get("halting", ())))
+        decision = self._decide_motion(governing.motions, gated, readings, details, companions)
         again = outcome_details(decision)
         return again if decision is gated else {**again, "gate": outcome_details(gated)}
 
@@ -227,12 +228,22 @@ class Replay:
         gated: Decision,
         readings: Readings,
         details: Mapping[str, Any],
-        others: Sequence[Plan | None],
+        others: Sequence[Companion],
     ) -> Decision:
         governed = gated.action is not None and motions.governs(gated.action.kind)
         if governed != ("motion" in details):
             raise _UnheldError("a motion is recorded if and only if one was to be decided")
         return motions.decide(gated, self._motion(details), readings, others) if governed else gated
+
+    def _companions(
+        self, others: Sequence[tuple[int, Mapping[str, Any]]], now: float, halting: Sequence[int]
+    ) -> Iterator[Companion]:
+        """Those of the others that move the robot's body, as `deciding` has them."""
+        for number, earlier in others:
+            plan = self._motion(earlier)
+            if type(plan) is Trajectory:
+                since = now - restored(earlier["time"])
+                yield Companion(_action(earlier["decided"]), plan, since, number in halting)
 
     def _motion(self, details: Mapping[str, Any]) -> Any:
         """What the plant said it would do, where it was asked."""

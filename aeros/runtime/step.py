@@ -15,11 +15,16 @@ from aeros.spec.model import Ecm, Site, Skill
 
 @dataclass(frozen=True, slots=True)
 class UnderWay:
-    """A step's action on the plant; `plan`: what that said it would be, where it was asked."""
+    """A step's action on the plant.
+
+    plan: what the plant said it would be, where it was asked.
+    is_halting: it comes to rest before its end.
+    """
 
     motion: Motion
     begun: Begun
     plan: Plan | None
+    is_halting: bool = False
 
 
 @dataclass

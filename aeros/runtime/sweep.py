@@ -1,11 +1,13 @@
 """Whether a moving body keeps out of volumes, and inside of others, during a whole motion.
 
-Conservative: a stretch of path is enclosed by the box of its control points, and each ball of the body
-by the ball around its centre in the box's middle posture, larger by how far the box lets that centre
-move (`kinematics`), by half the way of the base meanwhile, and by the clearance.  A stretch that is not
-clear is halved, down to `_DEPTH` halvings of a piece of the path; what is not clear then is refused, so
-a motion that passes a barrier more closely than the last enclosures are wide is refused, and none that
-meets one is allowed.
+Conservative: a stretch of path is enclosed by a straight way of the joints and how far its control points
+are beside that, and each ball of the body by a box around its centre in the middle posture and how near
+to that box its centre stays (`kinematics`), larger by its radius and by the clearance.  All that is taken
+to be everywhere on the stretch of its way that the base may be on meanwhile: the same share of it where
+one motion moves both, and all of it where base and joints are moved by motions that nothing keeps in step.
+A stretch of path that is not clear is halved, down to `_DEPTH` halvings of a piece; what is not clear then
+is refused, so a motion that passes a barrier more closely than the last enclosures are wide is refused,
+and none that meets one is allowed.
 """
 
 from __future__ import annotations
@@ -13,12 +15,15 @@ from __future__ import annotations
 from math import sqrt
 from typing import Final, NamedTuple
 
-from aeros.runtime.bezier import Piece, halves, span_of
-from aeros.runtime.kinematics import Posture, norm
-from aeros.runtime.ports import Ball, Body, Joints, Trajectory, Triple
+from aeros.runtime.bezier import Piece, chord_of, halves
+from aeros.runtime.kinematics import Posture, along_of, norm
+from aeros.runtime.ports import Ball, Body, Joints, Triple
 
 _DEPTH: Final = 4
 """How often a piece of the path is halved at most: its enclosures are then a few tenths of a mm wide."""
+
+_STRETCH: Final = 1e-3
+"""Length of the base's way that is not divided any more, m."""
 
 _ROUNDING: Final = 1e-9
 """More than what rounding takes from any distance here, m."""
@@ -35,6 +40,21 @@ class Box(NamedTuple):
     links: frozenset[str] | None
 
 
+class Moving(NamedTuple):
+    """What a robot may do from now on: its joints are within `slack` of a path, its base is on a way.
+
+    base, way: from where in W, and how far, m.
+    in_step: the base has made the same share of its way as the joints of their path; otherwise any.
+    """
+
+    body: Body
+    paths: tuple[list[Piece], ...]
+    slack: Joints
+    base: Triple
+    way: Triple
+    in_step: bool
+
+
 class Breach(NamedTuple):
     """What could not be shown to be clear: barrier, link, and where on the path, s from 0 to 1."""
 
@@ -44,100 +64,115 @@ class Breach(NamedTuple):
 
 
 class Enclosure(NamedTuple):
-    """A ball, in the frame of the base's start or of W, that a ball of the body stays in."""
+    """What a ball of the body stays in, in B: whatever is within `radius` of a box with these half edges."""
 
     centre: Triple
+    edges: Triple
     radius: float
 
 
 _Pairs = list[tuple[Ball, list[Box]]]
 
 
-def breach_of(trajectory: Trajectory, boxes: list[Box], clearance: float) -> Breach | None:
+def breach_of(moving: Moving, boxes: list[Box], clearance: float) -> Breach | None:
     """The first breach that is found, or None if every link is clear of every barrier throughout."""
     pairs: _Pairs = []
-    for ball in trajectory.body.balls:
+    for ball in moving.body.balls:
         heeded = [one for one in boxes if one.links is None or ball.link in one.links]
         if heeded:
             pairs.append((ball, heeded))
-    slack = trajectory.servo.slack if trajectory.servo else (0.0,) * len(trajectory.body.rows)
-    sweep = _Sweep(trajectory, slack, clearance + _ROUNDING)
-    for path in trajectory.paths:
-        found = sweep.search(list(path), 0.0, 1.0, pairs, 0)
+    sweep = _Sweep(moving, clearance + _ROUNDING)
+    for path in moving.paths:
+        found = sweep.search(path, 0.0, 1.0, pairs, 0)
         if found is not None:
             return found
     return None
 
 
-def enclosures(
-    body: Body, pieces: list[Piece], slack: Joints, balls: list[Ball], moved: float = 0.0
-) -> list[Enclosure]:
-    """Where the balls may be, in B, while the joints are within `slack` of the pieces.
-
-    moved: by how much the base may be off the middle of its way meanwhile, m.
-    """
-    middle, width = span_of(pieces)
+def enclosures(body: Body, pieces: list[Piece], slack: Joints, balls: list[Ball]) -> list[Enclosure]:
+    """Where the balls may be, in B, while the joints are within `slack` of the pieces."""
+    middle, half, width = chord_of(pieces)
     posture = Posture(body, middle)
-    room = [w + s for w, s in zip(width, slack, strict=True)]
+    along = along_of(half, [w + s for w, s in zip(width, slack, strict=True)])
     found = []
     for ball in balls:
         centre = posture.frames[ball.joint].place(ball.centre)
-        spread, _ = posture.spread(ball.joint, centre, room)
-        found.append(Enclosure(centre, ball.radius + spread + moved))
+        edges, near = posture.sweep(ball.joint, centre, along)
+        found.append(Enclosure(centre, edges, ball.radius + near))
     return found
 
 
 class _Sweep:
-    def __init__(self, trajectory: Trajectory, slack: Joints, clearance: float) -> None:
-        self._body = trajectory.body
-        self._base = trajectory.base
-        self._way = trajectory.way
-        self._travel = norm(trajectory.way)
-        self._slack = slack
+    def __init__(self, moving: Moving, clearance: float) -> None:
+        self._moving = moving
         self._clearance = clearance
 
     def search(
         self, pieces: list[Piece], low: float, high: float, pairs: _Pairs, depth: int
     ) -> Breach | None:
         """A breach while s is in [low, high], which the pieces are the path of."""
-        moved = self._travel * (high - low) / 2.0
-        at = (low + high) / 2.0
-        balls = [ball for ball, _ in pairs]
+        base, way = self._stretch(low, high)
         left: _Pairs = []
-        places = enclosures(self._body, pieces, self._slack, balls, moved)
-        for (ball, boxes), (centre, radius) in zip(pairs, places, strict=True):
-            close = [box for box in boxes if not self._clear(box, centre, at, radius, moved)]
+        places = enclosures(self._moving.body, pieces, self._moving.slack, [ball for ball, _ in pairs])
+        for (ball, boxes), (centre, edges, radius) in zip(pairs, places, strict=True):
+            room = radius + self._clearance
+            carried = (centre[0] + base[0], centre[1] + base[1], centre[2] + base[2])
+            close = []
+            for box in boxes:
+                p, travelled = (centre, _NOWHERE) if box.in_base else (carried, way)
+                if not clear(box, p, edges, travelled, room):
+                    close.append(box)
             if close:
                 left.append((ball, close))
         if not left:
             return None
+        middle = (low + high) / 2.0
         if len(pieces) == 1 and depth == _DEPTH:
             ball, close = left[0]
-            return Breach(close[0].id, ball.link, at)
+            return Breach(close[0].id, ball.link, middle)
         if len(pieces) == 1:
             first, second = ([half] for half in halves(pieces[0]))
             depth += 1
-            middle = at
         else:
             half = len(pieces) // 2
             first, second = pieces[:half], pieces[half:]
             middle = low + (high - low) * half / len(pieces)
         return self.search(first, low, middle, left, depth) or self.search(second, middle, high, left, depth)
 
-    def _clear(self, box: Box, centre: Triple, at: float, radius: float, moved: float) -> bool:
-        if box.in_base:
-            # What the base's way adds moves box and ball alike.
-            p, room = centre, radius - moved + self._clearance
-        else:
-            base, way = self._base, self._way
-            p = (
-                centre[0] + base[0] + at * way[0],
-                centre[1] + base[1] + at * way[1],
-                centre[2] + base[2] + at * way[2],
-            )
-            room = radius + self._clearance
-        (x, y, z), (lx, ly, lz), (ux, uy, uz) = p, box.lower, box.upper
-        if box.inside:
-            return min(x - lx, ux - x, y - ly, uy - y, z - lz, uz - z) >= room
-        dx, dy, dz = max(lx - x, x - ux, 0.0), max(ly - y, y - uy, 0.0), max(lz - z, z - uz, 0.0)
-        return sqrt(dx * dx + dy * dy + dz * dz) >= room
+    def _stretch(self, low: float, high: float) -> tuple[Triple, Triple]:
+        """From where in W, and how far, the base may be moved while s is in [low, high]."""
+        base, way = self._moving.base, self._moving.way
+        if not self._moving.in_step:
+            return base, way
+        (x, y, z), (wx, wy, wz), made = base, way, high - low
+        return (x + low * wx, y + low * wy, z + low * wz), (made * wx, made * wy, made * wz)
+
+
+_NOWHERE: Final = (0.0, 0.0, 0.0)
+
+
+def clear(box: Box, p: Triple, edges: Triple, way: Triple, room: float) -> bool:
+    """Whether what has these half edges around `p` keeps `room` from what the box forbids on its way.
+
+    A box holds all of the way iff it holds its ends.  From outside, the way is enclosed by the box of its
+    ends, and halved where that comes too near, unless its middle does too.
+    """
+    (x, y, z), (ex, ey, ez), (wx, wy, wz) = p, edges, way
+    (lx, ly, lz), (ux, uy, uz) = box.lower, box.upper
+    ax, bx = (x - ex, x + wx + ex) if wx >= 0.0 else (x + wx - ex, x + ex)
+    ay, by = (y - ey, y + wy + ey) if wy >= 0.0 else (y + wy - ey, y + ey)
+    az, bz = (z - ez, z + wz + ez) if wz >= 0.0 else (z + wz - ez, z + ez)
+    if box.inside:
+        return min(ax - lx, ux - bx, ay - ly, uy - by, az - lz, uz - bz) >= room
+    dx, dy, dz = max(lx - bx, ax - ux, 0.0), max(ly - by, ay - uy, 0.0), max(lz - bz, az - uz, 0.0)
+    if sqrt(dx * dx + dy * dy + dz * dz) >= room:
+        return True
+    if norm(way) <= _STRETCH:
+        return False
+    half = (wx / 2.0, wy / 2.0, wz / 2.0)
+    middle = (x + half[0], y + half[1], z + half[2])
+    return (
+        clear(box, middle, edges, _NOWHERE, room)
+        and clear(box, p, edges, half, room)
+        and clear(box, middle, edges, half, room)
+    )

@@ -6,6 +6,10 @@ it, nor the tool the speed that the action names, and that no link meets a barri
 upper bounds (`peaks`, `sweep`), so a motion may be refused that would have been in order, by the width
 of the bound, and none is allowed that is not.
 
+Beside motions under way the same is decided of all of them together, from now on (`merging`): also that
+those still end where they were asked to, and that the tool, carried by the base, keeps in W to the
+speed of the action that moves the arm.  The base keeps to the speed of the action that drives it.
+
 Decided is the commanded motion.  What the robot does differently, as it lags behind its set points, is
 what the site's clearance is for, and the monitor's to watch; what the robot holds is not enclosed.
 A plant that states that an action moves nothing is believed.
@@ -13,19 +17,19 @@ A plant that states that an action moves nothing is believed.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Sequence
 from itertools import chain
 from math import dist, isfinite
-from typing import Any
+from typing import Any, Final
 
 from aeros.runtime.bezier import span_of
 from aeros.runtime.decision import Decision, Reason, Verdict
-from aeros.runtime.kinematics import Posture, norm
-from aeros.runtime.peaks import Rates, joint_rates, smooth, timed, tool_rates
-from aeros.runtime.ports import Completion, Motionless, Plan, Readings, Servo, Trajectory, Triple
+from aeros.runtime.merging import Companion, Merged, Part, merge, moves_joints, posture_now
+from aeros.runtime.peaks import Rates, added, joint_rates, smooth, tool_rates, way_rates
+from aeros.runtime.ports import Completion, Joints, Motionless, Plan, Readings, Servo, Trajectory
 from aeros.runtime.sweep import Box, breach_of
 from aeros.skill import Action
-from aeros.spec.model import Barrier, MotionKind, MotionPolicy
+from aeros.spec.model import Barrier, MotionPolicy
 
 _RATES = ("speed", "acceleration", "jerk")
 
@@ -50,23 +54,25 @@ class MotionDecider:
         return self._policy is not None and kind in self._policy.kinds
 
     def decide(
-        self, decision: Decision, plan: Plan, readings: Readings, others: Iterable[Plan | None] = ()
+        self, decision: Decision, plan: Plan, readings: Readings, others: Sequence[Companion] = ()
     ) -> Decision:
         """`decision`, or a denial where what it allows becomes a motion that is not in order.
 
-        others: what the plant said of the actions under way.
+        others: the motions under way, of kinds that are governed.
         """
         action, policy = decision.action, self._policy
         if action is None or policy is None or not self.governs(action.kind) or type(plan) is Completion:
             return decision
-        reasons = self._objections(policy, action, plan, readings)
-        if type(plan) is not Motionless and any(type(other) is Trajectory for other in others):
-            text = "the robot moves already, and both motions together were not decided"
-            reasons = (*reasons, Reason("AE764", action.kind, text))
+        reasons = self._objections(policy, action, plan, readings, others)
         return Decision(Verdict.DENY, None, reasons) if reasons else decision
 
     def _objections(
-        self, policy: MotionPolicy, action: Action, plan: object, readings: Readings
+        self,
+        policy: MotionPolicy,
+        action: Action,
+        plan: object,
+        readings: Readings,
+        others: Sequence[Companion],
     ) -> tuple[Reason, ...]:
         if type(plan) is Motionless:
             return ()
@@ -75,12 +81,27 @@ class MotionDecider:
         fault = self._malformed(policy, plan)
         if fault is not None:
             return (Reason("AE760", action.kind, f"the motion is malformed: {fault}"),)
-        asked = policy.kinds[action.kind]
-        return (
-            *_misplaced(policy, asked, action.parameters, plan, readings),
-            *self._too_fast(asked, action.parameters, plan),
-            *self._breaches(policy, plan),
-        )
+        for other in others:
+            fault = self._malformed(policy, other.plan)
+            if fault is not None:
+                text = f"the `{other.action.kind}` under way is malformed: {fault}"
+                return (Reason("AE764", action.kind, text),)
+        merged = merge(plan, others) if others else Merged(Part(plan), Part(plan))
+        if isinstance(merged, str):
+            return (Reason("AE764", action.kind, merged),)
+        reasons = [
+            *_not_at(policy, plan.paths[0][0][0], readings, "the motion starts"),
+            *_elsewhere(policy, action, merged, "the motion ends"),
+        ]
+        for other in others:
+            told = f"the `{other.action.kind}` under way"
+            if moves_joints(other.plan):
+                reasons += _not_at(policy, posture_now(other), readings, f"{told} is")
+            reasons += _elsewhere(policy, other.action, merged, f"{told} would end")
+        reasons += self._joints_too_fast(plan)
+        reasons += self._tool_too_fast(policy, [Companion(action, plan, 0.0), *others], merged)
+        reasons += self._breaches(policy, merged)
+        return tuple(dict.fromkeys(reasons))
 
     # Form.
 
@@ -100,8 +121,8 @@ class MotionDecider:
             return "a piece has not four control points"
         if len(plan.body.rows) != joints or any(len(column) != joints for column in columns):
             return f"it is not about {joints} joints"
-        numbers = chain(chain.from_iterable(columns), plan.base, plan.way, (plan.duration,), _numbers(plan))
-        if not all(type(number) is float and isfinite(number) for number in numbers):
+        numbers = [*chain.from_iterable(columns), *plan.base, *plan.way, plan.duration, *_numbers(plan)]
+        if set(map(type, numbers)) != {float} or not all(map(isfinite, numbers)):
             return "something of it is not a finite number"
         if plan.duration <= 0.0:
             return "it takes no time"
@@ -119,7 +140,7 @@ class MotionDecider:
 
     # Limits.
 
-    def _too_fast(self, asked: MotionKind, parameters: Mapping[str, Any], plan: Trajectory) -> list[Reason]:
+    def _joints_too_fast(self, plan: Trajectory) -> list[Reason]:
         reasons = []
         for path in plan.paths:
             middle, width = span_of(list(path))
@@ -129,24 +150,38 @@ class MotionDecider:
                     reasons.append(
                         Reason("AE762", f"joint-{joint + 1}", f"joint {joint + 1} may leave its limits")
                     )
-        speed = parameters[asked.peak_speed] if asked.peak_speed else self._moving.speed
-        joints, moving, turning = _rates(plan, min(speed, self._moving.speed))
-        for joint, (found, limit) in enumerate(zip(joints, self._joint_rates, strict=True), 1):
+        for joint, (found, limit) in enumerate(zip(_joint_rates(plan), self._joint_rates, strict=True), 1):
             reasons += _above(f"joint-{joint}", f"joint {joint}", found, limit, ("rad/s", "rad/s²", "rad/s³"))
-        reasons += _above("tool", "the tool", moving, self._moving, ("m/s", "m/s²", "m/s³"))
+        return reasons
+
+    def _tool_too_fast(self, policy: MotionPolicy, motions: list[Companion], merged: Merged) -> list[Reason]:
+        asked = [
+            (name, one.action.parameters[name], one.plan)
+            for one in motions
+            if (name := policy.kinds[one.action.kind].peak_speed) is not None
+        ]
+        arm, base = merged.joints.motion, merged.base.motion
+        limit = min([self._moving.speed, *(speed for _, speed, plan in asked if plan is arm)])
+        carried = way_rates(base.way, base.duration)
+        relative, turning = _tool_rates(arm, limit - carried.speed)
+        moving = added(relative, carried)
+        reasons = _above("tool", "the tool", moving, self._moving, ("m/s", "m/s²", "m/s³"))
         if turning is not None:
             reasons += _above(
                 "tool-turning", "the tool's turning", turning, self._turning, ("rad/s", "rad/s²", "rad/s³")
             )
-        if asked.peak_speed and moving.speed > speed:
-            text = f"the tool may reach {moving.speed:.4g} m/s where {speed:.4g} m/s was decided"
-            reasons.append(Reason("AE762", asked.peak_speed, text))
-        return list(dict.fromkeys(reasons))
+        for name, speed, plan in asked:
+            found = moving.speed if plan is arm else carried.speed if plan is base else 0.0
+            if found > speed:
+                what = "tool" if plan is arm else "base"
+                text = f"the {what} may reach {found:.4g} m/s where {speed:.4g} m/s was decided"
+                reasons.append(Reason("AE762", name, text))
+        return reasons
 
     # Barriers.
 
-    def _breaches(self, policy: MotionPolicy, plan: Trajectory) -> list[Reason]:
-        found = breach_of(plan, self._boxes, float(policy.clearance))
+    def _breaches(self, policy: MotionPolicy, merged: Merged) -> list[Reason]:
+        found = breach_of(merged.moving(), self._boxes, float(policy.clearance))
         if found is None:
             return []
         barrier = self._barriers[found.barrier]
@@ -158,51 +193,54 @@ class MotionDecider:
         return [Reason("AE763", barrier.id, text)]
 
 
-def _misplaced(
-    policy: MotionPolicy,
-    asked: MotionKind,
-    parameters: Mapping[str, Any],
-    plan: Trajectory,
-    readings: Readings,
-) -> list[Reason]:
-    """Where the motion starts and ends."""
-    reasons = []
-    start, end = plan.paths[0][0][0], plan.paths[0][-1][3]
+def _not_at(policy: MotionPolicy, posture: Joints, readings: Readings, told: str) -> list[Reason]:
+    """Where the joints are measured to be elsewhere than a motion has them now."""
     measured = readings.get(policy.starts_at)
     if measured is None:
-        reasons.append(Reason("AE761", policy.starts_at, "where the joints are is not known"))
-    else:
-        away = max(abs(a - b) for a, b in zip(start, measured.value, strict=True))
-        if not away <= float(policy.starts_within):
-            text = f"the motion starts {away:.3g} rad from where a joint is"
-            reasons.append(Reason("AE761", policy.starts_at, text))
-    base = _plus(plan.base, plan.way)
+        return [Reason("AE761", policy.starts_at, "where the joints are is not known")]
+    away = max(abs(a - b) for a, b in zip(posture, measured.value, strict=True))
+    if away <= float(policy.starts_within):
+        return []
+    return [Reason("AE761", policy.starts_at, f"{told} {away:.3g} rad from where a joint is")]
+
+
+def _elsewhere(policy: MotionPolicy, action: Action, merged: Merged, told: str) -> list[Reason]:
+    """Where tool and base are not where the action asked them to be when all is over."""
+    asked, parameters, within = policy.kinds[action.kind], action.parameters, float(policy.ends_within)
+    reasons = []
     if asked.tool_ends_at is not None:
-        tool = _plus(base, Posture(plan.body, end).frames[-1].place(plan.body.tool))
-        away = dist(tool, parameters[asked.tool_ends_at])
-        if not away <= float(policy.ends_within):
-            text = f"the motion ends {1000.0 * away:.3g} mm from where the tool was asked to be"
+        away = dist(merged.tool_at_end(), parameters[asked.tool_ends_at])
+        if not away <= within:
+            text = f"{told} {1000.0 * away:.3g} mm from where the tool was asked to be"
             reasons.append(Reason("AE761", asked.tool_ends_at, text))
     if asked.base_ends_at is not None:
         x, y = asked.base_ends_at
-        away = dist(base[:2], (parameters[x], parameters[y]))
-        if not away <= float(policy.ends_within):
-            text = f"the motion ends {1000.0 * away:.3g} mm from where the base was asked to be"
+        away = dist(merged.base_at_end()[:2], (parameters[x], parameters[y]))
+        if not away <= within:
+            text = f"{told} {1000.0 * away:.3g} mm from where the base was asked to be"
             reasons.append(Reason("AE761", x, text))
     return reasons
 
 
-def _rates(plan: Trajectory, speed_limit: float) -> tuple[list[Rates], Rates, Rates | None]:
-    """Of the joints, the tool, and the tool's turning; under feedback those that the plant keeps to."""
+def _joint_rates(plan: Trajectory) -> list[Rates]:
+    """Of the joints; under feedback those that the plant keeps to."""
+    servo = plan.servo
+    if servo is None:
+        return joint_rates(plan.paths[0], plan.duration)
+    return [Rates(*one) for one in zip(servo.speed, servo.acceleration, servo.jerk, strict=True)]
+
+
+def _tool_rates(plan: Trajectory, speed_limit: float) -> tuple[Rates, Rates | None]:
+    """Of the tool, relative to the base, and of its turning."""
     servo = plan.servo
     if servo is not None:
-        joints = [Rates(*one) for one in zip(servo.speed, servo.acceleration, servo.jerk, strict=True)]
-        return joints, Rates(servo.tool_speed, servo.tool_acceleration, servo.tool_jerk), None
-    path = plan.paths[0]
-    joints = joint_rates(path, plan.duration)
-    if all(rate == (0.0, 0.0, 0.0) for rate in joints):
-        return joints, timed(norm(plan.way), 0.0, 0.0, plan.duration), Rates(0.0, 0.0, 0.0)
-    return joints, *tool_rates(plan.body, path, plan.way, plan.duration, speed_limit)
+        return Rates(servo.tool_speed, servo.tool_acceleration, servo.tool_jerk), None
+    if not moves_joints(plan):
+        return _AT_REST, _AT_REST
+    return tool_rates(plan.body, plan.paths[0], plan.duration, speed_limit)
+
+
+_AT_REST: Final = Rates(0.0, 0.0, 0.0)
 
 
 def _above(rule: str, what: str, found: Rates, limit: Rates, units: tuple[str, str, str]) -> list[Reason]:
@@ -244,7 +282,3 @@ def _box(barrier: Barrier) -> Box:
 
 def _floats(values: Any) -> tuple[float, ...]:
     return tuple(float(value) for value in values)
-
-
-def _plus(a: Triple, b: Triple) -> Triple:
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])

@@ -2,7 +2,8 @@
 
 Planning a motion refuses what cannot be done and moves nothing.  What it returns says what will be done
 and does that: the iterator sets the motors and yields once per tick.  Targets are in W; the tool points
-down.
+down.  `drive` is what was stated of a motion of the base that is under way: the tool comes to its target
+as the base comes to rest, and keeps its speed in W.
 """
 
 # Frames live in names (p_WT, R_BT, J): house style (b).
@@ -74,6 +75,9 @@ _FORCE_GAIN: Final = 0.0005
 _FORCE_FILTER: Final = 0.3
 """Weight of a new reading of the wrist's force sensor per tick (14 Hz): it also feels the hand accelerate."""
 
+_SLOWEST: Final = 1e-3
+"""Least speed of a move, m/s."""
+
 _BASE_SHARE: Final = 0.999
 """Share of the asked speed that the base peaks at: rounding must not put it above."""
 
@@ -92,13 +96,13 @@ class BlockedError(Exception):
     """The motion was under way and something holds the robot back; the message says where."""
 
 
-def plan_stop(robot: Robot, parameters: Parameters) -> Planned:
+def plan_stop(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
     """`stop {}`: come to rest and hold."""
     parameters.done()
     return Planned(Motionless("it brings to rest what moves"), robot.stopping(), PARTS)
 
 
-def plan_wait(robot: Robot, parameters: Parameters) -> Planned:
+def plan_wait(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
     """`wait {duration: s}`: hold for a while."""
     duration = parameters.number("duration", 0.0, 600.0)
     parameters.done()
@@ -110,16 +114,23 @@ def _wait(ticks: int) -> Motion:
         yield
 
 
-def plan_move_tool(robot: Robot, parameters: Parameters) -> Planned:
-    """`move_tool {target: m, yaw: rad, speed: m/s}`: along a straight line, peaking at `speed`."""
+def plan_move_tool(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
+    """`move_tool {target: m, yaw: rad, speed: m/s}`: straight, as seen from the base, peaking at `speed`."""
     p_WT = parameters.triple("target")
     yaw = parameters.number("yaw", -pi, pi)
-    speed = parameters.number("speed", 1e-3, TOOL_SPEED_MAX)
+    speed = parameters.number("speed", _SLOWEST, TOOL_SPEED_MAX)
     parameters.done()
     p_BT, yaw_now = robot.tool_command()
     yaw_now += 2.0 * pi * round((yaw - yaw_now) / (2.0 * pi))
     base = robot.sense().base_position
-    target = np.array(p_WT) - np.array(base)
+    rests = base
+    if drive is not None:
+        rests = _end_of(drive)
+        carried = PEAK_TO_MEAN * hypot(*drive.way) / drive.duration
+        if speed - carried < _SLOWEST:
+            raise RefusedError(f"out of range: the base alone moves the tool at {carried:.3g} m/s")
+        speed -= carried
+    target = np.array(p_WT) - np.array(rests)
     try:
         profile = straight_profile(robot.q_command, (p_BT, yaw_now), (target, yaw), speed)
     except UnreachableError as reason:
@@ -131,12 +142,22 @@ def plan_move_tool(robot: Robot, parameters: Parameters) -> Planned:
 _NOWHERE: Final = (0.0, 0.0, 0.0)
 
 
+def _end_of(drive: Trajectory) -> Triple:
+    """Where in W the base comes to rest."""
+    x, y, z = (b + w for b, w in zip(drive.base, drive.way, strict=True))
+    return (x, y, z)
+
+
 def _move_tool(robot: Robot, profile: JointProfile, p_WT: Triple) -> Motion:
     for position, speed in zip(*profile.sample(), strict=True):
         robot.command(position, speed)
         yield
     robot.hold_arm()
     yield from settle(robot)
+    if robot.base_speed_command.any():
+        while robot.base_speed_command.any():
+            yield
+        yield from settle(robot)
     _arrived(robot, p_WT)
 
 
@@ -154,7 +175,7 @@ def _arrived(robot: Robot, p_WT: Triple) -> None:
         raise BlockedError(f"blocked: the tool rests {1000 * miss:.0f} mm from its target")
 
 
-def plan_grip(robot: Robot, parameters: Parameters) -> Planned:
+def plan_grip(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
     """`grip {width: m, force: N}`: move the fingers to `width`; ends when they rest."""
     width = parameters.number("width", 0.0, FINGER_GAP_MAX)
     force = parameters.number("force", 0.1, GRIP_FORCE_MAX)
@@ -173,7 +194,7 @@ def _grip(robot: Robot, width: float, force: float) -> Motion:
     raise BlockedError("blocked: the fingers do not come to rest")
 
 
-def plan_slide(robot: Robot, parameters: Parameters) -> Planned:
+def plan_slide(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
     """`slide {target: m, force: N, speed: m/s}`: along x and y, pressing down with `force`.
 
     First descends until the wrist feels half the force, at most 20 mm below the target's z, then
@@ -184,6 +205,8 @@ def plan_slide(robot: Robot, parameters: Parameters) -> Planned:
     force = parameters.number("force", 0.5, 60.0)
     speed = parameters.number("speed", 1e-3, 0.5)
     parameters.done()
+    if drive is not None:
+        raise RefusedError("the base drives: what is pressed on would be dragged along")
     start, yaw = robot.tool_command()
     base = robot.sense().base_position
     target = np.array(p_WT) - np.array(base)
@@ -284,7 +307,7 @@ def _follow(robot: Robot, p_BT: Vector, yaw: float, lanes: _Lanes) -> None:
     robot.command(q, rate)
 
 
-def plan_move_base(robot: Robot, parameters: Parameters) -> Planned:
+def plan_move_base(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
     """`move_base {x: m, y: m, speed: m/s}`: drive the carriage along a straight line, arm at rest."""
     x = parameters.number("x", -10.0, 10.0)
     y = parameters.number("y", -10.0, 10.0)
@@ -320,7 +343,7 @@ def _move_base(robot: Robot, target: Vector, way: Vector, ticks: int) -> Motion:
         raise BlockedError(f"blocked: the base rests {1000 * miss:.0f} mm from its target")
 
 
-PLANNERS: Final[dict[str, Callable[[Robot, Parameters], Planned]]] = {
+PLANNERS: Final[dict[str, Callable[[Robot, Parameters, Trajectory | None], Planned]]] = {
     "stop": plan_stop,
     "wait": plan_wait,
     "move_tool": plan_move_tool,

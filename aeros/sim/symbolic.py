@@ -92,8 +92,12 @@ class SymbolicPlant:
         except UnableError as reason:
             return Completion(False, str(reason))
         self._begun += 1
-        under_way = _UnderWay(action, self._known(motion.under_way), self._time + motion.duration)
-        self._under_way[Motion(self._begun)] = under_way
+        ends = self._time + motion.duration
+        if action.kind == "move_tool":
+            # The base may carry the tool to its target: it is there once that is.
+            drives = [one for one in self._under_way.values() if one.action.kind == "move_base"]
+            ends = max([ends, *(drive.ends for drive in drives)])
+        self._under_way[Motion(self._begun)] = _UnderWay(action, self._known(motion.under_way), ends)
         return Motion(self._begun)
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:

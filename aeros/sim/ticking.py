@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from aeros.runtime.ports import Completion, Monitor, Motion, Motionless, Plan, Reading
+from aeros.runtime.ports import Completion, Monitor, Motion, Motionless, Plan, Reading, Trajectory
 from aeros.sim.motions import PLANNERS, BlockedError, Planned, settle
 from aeros.sim.parameters import Parameters, RefusedError
 from aeros.sim.profile import TICK
@@ -29,11 +29,13 @@ _LOOK_TICKS: Final = 24
 class _UnderWay:
     """A motion tick by tick, and the parts that it moves.
 
+    plan: what was stated of it; None while it comes to rest.
     is_set: its motors are set for the tick to come.
     """
 
     ticks: Iterator[None]
     moves: Collection[str]
+    plan: Plan | None = None
     is_set: bool = False
     is_halting: bool = False
 
@@ -85,7 +87,7 @@ class TickingPlant(ABC):
             return Completion(False, "stale: what was decided is not what was planned from here and now")
         self._begun += 1
         motion = Motion(self._begun)
-        self._under_way[motion] = _UnderWay(planned[1].motion, planned[1].moves)
+        self._under_way[motion] = _UnderWay(planned[1].motion, planned[1].moves, plan)
         return motion
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
@@ -165,7 +167,12 @@ class TickingPlant(ABC):
         planner = PLANNERS.get(action.kind)
         if planner is None:
             raise RefusedError(f"unknown kind: `{action.kind}`")
-        return planner(self._robot, parameters)
+        return planner(self._robot, parameters, self._drive())
+
+    def _drive(self) -> Trajectory | None:
+        """What was stated of the motion of the base under way."""
+        plans = [one.plan for one in self._all() if "base" in one.moves]
+        return next((plan for plan in plans if isinstance(plan, Trajectory)), None)
 
     def _look(self, camera: str) -> Iterator[None]:
         """Take a picture, hand over what it shows once it is read out."""

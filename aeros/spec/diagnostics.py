@@ -174,7 +174,12 @@ _TABLE: Final = (
         "decision",
         "a link may enter a volume it keeps out of, or leave its own",
     ),
-    Code("AE764", "second-motion", "decision", "the robot would make a second motion beside another"),
+    Code(
+        "AE764",
+        "second-motion",
+        "decision",
+        "the robot would make a second motion beside one that it cannot be decided with",
+    ),
     Code("AE790", "undecided", "decision", "the solver could not decide"),
     # AE8xx: the closed loop
     Code("AE801", "precondition-not-met", "closed-loop", "a planning rule calls a skill that may not start"),

@@ -248,7 +248,7 @@ class Isolation:
 
 @dataclass(frozen=True)
 class MotionKind:
-    """Which parameters say where tool (W) and base (W, x and y) end, and how fast the tool may be."""
+    """Which parameters say where tool (W) and base (W, x and y) end, and how fast what is moved may be."""
 
     tool_ends_at: str | None
     base_ends_at: tuple[str, str] | None

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 from math import dist, hypot
 
 import pytest
 
-from aeros.runtime import peaks, sweep
+from aeros.runtime import bezier, peaks, sweep
 from aeros.runtime.kinematics import Posture
+from aeros.runtime.merging import Merged, Part
 from aeros.runtime.ports import Trajectory
 from tests.unit.runtime.motions import at, body, chance_of, differences, path, places, share, tool
 
@@ -23,6 +25,10 @@ def _motion(seed: int, way: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Tra
     return Trajectory(body(chance), (path(chance, pieces),), (0.1, 0.2, 0.3), way, chance.uniform(0.3, 4.0))
 
 
+def alone(motion: Trajectory) -> sweep.Moving:
+    return Merged(Part(motion), Part(motion)).moving()
+
+
 def _sampled(motion: Trajectory) -> tuple[list[list[float]], list[list[float]], float]:
     """Of each joint and of each of the tool's coordinates, its positions in time; and the time step."""
     steps = [share(i / SAMPLES) for i in range(SAMPLES + 1)]
@@ -31,7 +37,7 @@ def _sampled(motion: Trajectory) -> tuple[list[list[float]], list[list[float]], 
     return joints, places, motion.duration / SAMPLES
 
 
-def _exceeded(found: peaks.Rates, rows: list[list[float]], step: float) -> list[str]:
+def exceeded(found: peaks.Rates, rows: list[list[float]], step: float) -> list[str]:
     """The bounds that the rates of a point with these coordinates exceed, by more than differencing errs."""
     named = []
     for name, bound in zip(("speed", "acceleration", "jerk"), found, strict=True):
@@ -45,7 +51,7 @@ def _exceeded(found: peaks.Rates, rows: list[list[float]], step: float) -> list[
 def _joints_exceeded(motion: Trajectory) -> list[str]:
     joints, _, step = _sampled(motion)
     bounds = peaks.joint_rates(motion.paths[0], motion.duration)
-    return [name for found, row in zip(bounds, joints, strict=True) for name in _exceeded(found, [row], step)]
+    return [name for found, row in zip(bounds, joints, strict=True) for name in exceeded(found, [row], step)]
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -57,14 +63,15 @@ def test_no_joint_exceeds_its_bounds(seed: int) -> None:
 def test_the_tool_exceeds_none_of_its_bounds(seed: int) -> None:
     motion = _motion(seed, (0.3, -0.2, 0.0) if seed % 2 else (0.0, 0.0, 0.0))
     _, places, step = _sampled(motion)
-    moving, _ = peaks.tool_rates(motion.body, motion.paths[0], motion.way, motion.duration, 0.0)
-    assert _exceeded(moving, places, step) == []
+    relative, _ = peaks.tool_rates(motion.body, motion.paths[0], motion.duration, 1e-9)
+    moving = peaks.added(relative, peaks.way_rates(motion.way, motion.duration))
+    assert exceeded(moving, places, step) == []
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_tool_turns_no_faster_than_its_bound(seed: int) -> None:
     motion = _motion(seed)
-    _, turning = peaks.tool_rates(motion.body, motion.paths[0], motion.way, motion.duration, 0.0)
+    _, turning = peaks.tool_rates(motion.body, motion.paths[0], motion.duration, 1e-9)
     steps = [share(i / SAMPLES) for i in range(SAMPLES + 1)]
     axes = []
     for s in steps:
@@ -88,7 +95,7 @@ def test_the_bound_of_the_tools_speed_is_hardly_above_it() -> None:
         _, places, step = _sampled(motion)
         rows = [differences(row, step) for row in places]
         most = max(sum(x * x for x in point) ** 0.5 for point in zip(*rows, strict=True))
-        found, _ = peaks.tool_rates(still, (quarter,), NOWHERE, 1.0, most * 1.001)
+        found, _ = peaks.tool_rates(still, (quarter,), 1.0, most * 1.001)
         assert most <= found.speed <= most * 1.002
 
 
@@ -114,12 +121,11 @@ def test_enclosures_hold_every_place_the_balls_take(seed: int) -> None:
     for i in range(400):
         q = [x + chance.uniform(-w, w) for x, w in zip(at(motion.paths[0], i / 399), slack, strict=True)]
         posture = Posture(motion.body, q)
-        for ball, (centre, radius) in zip(balls, found, strict=True):
-            place = posture.frames[ball.joint].place(ball.centre)
-            assert dist(place, centre) + ball.radius <= radius + 1e-12
+        for ball, one in zip(balls, found, strict=True):
+            assert _is_held(posture.frames[ball.joint].place(ball.centre), ball.radius, one)
 
 
-def _depth(box: sweep.Box, centre: tuple[float, float, float], radius: float) -> float:
+def depth_of(box: sweep.Box, centre: tuple[float, float, float], radius: float) -> float:
     """By how much the ball is not clear of the barrier; negative where it is."""
     if box.inside:
         pairs = zip(centre, box.lower, box.upper, strict=True)
@@ -143,9 +149,9 @@ def test_no_motion_that_meets_a_barrier_is_clear_and_few_others_are_not(
         box = sweep.Box(
             "box", (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2]), inside, False, None
         )
-        found = sweep.breach_of(motion, [box], 0.0)
+        found = sweep.breach_of(alone(motion), [box], 0.0)
         depth = max(
-            _depth(box, centre, ball.radius)
+            depth_of(box, centre, ball.radius)
             for i in range(200)
             for ball, centre in zip(motion.body.balls, places(motion, i / 199), strict=True)
         )
@@ -159,7 +165,66 @@ def test_no_motion_that_meets_a_barrier_is_clear_and_few_others_are_not(
     assert min(seen.values()) >= 15
 
 
-def test_an_enclosure_without_the_joints_spread_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Posture, "spread", lambda self, joint, p, width: (0.0, [0.0] * joint))
+Sweep = Callable[..., tuple[tuple[float, float, float], float]]
+
+
+def _without_edges(sweep: Sweep) -> Sweep:
+    return lambda *given: (NOWHERE, sweep(*given)[1])
+
+
+def _without_what_is_near(sweep: Sweep) -> Sweep:
+    return lambda *given: (sweep(*given)[0], 0.0)
+
+
+def _without_room(sweep: Sweep) -> Sweep:
+    return lambda self, joint, p, along: sweep(self, joint, p, [(d, 0.0, w, s) for d, _, w, s in along])
+
+
+def _without_bends(sweep: Sweep) -> Sweep:
+    return lambda self, joint, p, along: sweep(self, joint, p, [(d, r, w, 0.0) for d, r, w, _ in along])
+
+
+@pytest.mark.parametrize(
+    "broken", [_without_edges, _without_what_is_near, _without_room, _without_bends], ids=lambda f: f.__name__
+)
+def test_an_enclosure_that_leaves_something_out_would_be_noticed(
+    broken: Callable[[Sweep], Sweep], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Posture, "sweep", broken(Posture.sweep))
     with pytest.raises(AssertionError):
-        test_enclosures_hold_every_place_the_balls_take(1)
+        _assert_all_enclosed()
+
+
+def _assert_all_enclosed() -> None:
+    for seed in SEEDS:
+        test_enclosures_hold_every_place_the_balls_take(seed)
+        test_enclosures_hold_what_a_straight_way_of_the_joints_does(seed)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_enclosures_hold_what_a_straight_way_of_the_joints_does(seed: int) -> None:
+    chance = chance_of(seed)
+    robot = body(chance)
+    start, end = (tuple(chance.uniform(-0.4, 0.4) for _ in range(4)) for _ in range(2))
+    corners = [tuple(a + k / 3 * (b - a) for a, b in zip(start, end, strict=True)) for k in range(4)]
+    line = (corners[0], corners[1], corners[2], corners[3])
+    found = sweep.enclosures(robot, [line], (0.0,) * 4, list(robot.balls))
+    for i in range(101):
+        posture = Posture(robot, at((line,), i / 100))
+        for ball, one in zip(robot.balls, found, strict=True):
+            assert _is_held(posture.frames[ball.joint].place(ball.centre), ball.radius, one)
+
+
+def _is_held(place: tuple[float, float, float], radius: float, within: sweep.Enclosure) -> bool:
+    rows = zip(place, within.centre, within.edges, strict=True)
+    return hypot(*(max(abs(p - c) - e, 0.0) for p, c, e in rows)) + radius <= within.radius + 1e-12
+
+
+def test_joints_that_go_straight_are_on_their_chord() -> None:
+    line = tuple(
+        tuple((3.0 * n + s) * (0.1, -0.2, 0.0, 0.3)[j] for j in range(4)) for n in (0, 1) for s in range(4)
+    )
+    middle, half, width = bezier.chord_of([line[:4], line[4:]])  # type: ignore[list-item]
+    assert middle == pytest.approx((0.3, -0.6, 0.0, 0.9))
+    assert half == pytest.approx((0.3, -0.6, 0.0, 0.9))
+    assert max(width) < 1e-12

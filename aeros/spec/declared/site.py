@@ -133,7 +133,10 @@ class MotionKind:
         default=None, metadata={"doc": "the parameters that say where in W the base ends, as in `[x, y]`"}
     )
     peak_speed: Identifier | None = field(
-        default=None, metadata={"doc": "the parameter that the tool's speed never exceeds"}
+        default=None,
+        metadata={
+            "doc": "the parameter that the speed in W of the tool never exceeds; of the base, if that alone moves"
+        },
     )
 
 

@@ -4,6 +4,7 @@ import sys
 from math import cos, sin
 
 from aeros.runtime.decision import Decision, Verdict
+from aeros.runtime.merging import Companion
 from aeros.runtime.ports import Ball, Body, Reading, Trajectory
 from aeros.runtime.trajectory import MotionDecider
 from aeros.skill import act
@@ -25,6 +26,6 @@ motion = Trajectory(body, (path,), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), DURATION)
 target = (0.5 * cos(ASKED), 0.5 * sin(ASKED), 0.5)
 allowed = Decision(Verdict.ALLOW, act("move", target=target, speed=0.25), ())
 decider = MotionDecider(load_site("site.yaml", Diagnostics()).motion)
-others = (motion,) if ANOTHER_MOVES else ()
+others = [Companion(allowed.action, motion, since=0.5)] if ANOTHER_MOVES else []
 decided = decider.decide(allowed, motion, {"joint_angle": Reading((MEASURED,), 10.0)}, others)
 sys.stdout.write(" ".join(reason.code for reason in decided.reasons))

@@ -1,4 +1,4 @@
-"""A site whose actions are decided as whole motions of one joint, and such a motion."""
+"""A site whose actions are decided as whole motions of one joint, and such motions: one moves nothing."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ PLAN = Trajectory(
     (0.0, 0.0, 0.0),
     1.0,
 )
+TURNS = replace(PLAN, paths=((((0.0,), (0.003,), (0.006,), (0.009,)),),))
+DRIVES = replace(PLAN, way=(0.01, 0.0, 0.0))
 
 
 def governed(site: Site, *kinds: str) -> Site:

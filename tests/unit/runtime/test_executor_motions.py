@@ -12,9 +12,9 @@ from aeros.runtime.canonical import digest_of
 from aeros.runtime.ports import Completion, Motionless, StepResult, StepStatus, Trajectory
 from aeros.runtime.stated_motion import read_motion
 from aeros.spec.model import Site
-from tests.unit.runtime.one_joint import PLAN, governed
+from tests.unit.runtime.one_joint import DRIVES, PLAN, TURNS, governed
 from tests.unit.runtime.one_step import Bench, twice
-from tests.unit.runtime.together import Cart, asking, configuration, move, roll
+from tests.unit.runtime.together import Asking, Cart, asking, configuration, move, roll
 
 
 def _moving_bench(site: Site, make_ecm: Any, path: Path, angle: float) -> Bench:
@@ -67,22 +67,51 @@ def test_what_the_plant_cannot_do_is_not_begun_and_says_why(
     bench.audit.close()
 
 
-@pytest.mark.parametrize("second", [PLAN, Motionless("it turns wheels that carry nothing")])
-def test_a_second_motion_of_the_robot_is_denied_and_what_moves_nothing_of_it_is_not(
-    tmp_path: Path, second: Trajectory | Motionless
-) -> None:
-    bodies = {"reach": asking(move()), "drive": asking(roll())}
+def _beside_what_turns(tmp_path: Path, **bodies: Asking) -> Cart:
+    """Moves turn the joint."""
     site = governed(configuration().site, "move", "roll")
     one = Cart(tmp_path / "audit.jsonl", bodies, under=replace(configuration(), site=site))
     one.plant.values["joint_angle"] = (0.0,)
-    one.plant.planned = PLAN
+    one.plant.planned = TURNS
+    return one
+
+
+@pytest.mark.parametrize(
+    ("second", "reason"),
+    [
+        (Motionless("it turns wheels that carry nothing"), None),
+        (PLAN, None),
+        (DRIVES, None),
+        (TURNS, "AE764 roll: it and a motion under way would move the same part of the robot"),
+        (replace(DRIVES, way=(0.02, 0.0, 0.0)), "AE762 tool-jerk"),
+    ],
+)
+def test_a_second_motion_of_the_robot_is_decided_together_with_the_first(
+    tmp_path: Path, second: Trajectory | Motionless, reason: str | None
+) -> None:
+    one = _beside_what_turns(tmp_path, reach=asking(move()), drive=asking(roll()))
     reach, drive = one.start("reach"), one.start("drive")
     plan = one.plant.plan
     one.plant.plan = lambda action: plan(action) if action.kind == "move" else second  # type: ignore[method-assign]
     results = one.ends(2)
     assert results[reach].status is StepStatus.FINISHED
-    assert results[drive].status is (StepStatus.DENIED if second is PLAN else StepStatus.FINISHED)
-    if second is PLAN:
-        assert results[drive].reason.startswith("AE764 roll: the robot moves already")
+    assert results[drive].status is (StepStatus.DENIED if reason else StepStatus.FINISHED)
+    if reason:
+        assert results[drive].reason.startswith(reason)
         assert one.records("decision")[-1]["gate"]["verdict"] == "ALLOW"
+    one.audit.close()
+
+
+def test_beside_what_comes_to_rest_no_motion_of_the_robot_begins(tmp_path: Path) -> None:
+    one = _beside_what_turns(tmp_path, reach=asking(move()), drive=asking(roll()))
+    reach = one.start("reach")
+    assert one.executor.wait(0.0) is None
+    assert one.executor.wait(0.01) is None
+    one.executor.cancel(reach, "enough")
+    one.plant.planned = DRIVES
+    drive = one.start("drive")
+    results = one.ends(2)
+    assert results[drive].reason.startswith("AE764 roll: the `move` under way comes to rest")
+    first, second = one.records("decision")
+    assert second["beside"] == second["halting"] == [first["sequence"]]
     one.audit.close()

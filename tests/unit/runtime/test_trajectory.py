@@ -10,9 +10,10 @@ from typing import Any, cast
 import pytest
 
 from aeros.runtime.decision import Decision, Verdict
+from aeros.runtime.merging import Companion
 from aeros.runtime.ports import Ball, Body, Completion, Motionless, Reading, Servo, Trajectory, Triple
 from aeros.runtime.trajectory import MotionDecider
-from aeros.skill import act
+from aeros.skill import Action, act
 from aeros.spec.expr.scope import Box
 from aeros.spec.model import Barrier, MotionKind, MotionPolicy, ToolLimits
 
@@ -234,3 +235,143 @@ def test_what_feedback_may_do_is_decided_too(changed: dict[str, Any], rule: tupl
 def test_every_path_of_several_is_decided() -> None:
     paths = (*motion().paths, *motion(1.5).paths)
     assert decided(motion(paths=paths, servo=servo()), "slide") == [("AE763", "off-the-pillar")]
+
+
+# Beside motions under way: the arm turns to 0.5 rad, 0.5 m from its axis; the base drives 0.4 m along x.
+
+REACH = act("move", target=(0.838791280945, 0.239712769302, 0.5), speed=0.5)
+DRIVE = act("drive", x=0.4, y=0.0, speed=0.2)
+DRIVING = motion(0.0, 4.0, way=(0.4, 0.0, 0.0))
+WALL = Box((Fraction(85, 100), Fraction(1, 5), Fraction(0)), (Fraction(2), Fraction(2), Fraction(1)))
+WALLED = replace(POLICY, barriers=(replace(POLICY.barriers[0], box=WALL),))
+
+
+def beside(
+    action: Action,
+    plan: Trajectory,
+    other: Companion,
+    policy: MotionPolicy = POLICY,
+    joint: float = 0.0,
+) -> list[tuple[str, str]]:
+    allowed = Decision(Verdict.ALLOW, action, ())
+    found = MotionDecider(policy).decide(allowed, plan, {"joint_angle": Reading((joint,), 0.0)}, [other])
+    assert (found.verdict is Verdict.DENY) == bool(found.reasons)
+    return [(reason.code, reason.rule) for reason in found.reasons]
+
+
+def driving(since: float = 0.0, plan: Trajectory = DRIVING, is_halting: bool = False) -> Companion:
+    return Companion(DRIVE, plan, since, is_halting)
+
+
+def test_the_arm_moves_beside_the_base_where_both_end_as_asked() -> None:
+    assert beside(REACH, motion(), driving()) == []
+    # Planned for where the base is now, it ends 0.4 m beyond.
+    here = act("move", target=(0.438791280945, 0.239712769302, 0.5), speed=0.5)
+    assert beside(here, motion(), driving()) == [("AE761", "target")]
+
+
+def test_a_drive_may_not_carry_off_what_the_arm_was_asked_to_reach() -> None:
+    reaching = Companion(REACH, motion(base=(0.4, 0.0, 0.0)), 0.0)
+    assert beside(DRIVE, DRIVING, reaching) == []
+    assert beside(DRIVE, replace(DRIVING, way=(0.41, 0.0, 0.0)), reaching) == [
+        ("AE761", "x"),
+        ("AE761", "target"),
+    ]
+
+
+def test_the_tool_keeps_to_its_speed_with_what_the_base_carries_it_at() -> None:
+    # 0.234375 m/s of the arm's own, 0.1875 m/s of the base's.
+    for speed, found in ((0.423, []), (0.421, [("AE762", "speed")])):
+        reach = act("move", **{**REACH.parameters, "speed": speed})
+        assert beside(reach, motion(), driving()) == found
+        reaching = Companion(reach, motion(base=(0.4, 0.0, 0.0)), 0.0)
+        assert beside(DRIVE, DRIVING, reaching) == found
+
+
+def test_the_base_keeps_to_its_own_speed() -> None:
+    slow = Companion(act("drive", x=0.4, y=0.0, speed=0.18), DRIVING, 0.0)
+    assert beside(REACH, motion(), slow) == [("AE762", "speed")]
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_limits_of_the_tool_are_kept_in_the_world(number: int) -> None:
+    # Bounds of the arm alone are 0.2344 m/s, 0.521 m/s² and 2.68 m/s³; the base adds 0.1875, 0.144 and 0.375.
+    rule = ("tool-speed", "tool-acceleration", "tool-jerk")[number]
+    for limits, found in (((0.422, 0.67, 3.1), []), ((0.421, 0.66, 3.0), [("AE762", rule)])):
+        kept = list(POLICY.tool.moving)
+        kept[number] = Fraction(limits[number])
+        policy = replace(POLICY, tool=replace(POLICY.tool, moving=(kept[0], kept[1], kept[2])))
+        assert beside(REACH, motion(), driving(), policy) == found
+        assert decided(motion(), policy=policy) == []
+
+
+def test_what_is_safe_alone_may_not_be_together() -> None:
+    # Stretched out along x the arm is clear of the wall; turned, where the base was; not turned there.
+    assert decided(motion(), policy=WALLED) == []
+    assert decided(motion(0.0, 4.0, way=(0.4, 0.0, 0.0)), "drive", policy=WALLED, x=0.4) == []
+    assert beside(REACH, motion(), driving(), WALLED) == [("AE763", "off-the-pillar")]
+    assert beside(DRIVE, DRIVING, Companion(REACH, motion(base=(0.4, 0.0, 0.0)), 0.0), WALLED) == [
+        ("AE763", "off-the-pillar")
+    ]
+
+
+def test_what_is_over_of_a_motion_under_way_is_not_decided_again() -> None:
+    # It has passed the pillar, which only its first half is near.
+    away = motion(0.0, 4.0, base=(0.5, 0.6, 0.0), way=(0.0, -0.6, 0.0))
+    drive = act("drive", x=0.5, y=0.0, speed=0.3)
+    reach = act("move", target=(0.938791280945, 0.239712769302, 0.5), speed=0.6)
+    assert beside(reach, motion(), Companion(drive, away, 0.0)) == [("AE763", "off-the-pillar")]
+    assert beside(reach, motion(), Companion(drive, away, 3.0)) == []
+    assert beside(reach, motion(), Companion(drive, away, 9.0)) == []
+
+
+@pytest.mark.parametrize("since", [nan, -inf, -1.0])
+def test_where_the_clock_says_nothing_all_of_it_is_still_to_come(since: float) -> None:
+    away = motion(0.0, 4.0, base=(0.5, 0.6, 0.0), way=(0.0, -0.6, 0.0))
+    companion = Companion(act("drive", x=0.5, y=0.0, speed=0.3), away, since)
+    reach = act("move", target=(0.938791280945, 0.239712769302, 0.5), speed=0.6)
+    assert beside(reach, motion(), companion) == [("AE763", "off-the-pillar")]
+
+
+def test_a_motion_under_way_is_where_its_time_has_it() -> None:
+    # Half of its time: half of its way, 0.25 rad.
+    reaching = Companion(REACH, motion(base=(0.4, 0.0, 0.0)), 1.0)
+    drive = replace(DRIVING, paths=motion(0.0).paths)
+    stands = tuple(tuple((q + 0.25,) for (q,) in piece) for piece in drive.paths[0])
+    drive = replace(drive, paths=(stands,))  # type: ignore[arg-type]
+    assert beside(DRIVE, drive, reaching, joint=0.25) == []
+    assert beside(DRIVE, drive, reaching, joint=0.265) == [("AE761", "joint_angle")] * 2
+    assert beside(DRIVE, DRIVING, reaching, joint=0.0) == [("AE761", "joint_angle")]
+
+
+@pytest.mark.parametrize(
+    ("plan", "other"),
+    [
+        (motion(), Companion(REACH, motion(), 0.0)),
+        (DRIVING, driving()),
+        (motion(way=(0.1, 0.0, 0.0)), driving()),
+        (motion(), driving(is_halting=True)),
+        (motion(), driving(plan=replace(DRIVING, paths=()))),
+        (motion(), driving(plan=replace(DRIVING, duration=0.0))),
+        (motion(), driving(plan=replace(DRIVING, body=replace(BODY, tool=(0.4, 0.0, 0.5))))),
+        (motion(paths=motion().paths * 2, servo=servo()), driving()),
+        (DRIVING, Companion(act("slide", speed=0.25), motion(servo=servo()), 0.0)),
+    ],
+)
+def test_what_cannot_be_decided_together_is_denied(plan: Trajectory, other: Companion) -> None:
+    action = DRIVE if plan is DRIVING else REACH
+    assert beside(action, plan, other) == [("AE764", action.kind)]
+
+
+def test_a_motion_that_moves_nothing_is_beside_any() -> None:
+    still = replace(DRIVING, way=NOWHERE)
+    here = act("drive", x=0.0, y=0.0, speed=0.2)
+    assert (
+        beside(
+            here,
+            still,
+            Companion(act("move", target=(0.438791280945, 0.239712769302, 0.5), speed=0.3), motion(), 0.0),
+        )
+        == []
+    )
+    assert beside(here, still, driving()) == [("AE761", "x")]

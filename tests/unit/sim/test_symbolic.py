@@ -350,6 +350,18 @@ def test_what_is_under_way_together_ends_in_the_order_of_its_ends() -> None:
     assert seen[-1] == 0.0
 
 
+def test_a_tool_that_the_base_carries_is_at_its_target_once_the_base_has_come_to_rest() -> None:
+    plant = SymbolicPlant(site(), {}, 0)
+    drive = plant.begin(act("move_base", x=3.0, y=4.0, speed=1.0))
+    move = plant.begin(act("move_tool", target=(3.5, 4.0, 0.3), yaw=0.0, speed=5.0))
+    grip = plant.begin(act("grip", width=0.02, force=10.0))
+    ended = [plant.advance(watch, 100.0) for _ in range(3)]
+    assert ended == [{grip: Completion(True)}, {drive: Completion(True)}, {move: Completion(True)}]
+    assert values(plant)["tool_position"] == (3.5, 4.0, 0.3)
+    assert values(plant)["base_position"] == (3.0, 4.0, 0.0)
+    assert plant.now() == pytest.approx(1.875 * 5 + 1 / 240)
+
+
 def test_what_is_halted_ends_without_its_effect_and_the_other_goes_on() -> None:
     plant = SymbolicPlant(site(), {}, 0)
     before = plant.observe()["tool_position"].value

@@ -4,17 +4,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from fractions import Fraction
 from math import inf
 from typing import Any
 
 import numpy as np
 import pytest
 
-from aeros.runtime.ports import Completion, Motion
+from aeros.runtime.decision import Decision, Verdict
+from aeros.runtime.merging import Companion, Merged, merge
+from aeros.runtime.ports import Ball, Body, Completion, Motion, Plan, Trajectory
+from aeros.runtime.sweep import Box, breach_of
+from aeros.runtime.trajectory import MotionDecider
+from aeros.sim.body import PANDA
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.profile import TICK
 from aeros.sim.robot import BASE_ACCELERATION_MAX
 from aeros.skill import Action, act
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.expr.scope import Box as Volume
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_site
+from aeros.spec.model import Barrier, MotionPolicy
 from tests.unit.sim.acting import allow, recording
 
 DRIVE = act("move_base", x=-0.4, y=0.3, speed=0.4)
@@ -103,3 +115,137 @@ def test_what_is_blocked_ends_both(plant: PhysicsPlant) -> None:
     ended = plant.advance(allow, inf)
     assert set(ended) == {drive, look}
     assert {str(one.reason).partition(":")[0] for one in ended.values()} == {"blocked"}
+
+
+# The arm while the base drives.
+
+AHEAD = act("move_base", x=0.3, y=0.1, speed=0.2)
+STOW = act("move_tool", target=(0.72, 0.1, 0.7), yaw=0.0, speed=0.45)
+
+
+@pytest.fixture(scope="module")
+def policy() -> MotionPolicy:
+    site = load_site(reference_site(), Diagnostics())
+    assert site is not None
+    assert site.motion is not None
+    return site.motion
+
+
+def decided(
+    plant: PhysicsPlant, policy: MotionPolicy, action: Action, *others: Companion
+) -> tuple[Plan, list[tuple[str, str]]]:
+    plan = plant.plan(action)
+    allowed = Decision(Verdict.ALLOW, action, ())
+    found = MotionDecider(policy).decide(allowed, plan, plant.observe(), others)
+    return plan, [(reason.code, reason.rule) for reason in found.reasons]
+
+
+def drives_for(plant: PhysicsPlant, policy: MotionPolicy, drive: Action, seconds: float) -> Companion:
+    """A base that has been driving for some time."""
+    plan, reasons = decided(plant, policy, drive)
+    assert reasons == []
+    assert isinstance(plan, Trajectory)
+    assert not isinstance(plant.begin(drive, plan), Completion)
+    assert plant.advance(allow, seconds) == {}
+    return Companion(drive, plan, plant.now())
+
+
+def test_the_arm_stows_while_the_base_drives_and_is_where_it_was_asked_to_be(
+    plant: PhysicsPlant, policy: MotionPolicy
+) -> None:
+    driving = drives_for(plant, policy, AHEAD, 0.5)
+    plan, reasons = decided(plant, policy, STOW, driving)
+    assert reasons == []
+    stow = plant.begin(STOW, plan)
+    log: list[Mapping[str, Any]] = []
+    assert plant.advance(recording(log), inf) == {stow: Completion(True)}
+    assert math.dist(log[-1]["tool_position"], (0.72, 0.1, 0.7)) < 2e-3
+    assert [list(one.values()) for one in (plant.advance(recording(log), inf),)] == [[Completion(True)]]
+    assert math.dist(log[-1]["base_position"][:2], (0.3, 0.1)) < 1e-3
+    # Both moved at once, and together no faster than was decided of the tool.
+    speeds = [one["tool_speed"] for one in log]
+    assert 0.3 < max(speeds) < 0.45
+    moved = math.dist(log[120]["base_position"], log[0]["base_position"])
+    assert 0.02 < moved < math.dist(log[120]["tool_position"], log[0]["tool_position"]) - 0.02
+
+
+def test_what_was_decided_encloses_what_both_do(plant: PhysicsPlant, policy: MotionPolicy) -> None:
+    driving = drives_for(plant, policy, AHEAD, 0.5)
+    plan, _ = decided(plant, policy, STOW, driving)
+    assert isinstance(plan, Trajectory)
+    merged = merge(plan, [driving])
+    assert isinstance(merged, Merged)
+    plant.begin(STOW, plan)
+    log: list[Mapping[str, Any]] = []
+    while plant._under_way:
+        plant.advance(recording(log), inf)
+    tools = [one["tool_position"] for one in log]
+    # A wall just beyond where the tool ever was is clear of it by that, and one nearer is not.
+    tool = Body(PANDA.rows, PANDA.tool, (Ball("tool", 7, PANDA.tool, 0.0),))
+    moving = merged.moving()._replace(body=tool)
+    for axis, side in ((0, 1.0), (1, 1.0), (1, -1.0), (2, 1.0)):
+        farthest = max(side * p[axis] for p in tools)
+        for beyond, is_clear in ((0.06, True), (-0.01, False)):
+            lower, upper = [-9.0] * 3, [9.0] * 3
+            (lower if side > 0.0 else upper)[axis] = side * (farthest + beyond)
+            box = Box("wall", tuple(lower), tuple(upper), False, False, None)  # type: ignore[arg-type]
+            assert (breach_of(moving, [box], 0.0) is None) is is_clear, (axis, side, beyond)
+
+
+def test_what_each_may_do_alone_is_denied_where_both_together_meet_a_barrier(
+    plant: PhysicsPlant, policy: MotionPolicy
+) -> None:
+    wall = Barrier("off-the-wall", "wall", _wall(0.8), False, False, None, "a wall")
+    walled = replace(policy, barriers=(*policy.barriers, wall))
+    here = act("move_tool", target=(0.6, 0.0, 0.7), yaw=0.0, speed=0.45)
+    assert decided(plant, walled, here)[1] == []
+    driving = drives_for(plant, walled, act("move_base", x=0.2, y=0.0, speed=0.2), 0.2)
+    there = act("move_tool", target=(0.8, 0.0, 0.7), yaw=0.0, speed=0.45)
+    assert decided(plant, walled, there, driving)[1] == [("AE763", "off-the-wall")]
+    assert decided(plant, policy, there, driving)[1] == []
+
+
+def _wall(x: float) -> Volume:
+    lower, upper = (Fraction(x), Fraction(-3), Fraction(-3)), (Fraction(9), Fraction(3), Fraction(3))
+    return Volume(lower, upper)
+
+
+def test_a_base_may_not_drive_off_with_a_tool_that_was_asked_to_be_somewhere(
+    plant: PhysicsPlant, policy: MotionPolicy
+) -> None:
+    here = act("move_tool", target=(0.5, 0.1, 0.7), yaw=0.0, speed=0.2)
+    plan, reasons = decided(plant, policy, here)
+    assert reasons == []
+    assert isinstance(plan, Trajectory)
+    plant.begin(here, plan)
+    assert plant.advance(allow, 0.2) == {}
+    moving = Companion(here, plan, plant.now())
+    assert ("AE761", "target") in decided(plant, policy, AHEAD, moving)[1]
+
+
+def test_an_arm_whose_base_is_halted_is_not_where_it_was_asked_to_be(
+    plant: PhysicsPlant, policy: MotionPolicy
+) -> None:
+    driving = drives_for(plant, policy, AHEAD, 0.5)
+    plan, _ = decided(plant, policy, STOW, driving)
+    stow = plant.begin(STOW, plan)
+    assert plant.advance(allow, 0.8) == {}
+    drive = next(motion for motion in plant._under_way if motion != stow)
+    plant.halt(drive)
+    assert plant.advance(allow, inf) == {drive: Completion(False, "halted")}
+    ended = plant.advance(allow, inf)
+    assert isinstance(stow, int)
+    assert (ended[stow].reason or "").startswith("blocked: the tool rests")
+
+
+def test_what_the_plant_cannot_do_while_the_base_drives_it_refuses(
+    plant: PhysicsPlant, policy: MotionPolicy
+) -> None:
+    drives_for(plant, policy, AHEAD, 0.5)
+    for action, reason in (
+        (act("move_tool", target=(0.72, 0.1, 0.7), yaw=0.0, speed=0.2), "the base alone moves the tool"),
+        (act("slide", target=(0.72, 0.1, 0.7), force=5.0, speed=0.1), "the base drives"),
+    ):
+        plan = plant.plan(action)
+        assert isinstance(plan, Completion)
+        assert reason in (plan.reason or "")

@@ -1,0 +1,116 @@
+"""Two skills under the reference site, of which one drives and one moves the arm, at the same time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import dist
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.runtime.audit import AuditLog, verify_log
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.executor import Executor
+from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.ports import Plant, StepHandle, StepRequest, StepResult, StepStatus
+from aeros.runtime.skill_run import Run, SkillRun
+from aeros.sim.physics import make_plant
+from aeros.sim.symbolic import SymbolicPlant
+from aeros.skill import Action, act
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_ecm, load_site
+from aeros.spec.model import Ecm, Site, Skill
+from tests.unit.runtime.together import asking
+
+pytestmark = pytest.mark.physics
+
+DRIVE = act("move_base", x=0.3, y=0.1, speed=0.2)
+STOW = act("move_tool", target=(0.72, 0.1, 0.7), yaw=0.0, speed=0.45)
+
+
+@pytest.fixture(scope="module")
+def configuration() -> Configuration:
+    sink = Diagnostics()
+    site = load_site(reference_site(), sink)
+    assert site is not None
+    loaded = load_ecm(Path(__file__).parent / "data" / "arm_and_base", site, sink)
+    assert loaded is not None, list(sink)
+    return Configuration(site, {"fetch_object": loaded.ecm}, {}, "c" * 64)
+
+
+def run(
+    configuration: Configuration, plant: Plant, log: Path, bodies: Mapping[str, list[Action]]
+) -> dict[str, StepResult]:
+    """What becomes of the skills, all started at once."""
+
+    def open_run(site: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> Run:
+        return SkillRun(asking(*bodies[skill.id]), inputs)
+
+    audit = AuditLog(log)
+    executor = Executor(configuration, Gate(configuration, GateMode.COMPILED), plant, audit, open_run)
+    names: dict[StepHandle, str] = {}
+    for skill in bodies:
+        started = executor.start(StepRequest("fetch_object", skill, {}))
+        assert not isinstance(started, StepResult), started
+        names[started] = skill
+    results = {}
+    for _ in bodies:
+        ended = executor.wait()
+        assert ended is not None
+        results[names[ended.step]] = ended.result
+    audit.close()
+    assert verify_log(log).sound
+    return results
+
+
+def plant_of(kind: str, configuration: Configuration) -> Plant:
+    if kind == "physics":
+        return make_plant("fetch", 0)
+    here = {"tool_position": (0.3, 0.0, 0.78), "base_position": (0.0, 0.0, 0.3)}
+    return SymbolicPlant(configuration.site, configuration.modules, 0, here)
+
+
+@pytest.mark.parametrize("kind", ["physics", "symbolic"])
+def test_the_arm_is_stowed_while_the_base_drives(
+    kind: str, configuration: Configuration, tmp_path: Path
+) -> None:
+    plant = plant_of(kind, configuration)
+    bodies = {"drive": [DRIVE], "stow": [act("wait", duration=0.5), STOW]}
+    results = run(configuration, plant, tmp_path / "audit.jsonl", bodies)
+    assert [one.reason for one in results.values()] == ["", ""]
+    assert {one.status for one in results.values()} == {StepStatus.FINISHED}
+    values = plant.observe()
+    assert dist(values["base_position"].value, (0.3, 0.1, 0.3)) < 1e-3
+    assert dist(values["tool_position"].value, (0.72, 0.1, 0.7)) < 2e-3
+    # One after the other, they would take a second more.
+    assert plant.now() < 3.6
+    plant.close()
+
+
+def test_a_drive_that_would_carry_the_tool_off_is_denied_and_the_arm_goes_on(
+    configuration: Configuration, tmp_path: Path
+) -> None:
+    plant = plant_of("physics", configuration)
+    here = act("move_tool", target=(0.5, 0.1, 0.7), yaw=0.0, speed=0.2)
+    results = run(configuration, plant, tmp_path / "audit.jsonl", {"stow": [here], "drive": [DRIVE]})
+    assert results["stow"].status is StepStatus.FINISHED
+    assert results["drive"].status is StepStatus.DENIED
+    assert results["drive"].reason.startswith("AE761 target: the `move_tool` under way would end 316 mm from")
+    plant.close()
+
+
+def test_nobody_may_be_as_near_to_both_as_to_each(configuration: Configuration, tmp_path: Path) -> None:
+    fast = {
+        "drive": [act("move_base", x=0.3, y=0.1, speed=0.45)],
+        "stow": [act("move_tool", target=(0.72, 0.1, 0.7), yaw=0.0, speed=0.5)],
+    }
+    near = {"tool_position": (0.3, 0.0, 0.78), "human_distance": 1.25}
+    plant = SymbolicPlant(configuration.site, configuration.modules, 0, near)
+    for skill, actions in fast.items():
+        alone = run(configuration, plant, tmp_path / f"{skill}.jsonl", {skill: actions})
+        assert alone[skill].status is StepStatus.FINISHED
+    both = run(configuration, plant, tmp_path / "both.jsonl", fast)
+    assert both["drive"].status is StepStatus.FINISHED
+    assert both["stow"].reason.startswith("AE751 separation-of-both")
