@@ -29,6 +29,7 @@ class Attempt:
         that is not so.
     record: None where it was not submitted.
     outputs: what the skill gave, by name, SI.
+    may_pass: it was denied, and may be allowed later.
     """
 
     failed: bool
@@ -36,6 +37,7 @@ class Attempt:
     repeatable: bool = False
     record: StepRecord | None = None
     outputs: Mapping[str, Any] = field(default_factory=dict)
+    may_pass: bool = False
 
     @property
     def denied(self) -> bool:
@@ -82,6 +84,11 @@ class Attempts:
     def wait(self, until: float) -> Ended | None:
         """The next step that ends before `until`, plant seconds; see `ports.Runtime`."""
         return self._runtime.wait(until)
+
+    def rest(self, until: float) -> None:
+        """Let time go on while nothing is under way, and measure the world as it is then."""
+        self._runtime.wait(until)
+        self.observe()
 
     def cancel(self, handle: StepHandle, reason: str) -> None:
         """Halt a step that is under way."""
@@ -167,7 +174,7 @@ class Attempts:
         )
         self.records.append(record)
         repeatable = record.failed and record.status in _TRIED and not judgement.undeclared
-        return Attempt(record.failed, record.reason, repeatable, record, result.outputs)
+        return Attempt(record.failed, record.reason, repeatable, record, result.outputs, result.may_pass)
 
     def _not_started(self, role: Role, module: str, skill: str, reason: str) -> Attempt:
         name = f"{module}.{skill}"

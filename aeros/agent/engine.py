@@ -37,10 +37,15 @@ from aeros.spec.parts import If, Par, Seq
 
 @dataclass(frozen=True, slots=True)
 class End:
-    """Why a plan, or a step, went no further; `final` where planning again is no use."""
+    """Why a plan, or a step, went no further.
+
+    final: planning again is no use.
+    may_pass: it is no use now, and may be later.
+    """
 
     reason: str
     final: bool = False
+    may_pass: bool = False
 
 
 _Branch = Generator[None, Ended, End | None]
@@ -218,6 +223,8 @@ class Engine:
         name = f"`{step.module}.{step.skill}`"
         if not attempt.denied:
             return End(f"{name} failed: {attempt.reason}")
+        if attempt.may_pass:
+            return End(f"{name} was denied: {attempt.reason}", may_pass=True)
         inputs = {key: plain(value) for key, value in step.inputs.items()}
         request = json.dumps([step.module, step.skill, inputs], sort_keys=True)
         if request in self._denied:

@@ -8,16 +8,19 @@
 3.  A plan fails with the first step that failed for good.  It is also over when it is rejected, or
     exhausted without the goal.  Then the agent plans again, which is what `replans` counts; after
     `site.limits.replans` of them it gives up.
-4.  It gives up at once when the gate denies the same request a second time in this run, when two plans
-    in a row are rejected for the same reasons, as it would only ask again, or when its time is over.
+4.  A plan that ended with a denial on account of what is measured, such as a person nearby, is no re-plan:
+    the agent lets `PAUSE` go by and plans again, until that has not helped for `PATIENCE`.
+5.  It gives up at once when the gate denies the same request a second time for any other reason, when two
+    plans in a row are rejected for the same reasons, as it would only ask again, or when its time is over.
 
-So a run submits at most (replans + 1) · Σ over a plan's steps of (1 + 2 · retry) skills; of a step with
-a handler, retry times the handler's own tries and further ones of the step.
+So, waiting apart, a run submits at most (replans + 1) · Σ over a plan's steps of (1 + 2 · retry) skills; of
+a step with a handler, retry times the handler's own tries and further ones of the step.
 """
 
 from __future__ import annotations
 
 from math import inf
+from typing import Final
 
 from aeros.agent.attempt import Attempts
 from aeros.agent.engine import End, Engine
@@ -27,6 +30,12 @@ from aeros.agent.planner import Planner
 from aeros.agent.report import RunReport
 from aeros.agent.routing import Routed
 from aeros.runtime.ports import Runtime
+
+PAUSE: Final = 1.0
+"""How long the agent waits before it asks again for what may be allowed later, plant seconds."""
+
+PATIENCE: Final = 60.0
+"""How long it goes on so before it gives up, plant seconds."""
 
 
 class Pursuit:
@@ -42,8 +51,9 @@ class Pursuit:
         timeout: float | None = None,
     ) -> None:
         self._timeout = timeout
-        until = inf if timeout is None else runtime.now() + timeout
-        self._engine = Engine(attempts, journal, self._goal_is_measured, until)
+        self._until = inf if timeout is None else runtime.now() + timeout
+        self._engine = Engine(attempts, journal, self._goal_is_measured, self._until)
+        self._waited = 0.0
         self._runtime = runtime
         self._planner = planner
         self._attempts = attempts
@@ -79,6 +89,12 @@ class Pursuit:
                 return f"the {self._timeout:g} s for the task are over; the plan ended: {end.reason}"
             if end.final:
                 return end.reason
+            if end.may_pass:
+                if self._waited >= PATIENCE:
+                    return f"{end.reason}; {PATIENCE:g} s of waiting did not help"
+                self._wait(end.reason)
+                continue
+            self._waited = 0.0
             if self._replans >= cap:
                 return f"the goal is not measured after {cap} re-plans; the last plan ended: {end.reason}"
             self._replans += 1
@@ -86,6 +102,11 @@ class Pursuit:
                 "re-plan", f"re-plan {self._replans}: {end.reason}", number=self._replans, reason=end.reason
             )
         return None
+
+    def _wait(self, reason: str) -> None:
+        self._waited += PAUSE
+        self._journal.tell("waiting", f"waits {PAUSE:g} s: {reason}", seconds=PAUSE, reason=reason)
+        self._attempts.rest(min(self._until, self._runtime.now() + PAUSE))
 
     def _follow_a_plan(self) -> End:
         graph = self._verified_plan()

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.ports import Plant
 from aeros.spec.doubles import as_doubles
 from aeros.spec.model import Task
+
+if TYPE_CHECKING:
+    from aeros.sim.people import Person
 
 PLANTS = ("physics", "kinematic", "symbolic")
 
@@ -18,13 +22,29 @@ class PlantRefusedError(Exception):
     """The plant or its output cannot be had; the message says why and what to do."""
 
 
+def people_of(plant: str, name_or_path: str | None) -> tuple[Person, ...]:
+    """Who is to walk about on `plant`.  Raises UserError for a file that does not say so."""
+    if name_or_path is None:
+        return ()
+    if plant != "physics":
+        raise PlantRefusedError(f"`--person` needs the physics plant: the {plant} plant has no people")
+    with _importing_physics():
+        from aeros.sim.people_file import read_people
+    return read_people(name_or_path)
+
+
 @contextmanager
 def open_plant(
-    name: str, configuration: Configuration, task: Task, seed: int, film: Path | None
+    name: str,
+    configuration: Configuration,
+    task: Task,
+    seed: int,
+    film: Path | None,
+    people: Sequence[Person] = (),
 ) -> Iterator[Plant]:
     """The plant `name`, ready for `task`, closed again however the block ends."""
     if name == "physics":
-        plant = _physics(task.scene, seed, film)
+        plant = _physics(task.scene, seed, film, people)
     elif name == "kinematic":
         plant = _kinematic(task.scene, seed)
     else:
@@ -53,16 +73,22 @@ def _kinematic(scene: str | None, seed: int) -> Plant:
     return make_plant(_known(scene, SCENES), seed)
 
 
-def _physics(scene: str | None, seed: int, film: Path | None) -> Plant:
-    try:
+def _physics(scene: str | None, seed: int, film: Path | None, people: Sequence[Person]) -> Plant:
+    with _importing_physics():
         from aeros.sim.physics import make_plant
         from aeros.sim.scenes import SCENES
+    return make_plant(_known(scene, SCENES), seed, film, people=people)
+
+
+@contextmanager
+def _importing_physics() -> Iterator[None]:
+    try:
+        yield
     except ImportError as error:
         raise PlantRefusedError(
             f"the physics plant needs `pip install 'aeros[sim]'` ({error.name} is missing); "
             "or use `--plant kinematic` or `--plant symbolic`"
         ) from error
-    return make_plant(_known(scene, SCENES), seed, film)
 
 
 def _known(scene: str | None, scenes: Collection[str]) -> str:

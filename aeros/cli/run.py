@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from datetime import datetime
 from math import inf
@@ -20,7 +20,7 @@ from aeros.agent.routing import Routed, route
 from aeros.cli.arguments import existing_path, writable_path
 from aeros.cli.bag import BagRefusedError, bagged
 from aeros.cli.exit_codes import EXIT_CODES, Exit
-from aeros.cli.plants import PLANTS, PlantRefusedError, open_plant
+from aeros.cli.plants import PLANTS, PlantRefusedError, open_plant, people_of
 from aeros.cli.run_report import TraceWriter, summary
 from aeros.runtime.audit import AuditError, AuditLog, AuditReport, verify_log
 from aeros.runtime.audit_checkpoints import AnchorError, Signing, verify_signed
@@ -41,12 +41,15 @@ from aeros.spec.model import Ecm
 from aeros.spec.reports import Report
 
 if TYPE_CHECKING:
+    from aeros.sim.people import Person
+
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _EXAMPLES = """\
 All modules are proved before anything moves, and each `ecm.lock` must be the certificate that
 results.  The folder given by --out holds afterwards: run.webp (physics), trace.jsonl (what the agent
 did), audit.jsonl (every decision, chained).  The exit code is 0 when the goal is measured, 1 when not.
+A person walks their own way and minds nothing; the robot slows down or stops as the site says.
 A composition is a graph of skills that the module declares; its branches run at the same time.
 
 examples:
@@ -55,6 +58,7 @@ examples:
   aeros run "make dumplings" --plant symbolic --gate shadow
   aeros run "fetch the object" --plant kinematic --seed 3
   aeros run "fetch the object" --composition fetch_once --timeout 60
+  aeros run "fetch the object" --person across_the_room
   aeros run "make dumplings" --bag runs/demo-bag
   aeros run "make dumplings" --audit-key .aeros/audit.key --anchor /mnt/other/demo.anchor
 """
@@ -108,6 +112,11 @@ def add_to(commands: Subparsers) -> None:
         metavar="FOLDER",
         help="keep decisions, joints, places and transforms as a ROS 2 bag in this new folder",
     )
+    parser.add_argument(
+        "--person",
+        metavar="FILE|NAME",
+        help="let somebody walk about (physics): a people file, or one that comes with AEROS",
+    )
     parser.add_argument("--no-record", action="store_true", help="take no film")
     parser.add_argument(
         "--audit-key",
@@ -154,11 +163,12 @@ def _command(arguments: argparse.Namespace) -> Exit:
         governor = Steered(configuration, registry)
     try:
         signing = None if key_file is None else Signing(read_signing_key(key_file), arguments.anchor)
+        people = people_of(arguments.plant, arguments.person)
         routed = route(arguments.instruction, configuration.modules)
         planner = _planner(arguments.composition, configuration.modules[routed.module])
         out = _output_folder(arguments.out, routed.task.id)
         with governor:
-            return _run(arguments, configuration, governor, report, routed, planner, out, signing)
+            return _run(arguments, configuration, governor, report, routed, planner, people, out, signing)
     except (
         RefusedError,
         PlantRefusedError,
@@ -195,6 +205,7 @@ def _run(
     proof: Report,
     routed: Routed,
     planner: Planner,
+    people: Sequence[Person],
     out: Path,
     signing: Signing | None,
 ) -> Exit:
@@ -209,7 +220,7 @@ def _run(
             audit_path, durability=durability, signing=signing, listener=None if feed is None else feed.record
         ) as audit,
         TraceWriter(out / "trace.jsonl") as trace,
-        open_plant(arguments.plant, configuration, routed.task, arguments.seed, film) as opened,
+        open_plant(arguments.plant, configuration, routed.task, arguments.seed, film, people) as opened,
     ):
         plant = opened if feed is None else WatchedPlant(opened, feed)
         gate = Gate(configuration, GateMode(arguments.gate))

@@ -1,4 +1,4 @@
-"""`aeros schema`: prints the JSON Schema of manifests, site files or reports."""
+"""`aeros schema`: prints the JSON Schema of manifests, site files, people files or reports."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ examples:
   aeros schema ecm > .vscode/ecm.schema.json      then, on top of an ecm.yaml, for yaml-language-server:
                                                   # yaml-language-server: $schema=../.vscode/ecm.schema.json
   aeros schema site > .vscode/site.schema.json    likewise for a site file
+  aeros schema people > .vscode/people.schema.json  and for who walks about in `aeros run --person`
   aeros schema report                             what `aeros verify --format json` prints
 """
 

@@ -33,6 +33,7 @@ from aeros.runtime.deciding import Deciding
 from aeros.runtime.gate import Gate
 from aeros.runtime.governor import Command, Fixed, Governor
 from aeros.runtime.observation import observation_for
+from aeros.runtime.passing import may_pass
 from aeros.runtime.ports import (
     Completion,
     Ended,
@@ -145,7 +146,11 @@ class Executor:
     def wait(self, until: float = inf) -> Ended | None:
         """See `ports.Runtime`."""
         if not self._steps and not self._results:
-            raise MisuseError("nothing was started that could end")
+            if until == inf:
+                raise MisuseError("nothing was started that could end")
+            with self._breaking_off():
+                self._plant.advance(self._watch, until)
+            return None
         while not self._results:
             if self.now() >= until or self._go_on(until):
                 return None
@@ -271,6 +276,7 @@ class Executor:
         step.counts = step.counts.plus(decided.decision.verdict)
         begun, plan = decided.begun, decided.plan
         if begun is None:
+            step.may_pass = may_pass(decided.decision.reasons, asked.kind, self.site)
             return Ending(StepStatus.DENIED, spell_reasons(decided.decision.reasons))
         if decided.ends_others:
             self._stop_all(f"stopped for `{step.name}`, which asks for a protective stop")
@@ -388,7 +394,13 @@ class Executor:
         self._audit.append(event, {**outcome, **caller_details(step.caller), **gave})
         counts = step.counts
         self._results[handle] = StepResult(
-            status, reason, counts.allowed, counts.attenuated, counts.denied, dict(outputs or {})
+            status,
+            reason,
+            counts.allowed,
+            counts.attenuated,
+            counts.denied,
+            dict(outputs or {}),
+            step.may_pass and status is StepStatus.DENIED,
         )
 
     def _leave(self, handle: StepHandle, step: Step) -> None:

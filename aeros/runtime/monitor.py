@@ -2,8 +2,9 @@
 
 An action's parameters are those that were decided; the state is what is measured now.  A state
 variable that the plant does not measure every tick keeps the value it had when the action was
-decided.  One that was measured at one tick must be measured at the next.  A value that is missing,
-malformed, not finite or out of range stops the motion.  So does a history that is not known: it goes
+decided.  One that was measured at one tick must be measured at the next, and a `Reading` of it must not
+be older than its `max_age`.  A value that is missing, malformed, not finite or out of range stops the
+motion.  So does a history that is not known: it goes
 on from tick to tick, over values that are then measured or not yet too old.
 
 Of every two actions under way the joint rules are decided likewise (`beside`).
@@ -18,6 +19,7 @@ from aeros.runtime.beside import Begun, JointRules
 from aeros.runtime.conditions import CompiledCondition, Condition, Truth
 from aeros.runtime.form import Form, Scalars, forms_of
 from aeros.runtime.history import Histories, Known
+from aeros.runtime.intake import take_reading
 from aeros.runtime.ports import Reading, Readings
 from aeros.spec.model import Site
 
@@ -72,7 +74,7 @@ class Monitors:
         """The id of the first rule that does not hold, or `input:NAME`; else None."""
         known = self._look_back(now, measured)
         for _, watch in self._watches:
-            broken = watch.broken(measured, known)
+            broken = watch.broken(now, measured, known)
             if broken is not None:
                 return broken
         return None
@@ -86,7 +88,10 @@ class Monitors:
         """The histories that are known at this tick, which is one moment, however many are watched."""
         if not self._histories.names:
             return {}
-        self._readings.update((name, Reading(value, now)) for name, value in measured.items())
+        self._readings.update(
+            (name, value if type(value) is Reading else Reading(value, now))
+            for name, value in measured.items()
+        )
         return self._histories.advance(self._readings, now)
 
 
@@ -102,7 +107,7 @@ class _Watch:
         self._histories = histories
         self._measured: Set[str] = frozenset()
 
-    def broken(self, measured: Mapping[str, Any], known: Known) -> str | None:
+    def broken(self, now: float, measured: Mapping[str, Any], known: Known) -> str | None:
         """What does not hold where these values are measured and these histories known."""
         gone = self._measured - measured.keys()
         if gone:
@@ -110,7 +115,13 @@ class _Watch:
         self._measured = set(measured)
         for name, value in measured.items():
             form = self._state.get(name)
-            if form is None or form.take(value, self._values) is not None:
+            if form is None:
+                return f"input:{name}"
+            if type(value) is Reading:
+                fault = take_reading(form, value, now, True, self._values)
+            else:
+                fault = form.take(value, self._values)
+            if fault is not None:
                 return f"input:{name}"
         for name in self._histories:
             if name not in known or self._state[name].take(known[name], self._values) is not None:

@@ -34,8 +34,8 @@ Readings = Mapping[str, Reading]
 
 Monitor = Callable[[float, Mapping[str, Any]], str | None]
 """Checks what is measured at one control tick, given its time (plant seconds) and the values by
-vocabulary name (SI): None, or the id of the violated rule, upon which the plant makes a protective
-stop within that tick."""
+vocabulary name (SI), or a `Reading` of what was measured before: None, or the id of the violated rule,
+upon which the plant makes a protective stop within that tick."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,7 +166,8 @@ class Plant(Protocol):
 
         monitor: called before the first control tick and after every one.  Where it names a rule,
             everything is brought to rest, and all that was under way has ended.
-        until: plant seconds; nothing has ended where the next tick would pass them.
+        until: plant seconds; nothing has ended where the next tick would pass them.  They come where
+            nothing is under way, too.
         """
 
     def halt(self, motion: Motion) -> None:
@@ -211,7 +212,10 @@ class StepStatus(Enum):
 
 @dataclass(frozen=True, slots=True)
 class StepResult:
-    """What became of a step: status, the reason in words, what the gate decided on the way, its outputs."""
+    """What became of a step: status, the reason in words, what the gate decided on the way, its outputs.
+
+    may_pass: it was denied on account of what is measured alone, so that later it may be allowed.
+    """
 
     status: StepStatus
     reason: str
@@ -219,6 +223,7 @@ class StepResult:
     attenuated: int = 0
     denied: int = 0
     outputs: Mapping[str, Any] = field(default_factory=dict)
+    may_pass: bool = False
 
 
 StepHandle = NewType("StepHandle", int)
@@ -257,7 +262,8 @@ class Runtime(Protocol):
     def wait(self, until: float = inf) -> Ended | None:
         """Let every step go on, every action decided by the gate, until one has ended; which.
 
-        until: plant seconds; None where they come first.  Raises `MisuseError` where nothing was started.
+        until: plant seconds; None where they come first, as they do where nothing was started; without
+            them that raises `MisuseError`.
         """
 
     def cancel(self, step: StepHandle, reason: str) -> None:

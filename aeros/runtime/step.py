@@ -34,6 +34,7 @@ class Step:
     deadline: plant seconds; runs once it has begun, which is when it holds what it needs.
     actions: how often the skill was asked for one.
     asked: the action that it asked for, not yet decided.
+    may_pass: what it was denied last may be allowed later.
     ending: how it ends, from when that is known; what it moves may still have to come to rest.
     """
 
@@ -46,6 +47,7 @@ class Step:
     actions: int = 0
     asked: Action | None = None
     under_way: UnderWay | None = None
+    may_pass: bool = False
     ending: Ending | None = None
     counts: DecisionCounts = field(default_factory=DecisionCounts)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from math import inf
 from typing import Any
 
 from aeros.runtime.ports import Completion, Monitor, Motion, Motionless, Plan, Reading, Readings
@@ -85,7 +86,7 @@ class FakePlant:
                 return self._ended(list(self._ends), Completion(False, f"monitor:{rule}"))
         if self._halted:
             return self._ended(self._halted, Completion(False, "halted"))
-        ends = min(self._ends.values())
+        ends = min(self._ends.values(), default=inf)
         if ends > until:
             self.time = max(self.time, until)
             return {}

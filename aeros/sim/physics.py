@@ -6,18 +6,20 @@ motion, and when the monitor names a rule it stops within that tick.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.runtime.ports import Reading, Readings
+from aeros.runtime.ports import Readings
 from aeros.sim.motions import BlockedError
 from aeros.sim.panda import Panda
+from aeros.sim.people import People, Person
 from aeros.sim.randomness import Chance
 from aeros.sim.robot import RobotState
 from aeros.sim.scenes import SCENES
 from aeros.sim.scenes.scene import Scene
-from aeros.sim.ticking import TickingPlant
+from aeros.sim.sensing import SCANNER_RANGE, SensorModel, Sensors, Truth
+from aeros.sim.ticking import LOOK_TICKS, TickingPlant
 from aeros.sim.video import Recorder
 from aeros.sim.world import World
 
@@ -28,19 +30,41 @@ _SETTLE_TICKS: Final = 120
 """Ticks a new world gets to come to rest before its clock starts."""
 
 
-class PhysicsPlant(TickingPlant):
-    """A scene in motion.  Its clock starts at 0 when everything put into the scene rests."""
+Referee = Callable[[Truth], None]
+"""Whoever judges an experiment: told what is true after every tick, and nothing that acts hears of it."""
 
-    def __init__(self, scene: Scene, seed: int, recorder: Recorder | None = None) -> None:
+
+class PhysicsPlant(TickingPlant):
+    """A scene in motion.  Its clock starts at 0 when everything put into the scene rests.
+
+    people: who walks about in it.
+    sensors: between what is true in the scene and what `observe` and the monitor get.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        seed: int,
+        recorder: Recorder | None = None,
+        *,
+        people: Sequence[Person] = (),
+        sensors: Mapping[str, SensorModel] | None = None,
+        referee: Referee | None = None,
+    ) -> None:
         self._scene = scene
         self._recorder = recorder
+        self._referee = referee
+        self.sensors = Sensors(seed, sensors)
         self._world = World()
         robot = Panda(self._world, scene.robot)
         scene.build(self._world, robot, Chance(seed))
         for _ in range(_SETTLE_TICKS):
             self._world.step()
         self._world.ticks = 0
+        self._people = People(self._world, robot.body, people, Chance(seed))
         super().__init__(robot, scene.cameras)
+        self._truth = Truth(0, self._fast_values())
+        self.sensors.sample(self._truth)
 
     def now(self) -> float:
         """Simulated seconds since the scene came to rest."""
@@ -48,9 +72,7 @@ class PhysicsPlant(TickingPlant):
 
     def observe(self) -> Readings:
         """Robot sensors and scene now; what cameras saw, with the time they saw it."""
-        time = self.now()
-        values = {**self._fast_values(), "holding": self._robot.is_holding(), **self._scene.measure()}
-        return {**self._seen, **{name: Reading(value, time) for name, value in values.items()}}
+        return {**self._seen, **self.sensors.read(self._whole_truth())}
 
     def close(self) -> None:
         """Write the film, if one is taken, and end the simulation; safe to call twice."""
@@ -63,11 +85,38 @@ class PhysicsPlant(TickingPlant):
     def _see(self, camera: str) -> Mapping[str, Any]:
         return self._scene.look(camera)
 
+    def _look(self, camera: str) -> Iterator[None]:
+        picture = Truth(self._world.ticks, self._see(camera))
+        for _ in range(LOOK_TICKS + self.sensors.delay(picture.values)):
+            yield
+        self._seen.update(self.sensors.read_once(picture))
+
     def _pass_tick(self) -> None:
         self._world.step()
         self._scene.tick()
+        self._people.walk(self._world.time)
         if self._recorder is not None:
             self._recorder.tick(self._world)
+
+    def _measure(self) -> None:
+        self._truth = Truth(self._world.ticks, self._fast_values())
+        self.sensors.sample(
+            self._whole_truth() if self.sensors.look_back(self._truth.values) else self._truth
+        )
+        if self._referee is not None:
+            self._referee(self._truth)
+
+    def _monitored(self) -> Mapping[str, Any]:
+        return self.sensors.values(self._truth)
+
+    def _whole_truth(self) -> Truth:
+        """What is true now, of the scene too."""
+        values = {**self._truth.values, "holding": self._robot.is_holding(), **self._scene.measure()}
+        return Truth(self._truth.tick, values)
+
+    def _fast_values(self) -> dict[str, Any]:
+        near = min(SCANNER_RANGE, self._people.distance(SCANNER_RANGE))
+        return {**super()._fast_values(), "human_distance": near}
 
     def _check_tracking(self) -> None:
         if self._robot.tracking_error(self._state) > _BLOCKED:
@@ -79,11 +128,20 @@ def _spell(state: RobotState) -> str:
     return f"({x:.3f}, {y:.3f}, {z:.3f}) m"
 
 
-def make_plant(scene_name: str, seed: int, record: Path | None = None) -> PhysicsPlant:
+def make_plant(
+    scene_name: str,
+    seed: int,
+    record: Path | None = None,
+    *,
+    people: Sequence[Person] = (),
+    sensors: Mapping[str, SensorModel] | None = None,
+    referee: Referee | None = None,
+) -> PhysicsPlant:
     """A plant with scene `scene_name`, laid out by `seed`; `record` names a `.webp` film to write.
 
-    The same scene, seed and actions repeat bit for bit.  Raises KeyError for an unknown scene.
+    The same scene, people, sensors, seed and actions repeat bit for bit.  Raises KeyError for an unknown
+    scene.
     """
     scene = SCENES[scene_name]()
     recorder = None if record is None else Recorder(record, scene.view)
-    return PhysicsPlant(scene, seed, recorder)
+    return PhysicsPlant(scene, seed, recorder, people=people, sensors=sensors, referee=referee)

@@ -102,6 +102,9 @@ class SymbolicPlant:
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
         """Let end what ends next; `monitor` sees all under way, and that end, before time passes."""
+        if not self._under_way:
+            self._time = max(self._time, until)
+            return {}
         first = min(self._under_way, key=lambda motion: self._under_way[motion].ends)
         one = self._under_way[first]
         changed = self._known(motion_of(one.action, self._values).after)

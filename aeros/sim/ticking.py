@@ -16,12 +16,10 @@ from aeros.sim.motions import PLANNERS, BlockedError, Planned, settle
 from aeros.sim.parameters import Parameters, RefusedError
 from aeros.sim.profile import TICK
 from aeros.sim.robot import PARTS, Robot, RobotState
+from aeros.sim.sensing import SCANNER_RANGE
 from aeros.skill import Action
 
-SCANNER_RANGE: Final = 20.0
-"""Reading of the area scanner when nobody is in range, m; no person is modelled."""
-
-_LOOK_TICKS: Final = 24
+LOOK_TICKS: Final = 24
 """Exposure and read-out of a camera, ticks (0.1 s)."""
 
 
@@ -95,14 +93,14 @@ class TickingPlant(ABC):
 
         Whatever is blocked ends everything: something is where nothing was expected.
         """
-        rule = monitor(self.now(), self._fast_values())
+        rule = monitor(self.now(), self._monitored())
         try:
             while rule is None:
                 ended = self._set_motors()
                 if ended or self.now() + TICK > until:
                     return ended
                 self._tick(stopping=any(one.is_halting and "arm" in one.moves for one in self._all()))
-                rule = monitor(self.now(), self._fast_values())
+                rule = monitor(self.now(), self._monitored())
         except BlockedError as obstacle:
             self._robot.yield_here()
             return self._stopped(str(obstacle))
@@ -110,11 +108,16 @@ class TickingPlant(ABC):
 
     def halt(self, motion: Motion) -> None:
         """Bring what `motion` moves to rest inside its limits; the fingers keep their grip."""
-        moves = self._under_way[motion].moves
-        self._under_way[motion] = _UnderWay(self._coming_to_rest(moves), moves, is_halting=True)
+        one = self._under_way[motion]
+        # What the motors are set to already is done first: a set point left out is a jerk.
+        self._under_way[motion] = _UnderWay(
+            self._coming_to_rest(one.moves), one.moves, is_set=one.is_set, is_halting=True
+        )
 
     def stop(self) -> None:
         """Bring arm and base to rest inside their limits and hold; the fingers keep their grip."""
+        if any(one.is_set for one in self._all()):
+            self._tick(stopping=True)
         self._under_way.clear()
         for _ in self._coming_to_rest(PARTS):
             self._tick(stopping=True)
@@ -177,20 +180,28 @@ class TickingPlant(ABC):
     def _look(self, camera: str) -> Iterator[None]:
         """Take a picture, hand over what it shows once it is read out."""
         found, taken = self._see(camera), self.now()
-        for _ in range(_LOOK_TICKS):
+        for _ in range(LOOK_TICKS):
             yield
         self._seen.update({name: Reading(value, taken) for name, value in found.items()})
 
     def _tick(self, *, stopping: bool = False) -> None:
         self._pass_tick()
         self._state = self._robot.sense()
+        self._measure()
         for one in self._all():
             one.is_set = False
         if not stopping:
             self._check_tracking()
 
+    def _monitored(self) -> Mapping[str, Any]:
+        """What the monitor gets to see of this tick."""
+        return self._fast_values()
+
+    def _measure(self) -> None:  # noqa: B027  a plant may
+        """Measure what is true after this tick; here everything is measured as it is, when asked for."""
+
     def _fast_values(self) -> dict[str, Any]:
-        """What is measured every tick, by vocabulary name, SI, positions in W."""
+        """What is true of the robot and people around it, by vocabulary name, SI, positions in W."""
         state: RobotState = self._state
         return {
             "joint_position": state.q,

@@ -10,15 +10,19 @@ from __future__ import annotations
 import inspect
 from typing import Any, Final, get_args, get_origin
 
-from aeros.spec.declared import ecm, site
+from aeros.spec.declared import ecm, people, site
 from aeros.spec.hints import fields_of, kind_of, options_of, parted, words_of
 from aeros.spec.located import PATTERNS, Boolean, Bounds, Entries, Integer, Length, Number, Pattern
 from aeros.spec.nodes import ScalarNode, SequenceNode
 
-FILES: Final[dict[str, type]] = {"ecm": ecm.Ecm, "site": site.Site}
+FILES: Final[dict[str, type]] = {"ecm": ecm.Ecm, "site": site.Site, "people": people.People}
 """The declared files, by the name of their schema."""
 
-_TITLES: Final = {"ecm": "AEROS module manifest, ecm.yaml", "site": "AEROS site file"}
+_TITLES: Final = {
+    "ecm": "AEROS module manifest, ecm.yaml",
+    "site": "AEROS site file",
+    "people": "AEROS people file",
+}
 
 
 def json_schema_of(name: str) -> dict[str, Any]:

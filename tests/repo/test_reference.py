@@ -38,10 +38,15 @@ from aeros.spec.source import Source, Span
 from aeros.spec.texts import read_source
 from tests.repo.tree import ROOT, check_generated, text_of
 
-_WHOLE = {"ecm": "tests/corpus/accepted/left_to_the_gate/ecm.yaml", "site": "tests/corpus/site/table.yaml"}
+_WHOLE = {
+    "ecm": "tests/corpus/accepted/left_to_the_gate/ecm.yaml",
+    "site": "tests/corpus/site/table.yaml",
+    "people": "aeros/people/across_the_room.yaml",
+}
 _SAMPLES = {
     "ecm": ("ecms/*/ecm.yaml", "tests/corpus/accepted/*/ecm.yaml"),
     "site": ("aeros/sites/*.yaml", "tests/corpus/site/*.yaml", "tests/corpus/accepted/*/site.yaml"),
+    "people": ("aeros/people/*.yaml",),
 }
 _LONGEST_EXAMPLE = 80
 _SCALARS = {

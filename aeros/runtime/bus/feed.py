@@ -96,5 +96,8 @@ class Feed:
             elif item.now is None:
                 self._telling.state(item.values, item.chain)
             else:
-                readings = {name: Reading(value, item.now) for name, value in item.values.items()}
+                readings = {
+                    name: value if type(value) is Reading else Reading(value, item.now)
+                    for name, value in item.values.items()
+                }
                 self._telling.state(readings, item.chain)

@@ -2,7 +2,7 @@
 
 The robot drives on its carriage, with a camera on a mast and one on the hand.  Where the can is, skills
 learn from pictures alone; the predicates of carrying and delivering are measured from poses and contacts.
-Frame W: origin on the floor under the arm's base at the start.  Not modelled: people, other obstacles.
+Frame W: origin on the floor under the arm's base at the start.  Not modelled: obstacles on the way.
 """
 
 from __future__ import annotations

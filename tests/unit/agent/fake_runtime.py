@@ -10,8 +10,9 @@ from aeros.runtime.ports import Ended, Reading, Readings, StepHandle, StepReques
 from aeros.spec.model import Ecm, Site
 from tests.unit.agent.dumplings import DUMPLING, PREDICATES, site
 
-Ending = str | StepStatus | Mapping[str, Any] | BaseException
-"""The outcome measured, how the step is halted, a state set that may be undeclared, or what is raised."""
+Ending = str | StepStatus | StepResult | Mapping[str, Any] | BaseException
+"""The outcome measured, how the step is halted, what it comes to with nothing changed, a state set that may
+be undeclared, or what is raised."""
 
 
 class FakeRuntime:
@@ -68,7 +69,7 @@ class FakeRuntime:
         for handle in self.cancelled:
             if self.under_way.pop(handle, None) is not None:
                 return Ended(handle, StepResult(StepStatus.CANCELLED, self.cancelled[handle]))
-        if self.clock + 1.0 > until:
+        if not self.under_way or self.clock + 1.0 > until:
             self.clock = max(self.clock, until)
             return None
         handle = min(self.under_way, key=lambda one: self.last.count(self.under_way[one].skill))
@@ -90,6 +91,8 @@ class FakeRuntime:
             ending = script.pop(0) if script else skill.success_outcomes[0].id
         if isinstance(ending, BaseException):
             raise ending
+        if isinstance(ending, StepResult):
+            return ending
         if isinstance(ending, StepStatus):
             return StepResult(ending, "as scripted", allowed=1, denied=int(ending is StepStatus.DENIED))
         self.state |= skill.outcomes[ending].effects if isinstance(ending, str) else ending

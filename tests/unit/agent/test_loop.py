@@ -19,10 +19,11 @@ from aeros.agent.graph import Step, TaskGraph
 from aeros.agent.journal import Event
 from aeros.agent.loop import awake
 from aeros.agent.planner import Planner
+from aeros.agent.pursuit import PATIENCE, PAUSE
 from aeros.agent.report import Role, RunReport
 from aeros.agent.routing import Routed, RoutingError
 from aeros.agent.world import World
-from aeros.runtime.ports import Runtime, StepStatus
+from aeros.runtime.ports import Runtime, StepResult, StepStatus
 from aeros.spec.model import Ecm
 from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, module, outcome, rule, site, skill, task
 from tests.unit.agent.fake_runtime import FakeRuntime
@@ -196,6 +197,40 @@ def test_a_request_denied_twice_ends_the_run(tmp_path: Path) -> None:
     assert report.denied == 2
     assert report.reason is not None
     assert "denied a second time" in report.reason
+
+
+PERSON_NEARBY = StepResult(StepStatus.DENIED, "somebody is near", denied=1, may_pass=True)
+
+
+def test_a_denial_that_may_pass_is_waited_for_and_is_no_replan(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"boil": [PERSON_NEARBY] * 20})
+    report = run(tmp_path, runtime)
+    assert report.reached
+    assert report.replans == 0
+    assert runtime.submitted.count("boil") == 21
+    assert runtime.kinds().count("waiting") == 20
+    assert runtime.clock == 100.0 + len(runtime.submitted) + 20 * PAUSE
+
+
+def test_patience_comes_to_an_end_and_is_new_after_a_plan_that_ended_otherwise(tmp_path: Path) -> None:
+    most = int(PATIENCE / PAUSE)
+    runtime = FakeRuntime(
+        endings={"boil": [*[PERSON_NEARBY] * most, StepStatus.STOPPED, *[PERSON_NEARBY] * 99]}
+    )
+    report = run(tmp_path, runtime)
+    assert report.replans == 1
+    assert runtime.submitted.count("boil") == most + 1 + most + 1
+    assert report.reason is not None
+    assert report.reason.endswith("somebody is near; 60 s of waiting did not help")
+
+
+def test_waiting_ends_with_the_time_for_the_task(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"prepare": [PERSON_NEARBY] * 99})
+    with awake(tmp_path, "chef", runtime) as agent:
+        report = agent.run("Make dumplings!", timeout=7.5)
+    assert runtime.clock == 107.5
+    assert report.reason is not None
+    assert "the 7.5 s for the task are over" in report.reason
 
 
 def test_a_denial_is_not_retried_but_replanned(tmp_path: Path) -> None:

@@ -248,3 +248,21 @@ def test_without_a_bag_nothing_of_ros_is_imported() -> None:
     )
     ran = subprocess.run([sys.executable, "-c", script], cwd=REPOSITORY, capture_output=True, check=False)
     assert ran.returncode == 0, ran.stderr
+
+
+def test_a_plant_without_people_refuses_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert _run(tmp_path, "--plant", "symbolic", "--person", "at_the_bench") == Exit.REJECTED
+    assert "`--person` needs the physics plant" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.physics
+def test_people_that_cannot_be_are_refused_with_the_line_before_anything_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "people.yaml"
+    file.write_text("schema: aeros/people/1\ndescription: x\npeople: {guest: {path: [{at: [1 m, 2 kg]}]}}\n")
+    assert _run(tmp_path, "--person", str(file)) == Exit.REJECTED
+    assert "error[AE204]" in (said := capsys.readouterr().err)
+    assert "people.yaml:3:" in said
+    assert not (tmp_path / "out").exists()

@@ -13,7 +13,7 @@ from aeros.runtime.beside import Begun
 from aeros.runtime.decision import Verdict
 from aeros.runtime.history import Histories
 from aeros.runtime.monitor import Monitors
-from aeros.runtime.ports import Monitor, Readings
+from aeros.runtime.ports import Monitor, Reading, Readings
 from aeros.skill import Action
 from tests.unit.runtime.bench import NOW, STATE, Request, configuration, gate, request, without
 
@@ -150,3 +150,23 @@ def test_an_hour_of_ticks_takes_no_more_memory_than_a_few() -> None:
         assert tracemalloc.get_traced_memory()[0] - before < 10_000
     finally:
         tracemalloc.stop()
+
+
+@pytest.mark.parametrize(
+    ("value", "age", "rule"),
+    [
+        (3.0, 0.0, None),
+        (3.0, 0.0999, None),
+        (3.0, 0.1001, "input:human_distance"),
+        (0.4, 0.05, "separation"),
+        (nan, 0.05, "input:human_distance"),
+        (3.0, -0.01, "input:human_distance"),
+        (3.0, nan, "input:human_distance"),
+    ],
+)
+def test_what_was_measured_before_counts_until_it_is_too_old(
+    value: float, age: float, rule: str | None
+) -> None:
+    monitor = watch(request("quickly", "move"))
+    assert monitor(NOW, {"human_distance": 3.0}) is None
+    assert monitor(NOW, {"human_distance": Reading(value, NOW - age)}) == rule

@@ -97,6 +97,12 @@ def test_waiting_for_nothing_is_a_mistake(cart: MakeCart) -> None:
         cart().executor.wait()
 
 
+def test_waiting_for_a_time_lets_it_come_where_nothing_was_started(cart: MakeCart) -> None:
+    one = cart()
+    assert one.executor.wait(2.5) is None
+    assert one.plant.time == 2.5
+
+
 def test_one_step_can_be_waited_for_while_another_goes_on(cart: MakeCart) -> None:
     one = cart(reach=asking(move()), drive=asking(roll(), roll()))
     drive = one.start("drive")

@@ -20,6 +20,7 @@ from aeros.sim.scenes.bare import Bare
 from aeros.sim.world import World
 from aeros.skill import Action, act
 from tests.unit.sim.acting import allow, execute, recording
+from tests.unit.sim.referee import Referee
 
 pytestmark = pytest.mark.physics
 
@@ -221,3 +222,27 @@ def test_a_film_is_written(tmp_path: Path) -> None:
     plant.close()
     with Image.open(tmp_path / "film.webp") as film:
         assert getattr(film, "n_frames", 1) >= 3
+
+
+def test_time_goes_on_where_nothing_is_under_way(plant: PhysicsPlant) -> None:
+    assert plant.advance(allow, 0.5) == {}
+    assert 0.5 - TICK < plant.now() <= 0.5
+
+
+@pytest.mark.parametrize("end", ["halt", "stop"])
+def test_a_halt_between_two_calls_makes_nothing_faster(end: str) -> None:
+    referee = Referee()
+    plant = PhysicsPlant(CubeOnBlock(carriage=True), 0, referee=referee)
+    motion = plant.begin(act("move_base", x=1.2, y=0.2, speed=0.4))
+    assert isinstance(motion, int)
+    assert plant.advance(allow, 1.5) == {}
+    if end == "halt":
+        plant.halt(motion)
+        assert not plant.advance(allow, FOREVER)[motion].completed
+    else:
+        plant.stop()
+    plant.close()
+    speeds = referee.base_speeds()
+    assert speeds[358] > 0.2
+    assert speeds[359:].max() < 1.02 * speeds[358]
+    assert speeds[-1] < 0.01

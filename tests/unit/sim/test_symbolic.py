@@ -378,3 +378,9 @@ def test_a_rule_that_breaks_ends_everything_under_way() -> None:
     motions = [_begun(plant, act("wait", duration=seconds)) for seconds in (1.0, 2.0)]
     broken = Completion(False, "monitor:rule")
     assert plant.advance(lambda now, values: "rule", 100.0) == dict.fromkeys(motions, broken)
+
+
+def test_time_goes_on_where_nothing_is_under_way() -> None:
+    plant = SymbolicPlant(site(), {}, 0)
+    assert plant.advance(watch, 2.5) == {}
+    assert plant.now() == 2.5

@@ -45,6 +45,8 @@ def files(name: str) -> list[Path]:
     """Every file of the repository that is meant to be one of `name`."""
     if name == "ecm":
         return sorted([*ROOT.glob("ecms/*/ecm.yaml"), *CORPUS.rglob("ecm.yaml")])
+    if name == "people":
+        return sorted((ROOT / "aeros" / "people").glob("*.yaml"))
     return sorted(
         [
             *(ROOT / "aeros" / "sites").glob("*.yaml"),
@@ -104,7 +106,7 @@ def test_the_schema_refuses_no_file_that_is_decoded_and_sees_faults_of_form(name
             ]
             assert bool(errors) == bool(codes & FORM_CODES), (path, codes, errors)
             seen |= codes & FORM_CODES
-    assert name == "site" or len(seen) >= 5
+    assert name != "ecm" or len(seen) >= 5
 
 
 def records(value: Any, schema: dict[str, Any], root: dict[str, Any], at: tuple[Any, ...] = ()) -> list[Any]:

@@ -41,11 +41,11 @@ def test_what_is_told_comes_in_order_and_one_instant_once(site: Site) -> None:
         feed.observed({"tool_position": Reading((1.0, 0.0, 0.0), 0.5)}, KNOWN)
         feed.tick(0.5, {"tool_position": (1.0, 0.0, 0.0)}, KNOWN)
         feed.tick(0.75, {"tool_position": (1.0, 0.0, 0.0), "holding": True}, KNOWN)
-        feed.tick(1.0, {"tool_position": (2.0, 0.0, 0.0)}, KNOWN)
+        feed.tick(1.0, {"tool_position": Reading((2.0, 0.0, 0.0), 0.875)}, KNOWN)
         feed.tick(1.25, {}, KNOWN)
     found = [heard.take(), heard.take(), heard.take(), heard.take()]
     assert [one and (one.header.stamp.nanosec, one.point.x) for one in found] == [
-        (500_000_000, 1.0), (750_000_000, 1.0), (0, 2.0), None,
+        (500_000_000, 1.0), (750_000_000, 1.0), (875_000_000, 2.0), None,
     ]  # fmt: skip
     assert (feed.lost, feed.trouble) == (0, None)
 

@@ -1,0 +1,65 @@
+"""What a people file says, unresolved: who walks where while a robot works in simulation.
+
+Lengths and times are still text; `aeros.sim.people_file` gives them meaning.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
+
+from aeros.spec.declared.site import Named
+from aeros.spec.located import Length, Text
+from aeros.spec.source import Span
+
+
+@dataclass(frozen=True)
+class Waypoint:
+    """One place on somebody's way: reached at a speed or by a time, and stayed at."""
+
+    span: Span
+    at: Annotated[tuple[Text, ...], Length(2, 2)] = field(
+        metadata={"doc": "x and y in W", "example": "[1.5 m, 0.4 m]"}
+    )
+    speed: Text | None = field(
+        default=None, metadata={"doc": "how fast they walk there, as in `speed: 1.2 m/s`"}
+    )
+    arrive: Text | None = field(
+        default=None,
+        metadata={"doc": "when they are there instead, on the plant's clock, as in `arrive: 8 s`"},
+    )
+    stay: Text | None = field(
+        default=None, metadata={"doc": "how long they stand there, as in `stay: 5 s`; the last stay for good"}
+    )
+
+
+@dataclass(frozen=True)
+class Person:
+    """An upright person, as the capsule that encloses them, and their way."""
+
+    span: Span
+    path: Annotated[tuple[Waypoint, ...], Length(1, 1000)] = field(
+        metadata={"doc": "where they are at first, and where they walk from there in straight lines"}
+    )
+    height: Text | None = field(default=None, metadata={"doc": "how tall they are; 1.75 m if absent"})
+    radius: Text | None = field(default=None, metadata={"doc": "half their width; 250 mm if absent"})
+    floor: Text | None = field(
+        default=None, metadata={"doc": "height in W of what they stand on; 0 m if absent"}
+    )
+    spread: Text | None = field(
+        default=None,
+        metadata={"doc": "how far each place may be from where it is declared, in x and in y, by the seed"},
+    )
+    delay: Text | None = field(
+        default=None, metadata={"doc": "how much longer they may stay at the first place, by the seed"}
+    )
+
+
+@dataclass(frozen=True)
+class People:
+    """A whole people file."""
+
+    span: Span
+    schema: Literal["aeros/people/1"] = field(metadata={"doc": "`schema: aeros/people/1`"})
+    description: Text = field(metadata={"doc": "what happens, for people"})
+    people: Annotated[Named[Person], Length(1, 100)] = field(metadata={"doc": "who is there, by name"})

@@ -1,0 +1,27 @@
+"""Which denials may pass: those that speak of what is measured, all of them."""
+
+from __future__ import annotations
+
+import pytest
+
+from aeros.runtime.passing import may_pass
+from tests.unit.runtime.bench import Request, codes, configuration, gate, request, without
+
+
+@pytest.mark.parametrize(
+    ("asked", "passing"),
+    [
+        (request("quickly", "move", human_distance=0.4), True),
+        (request("quickly", "carry", stop_pressed=True, human_distance=0.4), True),
+        (without(request("quickly", "move"), "human_distance"), True),
+        (request("quickly", "move", speed=0.6), False),
+        (request("quickly", "carry", gait=0.2), False),
+        (request("quickly", "move", human_distance=0.4, speed=0.6), False),
+        (request("slowly", "sweep"), False),
+        (request("quickly", "move", human_distance="near"), False),
+    ],
+)
+def test_a_denial_may_pass_if_everything_it_says_is_about_the_state(asked: Request, passing: bool) -> None:
+    decision = asked.decided_by(gate())
+    assert decision.action is None, codes(decision)
+    assert may_pass(decision.reasons, asked.action.kind, configuration().site) is passing
