@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from aeros.runtime.ports import Completion, Monitor, Motion, Motionless, Plan, Reading, Trajectory
+from aeros.sim.limits import SCANNER_RANGE
 from aeros.sim.motions import PLANNERS, BlockedError, Planned, settle
 from aeros.sim.parameters import Parameters, RefusedError
 from aeros.sim.profile import TICK
 from aeros.sim.robot import PARTS, Robot, RobotState
-from aeros.sim.sensing import SCANNER_RANGE
 from aeros.skill import Action
 
 LOOK_TICKS: Final = 24
