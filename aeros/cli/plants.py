@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from aeros.sim.people import Person
     from aeros.sim.scenes.scene import Scene
 
-PLANTS = ("physics", "symbolic")
+PLANTS = ("physics", "kinematic", "symbolic")
 
 
 class PlantRefusedError(Exception):
@@ -71,6 +71,8 @@ def open_plant(
     """
     if name == "physics":
         plant = _physics(task.scene, seed, film, people, faults, tell)
+    elif name == "kinematic":
+        plant = _kinematic(task.scene, seed)
     else:
         plant = _symbolic(configuration, task, seed)
     try:
@@ -83,6 +85,18 @@ def _symbolic(configuration: Configuration, task: Task, seed: int) -> Plant:
     from aeros.sim.symbolic import SymbolicPlant
 
     return SymbolicPlant(configuration.site, configuration.modules, seed, as_doubles(task.initial))
+
+
+def _kinematic(scene: str | None, seed: int) -> Plant:
+    try:
+        from aeros.sim.kinematic.plant import make_plant
+        from aeros.sim.kinematic.scenes import SCENES
+    except ImportError as error:
+        raise PlantRefusedError(
+            f"the kinematic plant needs `pip install 'aeros[kinematic]'` ({error.name} is missing); "
+            "or use `--plant symbolic`"
+        ) from error
+    return make_plant(_known(scene, SCENES), seed)
 
 
 def _physics(
@@ -105,12 +119,8 @@ def _scene(scene: str | None) -> tuple[str, Scene]:
     """The scene that a task takes place in, by name and as it is before it is built."""
     with _importing_physics():
         from aeros.sim.scenes import SCENES
-    if scene is None or scene not in SCENES:
-        known = ", ".join(SCENES)
-        raise PlantRefusedError(
-            f"the task's scene is `{scene}`, but there is only {known}; or use `--plant symbolic`"
-        )
-    return scene, SCENES[scene]()
+    known = _known(scene, SCENES)
+    return known, SCENES[known]()
 
 
 @contextmanager
@@ -120,5 +130,14 @@ def _importing_physics() -> Iterator[None]:
     except ImportError as error:
         raise PlantRefusedError(
             f"the physics plant needs `pip install 'aeros[sim]'` ({error.name} is missing); "
-            "or use `--plant symbolic`"
+            "or use `--plant kinematic` or `--plant symbolic`"
         ) from error
+
+
+def _known(scene: str | None, scenes: Collection[str]) -> str:
+    """The task's scene, if there is one of that name."""
+    if scene is None or scene not in scenes:
+        raise PlantRefusedError(
+            f"the task's scene is `{scene}`, but there is only {', '.join(scenes)}; or use `--plant symbolic`"
+        )
+    return scene

@@ -58,6 +58,7 @@ examples:
   aeros run "make dumplings"
   aeros run "clean the table" --seed 7 --out runs/clean
   aeros run "make dumplings" --plant symbolic --gate shadow
+  aeros run "fetch the object" --plant kinematic --seed 3
   aeros run "fetch the object" --composition fetch_once --timeout 60
   aeros run "fetch the object" --person across_the_room
   aeros run "make dumplings" --faults wrapper_bumped --seed 4

@@ -80,6 +80,10 @@ class _Encoder:
 
     def encode(self, value: Any, depth: int) -> Any:
         kind = type(value)
+        if kind is float and self._left > 0 and depth <= _DEEPEST:
+            # Most of what is in a record.
+            self._left -= 1
+            return value if isfinite(value) else {"float": repr(value)}
         self._left -= 1 + (len(value) if kind in (str, list, tuple, dict) else 0)
         if self._left < 0 or depth > _DEEPEST:
             return _unencodable("too large")
@@ -87,8 +91,6 @@ class _Encoder:
             return value
         if kind is int and value.bit_length() <= _MOST_BITS:
             return value
-        if kind is float:
-            return value if isfinite(value) else {"float": repr(value)}
         if kind is tuple or kind is list:
             return [self.encode(item, depth + 1) for item in tuple(value)]
         if kind is dict:

@@ -5,9 +5,10 @@ Both answer exactly as `semantics.py` does, so which one a gate uses changes its
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from enum import Enum
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any, Protocol
 
 from aeros.spec.backends.closure import compile_condition
@@ -42,11 +43,19 @@ class CompiledCondition:
     def __init__(self, term: t.Term, declared: Iterable[Declared]) -> None:
         mentioned = _mentioned(term, declared)
         self.names = _scalar_names(mentioned)
-        self.holds = compile_condition(term, ranges_of(mentioned))
+        self.holds = _compiled(term, tuple(ranges_of(mentioned).items()))
 
     def decide(self, values: Mapping[str, Any]) -> Truth:
         """See `Condition`."""
         return Truth.HOLDS if self.holds(values) else Truth.FAILS
+
+
+@lru_cache(maxsize=1024)
+def _compiled(
+    term: t.Term, ranges: tuple[tuple[str, tuple[Fraction, Fraction]], ...]
+) -> Callable[[Mapping[str, Any]], bool]:
+    """Compiled once, however many runs there are under one site: the function keeps nothing of its calls."""
+    return compile_condition(term, dict(ranges))
 
 
 class SolverCondition:

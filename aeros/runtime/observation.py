@@ -27,4 +27,6 @@ def observation_for(ecm: Ecm, site: Site, readings: Readings, now: float) -> dic
 def _fresh(reading: Reading, declared: Declared, now: float) -> bool:
     if declared.max_age is None or not isfinite(reading.time) or not isfinite(now):
         return False
+    if reading.time == now:
+        return True
     return 0 <= Fraction(now) - Fraction(reading.time) <= declared.max_age

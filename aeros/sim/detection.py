@@ -12,7 +12,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from aeros.sim.world import Camera, Image, Triple
+from aeros.sim.geometry import Camera, Triple
+from aeros.sim.world import Image
 
 PIXELS_MIN: Final = 25
 """Fewest pixels of a detection: less is noise or an object mostly hidden."""

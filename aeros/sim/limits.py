@@ -58,3 +58,6 @@ FINGER_SPEED: Final = 0.05
 
 GRIP_FORCE_MAX: Final = 70.0
 """Greatest continuous grip force, N (Franka Hand)."""
+
+SCANNER_RANGE: Final = 20.0
+"""Reading of the area scanner when nobody is in range, m."""

@@ -18,9 +18,9 @@ import numpy as np
 
 from aeros.runtime.ports import Motionless, Path, Plan, Servo, Trajectory
 from aeros.sim.body import PANDA
+from aeros.sim.geometry import Triple
 from aeros.sim.kinematics import track
 from aeros.sim.limits import FINGER_GAP_MAX, GRIP_FORCE_MAX, QD_MAX, QDD_MAX, TOOL_SPEED_MAX, Vector
-from aeros.sim.panda import BASE_ACCELERATION_MAX, PARTS, Panda
 from aeros.sim.parameters import Parameters, RefusedError
 from aeros.sim.profile import (
     ACCELERATION_TO_MEAN,
@@ -34,7 +34,7 @@ from aeros.sim.profile import (
     straight_path,
     straight_profile,
 )
-from aeros.sim.world import Triple
+from aeros.sim.robot import BASE_ACCELERATION_MAX, PARTS, Robot
 
 Motion = Iterator[None]
 
@@ -96,13 +96,13 @@ class BlockedError(Exception):
     """The motion was under way and something holds the robot back; the message says where."""
 
 
-def plan_stop(robot: Panda, parameters: Parameters, drive: Trajectory | None) -> Planned:
+def plan_stop(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
     """`stop {}`: come to rest and hold."""
     parameters.done()
     return Planned(Motionless("it brings to rest what moves"), robot.stopping(), PARTS)
 
 
-def plan_wait(robot: Panda, parameters: Parameters, drive: Trajectory | None) -> Planned:
+def plan_wait(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
     """`wait {duration: s}`: hold for a while."""
     duration = parameters.number("duration", 0.0, 600.0)
     parameters.done()
@@ -114,7 +114,7 @@ def _wait(ticks: int) -> Motion:
         yield
 
 
-def plan_move_tool(robot: Panda, parameters: Parameters, drive: Trajectory | None) -> Planned:
+def plan_move_tool(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
     """`move_tool {target: m, yaw: rad, speed: m/s}`: straight, as seen from the base, peaking at `speed`."""
     p_WT = parameters.triple("target")
     yaw = parameters.number("yaw", -pi, pi)
@@ -148,7 +148,7 @@ def _end_of(drive: Trajectory) -> Triple:
     return (x, y, z)
 
 
-def _move_tool(robot: Panda, profile: JointProfile, p_WT: Triple) -> Motion:
+def _move_tool(robot: Robot, profile: JointProfile, p_WT: Triple) -> Motion:
     for position, speed in zip(*profile.sample(), strict=True):
         robot.command(position, speed)
         yield
@@ -161,7 +161,7 @@ def _move_tool(robot: Panda, profile: JointProfile, p_WT: Triple) -> Motion:
     _arrived(robot, p_WT)
 
 
-def settle(robot: Panda) -> Motion:
+def settle(robot: Robot) -> Motion:
     """Wait until the arm rests, at most `SETTLE_TICKS`."""
     for _ in range(SETTLE_TICKS):
         yield
@@ -169,13 +169,13 @@ def settle(robot: Panda) -> Motion:
             return
 
 
-def _arrived(robot: Panda, p_WT: Triple) -> None:
+def _arrived(robot: Robot, p_WT: Triple) -> None:
     miss = float(np.linalg.norm(np.array(robot.sense().tool_position) - np.array(p_WT)))
     if miss > ARRIVAL:
         raise BlockedError(f"blocked: the tool rests {1000 * miss:.0f} mm from its target")
 
 
-def plan_grip(robot: Panda, parameters: Parameters, drive: Trajectory | None) -> Planned:
+def plan_grip(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
     """`grip {width: m, force: N}`: move the fingers to `width`; ends when they rest."""
     width = parameters.number("width", 0.0, FINGER_GAP_MAX)
     force = parameters.number("force", 0.1, GRIP_FORCE_MAX)
@@ -183,7 +183,7 @@ def plan_grip(robot: Panda, parameters: Parameters, drive: Trajectory | None) ->
     return Planned(Motionless("it moves the fingers alone"), _grip(robot, width, force))
 
 
-def _grip(robot: Panda, width: float, force: float) -> Motion:
+def _grip(robot: Robot, width: float, force: float) -> Motion:
     robot.grip(width, force)
     still = 0
     for _ in range(480):
@@ -194,7 +194,7 @@ def _grip(robot: Panda, width: float, force: float) -> Motion:
     raise BlockedError("blocked: the fingers do not come to rest")
 
 
-def plan_slide(robot: Panda, parameters: Parameters, drive: Trajectory | None) -> Planned:
+def plan_slide(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
     """`slide {target: m, force: N, speed: m/s}`: along x and y, pressing down with `force`.
 
     First descends until the wrist feels half the force, at most 20 mm below the target's z, then
@@ -266,7 +266,7 @@ class _Lanes:
         return nearest
 
 
-def _slide(robot: Panda, target: Vector, force: float, ticks: int, lowest: float, lanes: _Lanes) -> Motion:
+def _slide(robot: Robot, target: Vector, force: float, ticks: int, lowest: float, lanes: _Lanes) -> Motion:
     yield from settle(robot)
     tare = robot.wrist_load()
     start, yaw = robot.tool_command()
@@ -295,7 +295,7 @@ def _slide(robot: Panda, target: Vector, force: float, ticks: int, lowest: float
     yield from settle(robot)
 
 
-def _follow(robot: Panda, p_BT: Vector, yaw: float, lanes: _Lanes) -> None:
+def _follow(robot: Robot, p_BT: Vector, yaw: float, lanes: _Lanes) -> None:
     """One tick of servoing, at most half of any joint's speed and acceleration limit."""
     here = robot.q_command
     rate = _SERVO_GAIN * (track(p_BT, yaw, here, lanes.nearest(here)) - here) / TICK
@@ -307,7 +307,7 @@ def _follow(robot: Panda, p_BT: Vector, yaw: float, lanes: _Lanes) -> None:
     robot.command(q, rate)
 
 
-def plan_move_base(robot: Panda, parameters: Parameters, drive: Trajectory | None) -> Planned:
+def plan_move_base(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
     """`move_base {x: m, y: m, speed: m/s}`: drive the carriage along a straight line, arm at rest."""
     x = parameters.number("x", -10.0, 10.0)
     y = parameters.number("y", -10.0, 10.0)
@@ -329,7 +329,7 @@ def plan_move_base(robot: Panda, parameters: Parameters, drive: Trajectory | Non
     return Planned(trajectory, _move_base(robot, target, way, ticks), _BASE)
 
 
-def _move_base(robot: Panda, target: Vector, way: Vector, ticks: int) -> Motion:
+def _move_base(robot: Robot, target: Vector, way: Vector, ticks: int) -> Motion:
     start = robot.base_command
     share, rate, _ = minimum_jerk(np.arange(1, ticks + 1) / ticks)
     for part, pace in zip(share, rate / (ticks * TICK), strict=True):
@@ -343,7 +343,7 @@ def _move_base(robot: Panda, target: Vector, way: Vector, ticks: int) -> Motion:
         raise BlockedError(f"blocked: the base rests {1000 * miss:.0f} mm from its target")
 
 
-PLANNERS: Final[dict[str, Callable[[Panda, Parameters, Trajectory | None], Planned]]] = {
+PLANNERS: Final[dict[str, Callable[[Robot, Parameters, Trajectory | None], Planned]]] = {
     "stop": plan_stop,
     "wait": plan_wait,
     "move_tool": plan_move_tool,

@@ -5,23 +5,18 @@ Motors: position control with feed-forward velocity, gain 0.3, torque limits of 
 placed once, when the robot is built, and from then on only motors move them.
 """
 
-# Frames live in names (p_WT, R_BT, J): house style (b).
-# ruff: noqa: N806
 from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Collection, Iterator
-from dataclasses import dataclass
-from typing import Final, NamedTuple
-
-import numpy as np
+from typing import Final
 
 from aeros.sim.bullet import DATA, bullet
-from aeros.sim.kinematics import FLANGE_TO_TOOL, READY, forward
-from aeros.sim.limits import FINGER_GAP_MAX, FINGER_SPEED, QD_MAX, QDD_MAX, TAU_MAX, Vector
-from aeros.sim.profile import TICK
-from aeros.sim.world import Triple, World
+from aeros.sim.geometry import Triple
+from aeros.sim.kinematics import FLANGE_TO_TOOL
+from aeros.sim.limits import FINGER_GAP_MAX, FINGER_SPEED, QD_MAX, TAU_MAX, Vector
+from aeros.sim.robot import Robot, RobotOptions, RobotState
+from aeros.sim.world import World
 
 _GAIN: Final = 0.3
 """Position gain of all arm and base motors (of 1): tracks within 0.006 rad."""
@@ -29,52 +24,12 @@ _GAIN: Final = 0.3
 _BASE_FORCE_MAX: Final = 600.0
 """Greatest drive force of the carriage, N: a 60 kg base at 3 m/s² plus the arm's reaction."""
 
-BASE_ACCELERATION_MAX: Final = 1.0
-"""Greatest acceleration of the carriage, m/s²: the arm neither slips nor tips a real base of this mass."""
 
-_STOP_SHARE: Final = 0.9
-"""Share of the acceleration limits a protective stop uses."""
-
-HOLDING_FORCE: Final = 0.3
-"""Force on both fingers above which something is held, N."""
-
-PARTS: Final = frozenset(("arm", "base"))
-"""What has to be brought to rest; the fingers keep their grip."""
-
-
-@dataclass(frozen=True, slots=True)
-class RobotOptions:
-    """How a robot is built.
-
-    carriage: stands on a carriage that drives along x and y of W, else fixed.
-    base: where the arm's base frame B starts in W, m; z is its height for good.
-    posture: joint positions at the start, rad.
-    finger_friction: Coulomb coefficient of the finger pads.
-    """
-
-    carriage: bool = False
-    base: Triple = (0.0, 0.0, 0.0)
-    posture: tuple[float, ...] = tuple(float(q) for q in READY)
-    finger_friction: float = 1.0
-
-
-class RobotState(NamedTuple):
-    """What the robot's own sensors read after a tick, SI, positions in W."""
-
-    q: tuple[float, ...]
-    qd: tuple[float, ...]
-    torque: tuple[float, ...]
-    tool_position: Triple
-    tool_speed: float
-    finger_gap: float
-    finger_speed: float
-    base_position: Triple
-
-
-class Panda:
-    """The robot.  `q_command` and `qd_command` are the set points its motors follow now."""
+class Panda(Robot):
+    """The robot in `world`."""
 
     def __init__(self, world: World, options: RobotOptions) -> None:
+        super().__init__(options)
         self._world = world
         self.body = _load(world, options)
         index = _joint_indices(self.body, world.client)
@@ -82,18 +37,12 @@ class Panda:
         self.fingers = (index["panda_finger_joint1"], index["panda_finger_joint2"])
         self._tool = index["panda_grasptarget_hand"]
         self._wrist = index["panda_hand_joint"]
-        self.has_carriage = options.carriage
         self._drive = [index["carriage_x"], index["carriage_y"]] if options.carriage else []
-        self._base_start = np.array(options.base)
-        self.q_command: Vector = np.array(options.posture, dtype=np.float64)
-        self.qd_command: Vector = np.zeros(7)
-        self.base_command: Vector = np.zeros(2)
-        self.base_speed_command: Vector = np.zeros(2)
         self.grip_command = (FINGER_GAP_MAX, 10.0)
         self.finger_friction = options.finger_friction
-        self._assemble(options)
+        self._assemble()
 
-    def _assemble(self, options: RobotOptions) -> None:
+    def _assemble(self) -> None:
         """Set friction and couplings and place the joints; the only place that resets joint states."""
         client = self._world.client
         for joint, q in zip(self._arm, self.q_command, strict=True):
@@ -154,20 +103,6 @@ class Panda:
             physicsClientId=self._world.client,
         )
 
-    def hold(self) -> None:
-        """Keep the commanded position, at rest."""
-        self.hold_arm()
-        self.hold_base()
-
-    def hold_arm(self) -> None:
-        """Keep the arm's commanded position, at rest."""
-        self.command(self.q_command, np.zeros(7))
-
-    def hold_base(self) -> None:
-        """Keep the carriage's commanded position, at rest."""
-        if self.has_carriage:
-            self.command_base(self.base_command, np.zeros(2))
-
     def grip(self, width: float, force: float) -> None:
         """Drive the fingers to a gap of `width` (m) with at most `force` (N) on each."""
         self.grip_command = (width, force)
@@ -190,35 +125,6 @@ class Panda:
         """Set the Coulomb coefficient of both finger pads."""
         for finger in self.fingers:
             self._world.set_friction(self.body, finger, friction)
-
-    def yield_here(self) -> None:
-        """Take the measured joint positions for set points: stop pushing against what holds the arm."""
-        self.q_command = np.array(self.sense().q)
-        self.hold()
-
-    def stopping(self, parts: Collection[str] = PARTS) -> Iterator[None]:
-        """Bring those of arm and carriage to rest, all joints together, one tick per item, then hold.
-
-        q(t) = q₀ + q̇₀·t·(1 − t/2T), T the shortest time that keeps every joint inside its limit.
-        """
-        q, qd = self.q_command, self.qd_command
-        xy, speed = self.base_command, self.base_speed_command
-        arm_time = float((np.abs(qd) / (QDD_MAX * _STOP_SHARE)).max()) if "arm" in parts else 0.0
-        base_time = float(np.abs(speed).max()) / BASE_ACCELERATION_MAX if "base" in parts else 0.0
-        ticks = int(np.ceil(max(arm_time, base_time) / TICK))
-        for tick in range(1, ticks + 1):
-            arm, base = min(tick * TICK, arm_time), min(tick * TICK, base_time)
-            if arm_time > 0.0:
-                share = 1.0 - arm / arm_time
-                self.command(q + qd * arm * (1.0 + share) / 2.0, qd * share)
-            if self.has_carriage and base_time > 0.0:
-                share = 1.0 - base / base_time
-                self.command_base(xy + speed * base * (1.0 + share) / 2.0, speed * share)
-            yield
-        if "arm" in parts:
-            self.hold_arm()
-        if "base" in parts:
-            self.hold_base()
 
     # Sensors.
 
@@ -244,11 +150,6 @@ class Panda:
             base_position=self._base_position([s[0] for s in states[9:]]),
         )
 
-    @property
-    def base_origin(self) -> Vector:
-        """Where in W the carriage's set points count from: x and y, m."""
-        return self._base_start[:2]
-
     def _base_position(self, drive: list[float]) -> Triple:
         x, y, z = self._base_start.tolist()
         return (x + drive[0], y + drive[1], z) if drive else (x, y, z)
@@ -263,10 +164,6 @@ class Panda:
                 right += contact.force
         return left, right
 
-    def is_holding(self) -> bool:
-        """Whether both fingers feel something between them."""
-        return min(self.finger_forces()) > HOLDING_FORCE
-
     def wrist_load(self) -> float:
         """Vertical force in W that the hand and what it touches exert on the wrist, N, up positive.
 
@@ -277,15 +174,6 @@ class Panda:
         # The hand points down, so the sensor's z is -z of W; the joint reacts to the load.
         load: float = reaction[2]
         return load
-
-    def tool_command(self) -> tuple[Vector, float]:
-        """The pose the arm is commanded to: tool position in B, m, and yaw, rad in (-π, π]."""
-        p_BT, R_BT, _ = forward(self.q_command[None, :])
-        return p_BT[0], float(np.arctan2(R_BT[0, 1, 0], R_BT[0, 0, 0]))
-
-    def tracking_error(self, state: RobotState) -> float:
-        """Largest distance of a joint from its set point, rad."""
-        return float(np.abs(self.q_command - np.array(state.q)).max())
 
 
 _TORQUES: Final = TAU_MAX.tolist()

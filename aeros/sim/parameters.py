@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from aeros.sim.world import Triple
+from aeros.sim.geometry import Triple
 
 
 class RefusedError(Exception):

@@ -13,8 +13,9 @@ from math import dist, inf
 from typing import Final
 
 from aeros.sim.bullet import bullet
+from aeros.sim.geometry import UPRIGHT
 from aeros.sim.randomness import Chance
-from aeros.sim.world import UPRIGHT, Colour, World
+from aeros.sim.world import Colour, World
 
 HEIGHT: Final = 1.75
 RADIUS: Final = 0.25

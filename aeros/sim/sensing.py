@@ -15,12 +15,10 @@ from typing import Any, Final
 from numpy.random import Generator
 
 from aeros.runtime.ports import Reading, Readings
+from aeros.sim.limits import SCANNER_RANGE as SCANNER_RANGE
 from aeros.sim.profile import TICK
 from aeros.sim.randomness import Chance
 from aeros.spec.errors import MisuseError
-
-SCANNER_RANGE: Final = 20.0
-"""Reading of the area scanner when nobody is in range, m."""
 
 _SPANS: Final[Mapping[str, tuple[float, float]]] = {
     "human_distance": (0.0, SCANNER_RANGE),

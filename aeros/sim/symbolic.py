@@ -16,7 +16,8 @@ from typing import Any
 
 from aeros.runtime.ports import Completion, Monitor, Motion, Motionless, Plan, Reading, Readings
 from aeros.sim.outcomes import draw_outcome
-from aeros.sim.symbolic_motions import UnableError, motion_of
+from aeros.sim.symbolic_motions import Motion as _Motion
+from aeros.sim.symbolic_motions import UnableError, check_parameters, motion_of
 from aeros.sim.symbolic_state import initial_values, measured
 from aeros.skill import Action
 from aeros.spec.closed_loop.chances import shares_of
@@ -48,6 +49,8 @@ class SymbolicPlant:
         self._site = site
         self._seed = seed
         self._time = 0.0
+        # What is measured now, until time goes on or something changes.
+        self._observed: Readings | None = None
         self._values = initial_values(site, initial or {})
         self._shares = {
             f"{ecm.id}.{skill.id}": shares_of(skill.outcomes.values())
@@ -70,18 +73,22 @@ class SymbolicPlant:
 
     def observe(self) -> Readings:
         """Every state variable of the vocabulary, measured now."""
-        return {name: Reading(value, self._time) for name, value in self._values.items()}
+        if self._observed is None:
+            self._observed = {name: Reading(value, self._time) for name, value in self._values.items()}
+        return self._observed
 
     def plan(self, action: Action) -> Plan:
-        """Nothing: there is no body that could move through anything."""
+        """Nothing moves: there is no body that could move through anything."""
+        try:
+            self._motion_of(action)
+        except UnableError as reason:
+            return Completion(False, str(reason))
         return Motionless("this plant has no body")
 
     def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
         """Let `action` be under way from now on."""
-        if action.kind not in self._site.kinds:
-            return Completion(False, f"unknown kind: `{action.kind}`")
         try:
-            motion = motion_of(action, self._values)
+            motion = self._motion_of(action)
         except UnableError as reason:
             return Completion(False, str(reason))
         self._begun += 1
@@ -111,10 +118,12 @@ class SymbolicPlant:
             return self._over(halted, "halted")
         if one.ends > until:
             self._time = max(self._time, until)
+            self._observed = None
             return {}
         del self._under_way[first]
         self._time = max(self._time, one.ends)
         self._values.update(changed)
+        self._observed = None
         return {first: Completion(True)}
 
     def halt(self, motion: Motion) -> None:
@@ -144,11 +153,20 @@ class SymbolicPlant:
         if outcome.duration is not None:
             self._time = max(self._time, self._began[skill] + float(outcome.duration))
         self._values.update(self._effects[skill, outcome.id])
+        self._observed = None
 
     def close(self) -> None:
         """Nothing is held."""
 
     # Inside.
+
+    def _motion_of(self, action: Action) -> _Motion:
+        """What `action` would do; raises `UnableError`."""
+        kind = self._site.kinds.get(action.kind)
+        if kind is None:
+            raise UnableError(f"unknown kind: `{action.kind}`")
+        check_parameters(kind, action.parameters)
+        return motion_of(action, self._values)
 
     def _with(self, changes: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
         values = dict(self._values)

@@ -10,6 +10,8 @@ from math import dist, isfinite
 from typing import Any, Final, NamedTuple
 
 from aeros.skill import Action
+from aeros.spec.expr.types import BoolType, EnumType, RealType, VectorType
+from aeros.spec.model import ActionKind
 
 _PEAK_TO_MEAN: Final = 1.875
 """Peak over mean speed of the minimum-jerk profile; as in `profile`, which needs NumPy."""
@@ -46,6 +48,27 @@ def motion_of(action: Action, values: Mapping[str, Any]) -> Motion:
     """
     planner = _PLANNERS.get(action.kind)
     return Motion(_TICK, {}, {}) if planner is None else planner(action.parameters, values)
+
+
+def check_parameters(kind: ActionKind, parameters: Mapping[str, Any]) -> None:
+    """Raise `UnableError` unless these are the declared parameters of `kind`, each of its type."""
+    for name in kind.parameters:
+        if name not in parameters:
+            raise UnableError(f"missing parameter: `{name}`")
+    for name, value in parameters.items():
+        if name not in kind.parameters:
+            raise UnableError(f"unknown parameter: `{name}`")
+        match kind.parameters[name].variable.type:
+            case RealType():
+                _finite(name, value)
+            case VectorType():
+                _triple(parameters, name)
+            case EnumType(members=members):
+                if value not in members:
+                    raise UnableError(f"bad parameter: `{name}` is none of {', '.join(members)}")
+            case BoolType():
+                if not isinstance(value, bool):
+                    raise UnableError(f"bad parameter: `{name}` is not true or false")
 
 
 def _move_tool(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Motion:
@@ -110,6 +133,9 @@ def _speed(parameters: Mapping[str, Any]) -> float:
 
 
 def _finite(name: str, value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
-        raise UnableError(f"bad parameter: `{name}` is not a finite number")
-    return float(value)
+    try:
+        if isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value):
+            return float(value)
+    except OverflowError:
+        pass  # a whole number that is no double
+    raise UnableError(f"bad parameter: `{name}` is not a finite number")

@@ -7,7 +7,8 @@ from typing import Final
 
 from PIL import Image as Picture
 
-from aeros.sim.world import Camera, World
+from aeros.sim.geometry import Camera
+from aeros.sim.world import World
 
 FRAMES_MAX: Final = 90
 """Pictures kept; when there are more every second one goes and the step doubles."""

@@ -8,31 +8,19 @@ of either lose grasps.  `deterministicOverlappingPairs` makes a rebuilt world re
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aeros.sim.bullet import bullet
+from aeros.sim.geometry import UPRIGHT, Camera, Pose, Quaternion, Triple
 from aeros.sim.profile import TICK
 
-Triple = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
 Colour = tuple[float, float, float, float]
 
 GRAVITY: Final = 9.81
 """Standard acceleration, m/s², rounded as PyBullet's examples do."""
-
-UPRIGHT: Final[Quaternion] = (0.0, 0.0, 0.0, 1.0)
-
-
-class Pose(NamedTuple):
-    """Where a body is: position in W, m, and orientation."""
-
-    position: Triple
-    orientation: Quaternion
 
 
 class Contact(NamedTuple):
@@ -44,20 +32,6 @@ class Contact(NamedTuple):
     position: Triple
     normal: Triple
     force: float
-
-
-@dataclass(frozen=True, slots=True)
-class Camera:
-    """A pinhole camera in W: eye, point looked at, up, vertical field of view in degrees, pixels."""
-
-    eye: Triple
-    target: Triple
-    up: Triple = (0.0, 0.0, 1.0)
-    field_of_view: float = 50.0
-    width: int = 320
-    height: int = 240
-    near: float = 0.02
-    far: float = 5.0
 
 
 class Image(NamedTuple):
@@ -254,27 +228,3 @@ class World:
         z = np.reshape(np.asarray(depth, dtype=np.float64), shape)
         metres = camera.far * camera.near / (camera.far - (camera.far - camera.near) * z)
         return Image(np.ascontiguousarray(rgb), metres)
-
-
-def yaw_of(orientation: Sequence[float]) -> float:
-    """Heading of a body's x axis in the x, y plane of W, rad in (-π, π]."""
-    x, y, z, w = orientation
-    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-
-
-def turned(yaw: float) -> Quaternion:
-    """The orientation of a body turned by `yaw` about z of W."""
-    return (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
-
-
-def of_frame(frame: Pose, point: Triple) -> Triple:
-    """Where in W a point given in `frame` is."""
-    place, _ = bullet.multiplyTransforms(frame.position, frame.orientation, point, UPRIGHT)
-    x, y, z = place
-    return (x, y, z)
-
-
-def in_frame(frame: Pose, point: Triple) -> Triple:
-    """Where in `frame` a point given in W is."""
-    inverse = Pose(*bullet.invertTransform(frame.position, frame.orientation))
-    return of_frame(inverse, point)

@@ -56,3 +56,11 @@ def test_the_benchmark_of_the_monitors_runs_and_aeros_knows_nothing_of_what_is_m
 )
 def test_each_benchmark_is_published_with_how_to_rerun_it(name: str, page: str) -> None:
     assert f"python -m benchmarks.{name}" in (ROOT / "docs" / page).read_text(encoding="utf-8")
+
+
+def test_the_benchmark_of_the_symbolic_plant_runs() -> None:
+    command = [sys.executable, "-m", "benchmarks.symbolic", "--runs", "2"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("2 runs, 2 to their goal;")
+    assert "audit record" in done.stdout

@@ -27,10 +27,10 @@ from aeros.sim.faults.model import (
     Slip,
     Weaken,
 )
+from aeros.sim.geometry import Triple
 from aeros.sim.profile import TICK
 from aeros.sim.scenes.scene import Detected
 from aeros.sim.undisturbed import Stage
-from aeros.sim.world import Triple
 
 
 def acting(kind: Acting, source: Generator, name: str, stage: Stage) -> Iterator[Hindrance]:

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
-from aeros.sim.panda import Panda, RobotOptions
+from aeros.sim.geometry import Camera, Triple
+from aeros.sim.panda import Panda
 from aeros.sim.randomness import Chance
-from aeros.sim.world import Camera, Triple, World
+from aeros.sim.robot import RobotOptions
+from aeros.sim.world import World
 
 Detected = Triple | None
 """Where in W a picture shows what is looked for, m; None when it does not."""
@@ -27,7 +29,7 @@ class Scene(Protocol):
     robot: how the robot is built for it.
     view: the camera films are taken with.
     things: names of what lies about and can be pushed.
-    cameras: names of the robot's cameras.
+    cameras: those that `look` knows.
     """
 
     robot: RobotOptions
@@ -48,4 +50,4 @@ class Scene(Protocol):
         """The body of one of `things`; raises KeyError for a thing that is not there."""
 
     def look(self, camera: str, through: Through = as_it_is) -> Mapping[str, Any]:
-        """What `camera` detects now, by vocabulary name; raises KeyError for a camera that is not there."""
+        """What `camera` detects now, by vocabulary name."""

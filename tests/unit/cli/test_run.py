@@ -37,6 +37,29 @@ def test_the_same_seed_ends_the_same_under_every_gate(
     assert "0 denied" in said
 
 
+@pytest.mark.parametrize("instruction", ["make dumplings", "clean the table", "fetch the object"])
+def test_every_task_is_done_on_the_kinematic_plant(
+    instruction: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _run(tmp_path, "--plant", "kinematic", instruction=instruction) == Exit.PROVED
+    said = capsys.readouterr().out
+    assert "measured on the kinematic plant" in said
+    assert "0 attenuated, 0 denied" in said
+
+
+@pytest.mark.parametrize("plant", ["kinematic", "physics"])
+def test_a_scene_that_is_not_there_is_refused(
+    plant: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    module = tmp_path / "ecms" / "make_dumplings"
+    shutil.copytree(REPOSITORY / "ecms" / "make_dumplings", module)
+    manifest = module / "ecm.yaml"
+    manifest.write_text(manifest.read_text().replace("scene: dumpling_bench", "scene: kitchen"))
+    assert main(["verify", str(module), "--no-cache"]) == Exit.PROVED
+    assert _run(tmp_path, "--plant", plant, "--ecms", str(module)) == Exit.REJECTED
+    assert "the task's scene is `kitchen`, but there is only bare, table, fetch" in capsys.readouterr().err
+
+
 def test_a_run_leaves_a_trace_and_a_sound_audit_log(tmp_path: Path) -> None:
     assert _run(tmp_path, "--plant", "symbolic") == Exit.PROVED
     events = [json.loads(line) for line in (tmp_path / "out" / "trace.jsonl").read_text().splitlines()]

@@ -1,4 +1,4 @@
-"""Driving a physics plant from tests: no gate, no agent, a monitor that allows."""
+"""Driving a plant from tests: no gate, no agent, a monitor that allows."""
 
 from __future__ import annotations
 
@@ -11,14 +11,13 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.ports import Completion
-from aeros.sim.physics import PhysicsPlant
+from aeros.runtime.ports import Completion, Plant
 from tests.unit.sim.acting import allow, execute
 
-Skills = Callable[[PhysicsPlant, str], list[Completion]]
+Skills = Callable[[Plant, str], list[Completion]]
 
 
-def _observed(plant: PhysicsPlant) -> dict[str, Any]:
+def _observed(plant: Plant) -> dict[str, Any]:
     return {name: reading.value for name, reading in plant.observe().items()}
 
 
@@ -38,7 +37,7 @@ def dumpling_skills() -> ModuleType:
 def run_dumpling_skill(dumpling_skills: ModuleType) -> Skills:
     """Runs one skill to its end, or to the first action that does not complete."""
 
-    def run(plant: PhysicsPlant, skill: str) -> list[Completion]:
+    def run(plant: Plant, skill: str) -> list[Completion]:
         body = getattr(dumpling_skills, skill)(_observed(plant), {})
         ended: list[Completion] = []
         action = next(body, None)
@@ -59,7 +58,7 @@ def run_dumpling_skill(dumpling_skills: ModuleType) -> Skills:
 def run_skill() -> Callable[..., str | None]:
     """Runs a skill of an ECM, at most `actions` of its actions; None, or why one did not complete."""
 
-    def run(plant: PhysicsPlant, ecm: str, skill: str, actions: int = 1000) -> str | None:
+    def run(plant: Plant, ecm: str, skill: str, actions: int = 1000) -> str | None:
         skills = runpy.run_path(str(Path(__file__).parents[3] / "ecms" / ecm / "skills.py"))
         body = skills[skill](_observed(plant), {})
         try:

@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 
 from aeros.sim.detection import find_red
+from aeros.sim.geometry import Camera
+from aeros.sim.layouts.fetch import CAN, FRESH
 from aeros.sim.physics import PhysicsPlant, make_plant
-from aeros.sim.scenes.fetch import CAN, FRESH, Fetch
-from aeros.sim.world import Camera, Image, World
+from aeros.sim.scenes.fetch import Fetch
+from aeros.sim.world import Image, World
 from aeros.skill import act
 from tests.unit.sim.acting import allow, execute
 

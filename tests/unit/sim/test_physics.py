@@ -11,10 +11,11 @@ import pytest
 from PIL import Image
 
 from aeros.sim.limits import Q_MAX, Q_MIN, QD_MAX, QDD_MAX, TAU_MAX
-from aeros.sim.panda import Panda, RobotOptions
+from aeros.sim.panda import Panda
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.profile import TICK
 from aeros.sim.randomness import Chance
+from aeros.sim.robot import RobotOptions
 from aeros.sim.scenes.bare import Bare
 from aeros.sim.world import World
 from aeros.skill import Action, act

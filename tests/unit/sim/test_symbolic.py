@@ -49,8 +49,28 @@ STATE = dict(
 )
 
 
+def parameter(name: str, type_: Type) -> Declared:
+    return Declared(t.Variable(name, type_, t.Role.PARAMETER), SPAN, range=(Fraction(-10), Fraction(10)))
+
+
+PARAMETERS: Mapping[str, Mapping[str, Type]] = {
+    "move_tool": {"target": VectorType(LENGTH), "yaw": RealType(NUMBER), "speed": RealType(NUMBER)},
+    "slide": {"target": VectorType(LENGTH), "force": RealType(NUMBER), "speed": RealType(NUMBER)},
+    "move_base": {"x": RealType(LENGTH), "y": RealType(LENGTH), "speed": RealType(NUMBER)},
+    "grip": {"width": RealType(LENGTH), "force": RealType(NUMBER)},
+    "wait": {"duration": RealType(NUMBER)},
+    "look": {"camera": EnumType("cameras", ("mast", "hand"))},
+    "whistle": {"loud": BOOL},
+}
+
+
+def kind(name: str) -> ActionKind:
+    parameters = {one: parameter(one, type_) for one, type_ in PARAMETERS.get(name, {}).items()}
+    return ActionKind(name, frozenset(), Risk.LOW, name == "stop", parameters, SPAN)
+
+
 def site() -> Site:
-    kinds = {name: ActionKind(name, frozenset(), Risk.LOW, name == "stop", {}, SPAN) for name in KINDS}
+    kinds = {name: kind(name) for name in KINDS}
     limits = Limits(Fraction(100), 3, 3)
     return Site(
         "kitchen", "", {}, {}, {}, STATE, kinds, (), Access(), {}, Risk.HIGH, limits, (), (), {}, SPAN
@@ -149,7 +169,7 @@ def test_it_begins_harmless_and_inside_every_range() -> None:
         (act("wait", duration=0.0), {}, 1 / 240),
         (act("look", camera="mast"), {}, 0.1),
         (act("stop"), {}, 1 / 240),
-        (act("whistle"), {}, 1 / 240),
+        (act("whistle", loud=True), {}, 1 / 240),
     ],
 )
 def test_a_motion_takes_effect_and_its_time(action: Action, changed: dict[str, Any], seconds: float) -> None:
@@ -165,13 +185,23 @@ def test_a_motion_takes_effect_and_its_time(action: Action, changed: dict[str, A
     ("action", "reason"),
     [
         (act("fly"), "unknown kind: `fly`"),
-        (act("move_tool", target=(0.3, 0.5), speed=0.25), "bad parameter: `target` is not a 3-tuple"),
         (
-            act("move_tool", target=(0.3, 0.5, "z"), speed=0.25),
+            act("move_tool", target=(0.3, 0.5), yaw=0.0, speed=0.25),
+            "bad parameter: `target` is not a 3-tuple",
+        ),
+        (
+            act("move_tool", target=(0.3, 0.5, "z"), yaw=0.0, speed=0.25),
             "bad parameter: `target` is not a finite number",
         ),
-        (act("move_tool", target=(0.3, 0.5, 0.1)), "bad parameter: `speed` is not a finite number"),
-        (act("move_tool", target=(0.3, 0.5, 0.1), speed=0.0), "out of range: `speed` = 0 is below 0.001"),
+        (act("move_tool", target=(0.3, 0.5, 0.1), yaw=0.0), "missing parameter: `speed`"),
+        (act("wait", duration=1.0, haste=True), "unknown parameter: `haste`"),
+        (act("look", camera="roof"), "bad parameter: `camera` is none of mast, hand"),
+        (act("whistle", loud=1), "bad parameter: `loud` is not true or false"),
+        (act("wait", duration=10**400), "bad parameter: `duration` is not a finite number"),
+        (
+            act("move_tool", target=(0.3, 0.5, 0.1), yaw=0.0, speed=0.0),
+            "out of range: `speed` = 0 is below 0.001",
+        ),
         (act("wait", duration=float("inf")), "bad parameter: `duration` is not a finite number"),
         (act("grip", width=True, force=1.0), "bad parameter: `width` is not a finite number"),
     ],

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
+from aeros.sim.geometry import Pose, turned
+from aeros.sim.layouts.dirt import DirtMap
 from aeros.sim.physics import PhysicsPlant, make_plant
-from aeros.sim.scenes.dirt import DirtMap
-from aeros.sim.world import Pose, turned
 from aeros.skill import act
 from tests.unit.sim.acting import allow, execute
 

@@ -294,6 +294,7 @@ def test_of_several_faults_on_one_part_the_worst_counts_until_it_is_over(told: M
     one = told(fault(Slip(0.5, 24), name="a"), fault(Slip(0.2, 12), name="b"))
     frictions: list[float] = []
     robot = one.plant._robot
+    assert isinstance(robot, Panda)
     set_friction = robot.set_finger_friction
 
     def spy(friction: float) -> None:

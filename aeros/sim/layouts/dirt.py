@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from aeros.sim.world import Pose, Triple, of_frame
+from aeros.sim.geometry import Pose, Triple, of_frame
 
 CELL: Final = 0.01
 """Edge of a cell, m."""

@@ -1,0 +1,1 @@
+"""The kinematic plant: profiles followed exactly, things moved by geometry alone; no PyBullet."""

@@ -1,0 +1,104 @@
+"""A Panda that is exactly where its set points say, on the chain of its Denavit–Hartenberg parameters."""
+
+from __future__ import annotations
+
+from math import hypot
+from typing import Final
+
+from aeros.sim.geometry import Pose, Triple, plus, turned
+from aeros.sim.kinematic.chain import posture
+from aeros.sim.kinematic.things import Things
+from aeros.sim.limits import FINGER_GAP_MAX, FINGER_SPEED, Vector
+from aeros.sim.profile import TICK
+from aeros.sim.robot import Robot, RobotOptions, RobotState
+
+_BOTH_FINGERS: Final = 2.0 * FINGER_SPEED * TICK
+"""How far the gap between the fingers changes in a tick at most, m."""
+
+
+class KinematicRobot(Robot):
+    """Set points are reached in the tick after they are set; fingers stop at what is between them.
+
+    Torques are those that hold the load at the tool, Jᵀ·f; weight and inertia are not modelled.
+    """
+
+    def __init__(self, options: RobotOptions, things: Things) -> None:
+        super().__init__(options)
+        self._things = things
+        self._gap = self._width = FINGER_GAP_MAX
+        self._force = 0.0
+        self._finger_speed = 0.0
+        self._posture = posture(self.q_command.tolist())
+        self._state = self._sense()
+
+    def command(self, q: Vector, qd: Vector) -> None:
+        """Set the arm's set points, rad and rad/s, for the next tick."""
+        self.q_command, self.qd_command = q, qd
+
+    def command_base(self, xy: Vector, speed: Vector) -> None:
+        """Set the carriage's set points relative to its start, m and m/s, for the next tick."""
+        self.base_command, self.base_speed_command = xy, speed
+
+    def grip(self, width: float, force: float) -> None:
+        """Move the fingers to a gap of `width` (m), or until something is between them."""
+        self._width, self._force = width, force
+
+    def tick(self) -> None:
+        """Be where the set points are, fingers one tick nearer to their width, and what is held with them."""
+        self._posture = posture(self.q_command.tolist())
+        tool = self._tool_pose()
+        self._move_fingers(tool)
+        self._things.tick(tool, self._gap)
+        self._state = self._sense()
+
+    def sense(self) -> RobotState:
+        """Where the robot is, and how fast it moves."""
+        return self._state
+
+    def finger_forces(self) -> tuple[float, float]:
+        """The force asked for, on both fingers, where something is between them, N."""
+        force = self._force if self._things.is_held else 0.0
+        return force, force
+
+    def wrist_load(self) -> float:
+        """The force with which hand and load press on what is under them, N; no weight."""
+        return self._things.load
+
+    def _move_fingers(self, tool: Pose) -> None:
+        before = self._gap
+        if self._width > self._gap:
+            self._things.let_go()
+            self._gap = min(self._width, self._gap + _BOTH_FINGERS)
+        elif not self._things.is_held:
+            self._gap = max(self._width, self._gap - _BOTH_FINGERS)
+            width = self._things.width_between(tool)
+            if width is not None and self._gap <= width <= before:
+                self._gap = width
+                self._things.grip(tool)
+        self._finger_speed = abs(self._gap - before) / 2.0 / TICK
+
+    def _tool_pose(self) -> Pose:
+        return Pose(self._in_world(self._posture.place), turned(self._posture.yaw))
+
+    def _in_world(self, place: Triple) -> Triple:
+        x, y, z = self._base_start.tolist()
+        dx, dy = self.base_command.tolist()
+        return plus(place, (x + dx, y + dy, z))
+
+    def _sense(self) -> RobotState:
+        rates, motion, load = self.qd_command.tolist(), self._posture.motion, self._things.load
+        drive = (*self.base_speed_command.tolist(), 0.0)
+        speed = (
+            base + sum(rate * way[axis] for rate, way in zip(rates, motion, strict=True))
+            for axis, base in enumerate(drive)
+        )
+        return RobotState(
+            q=tuple(self.q_command.tolist()),
+            qd=tuple(rates),
+            torque=tuple(load * way[2] for way in motion),
+            tool_position=self._in_world(self._posture.place),
+            tool_speed=hypot(*speed),
+            finger_gap=self._gap,
+            finger_speed=self._finger_speed,
+            base_position=self._in_world((0.0, 0.0, 0.0)),
+        )

@@ -1,0 +1,35 @@
+"""A table and nothing on it, without physics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from aeros.sim.kinematic.things import Slab, Things, slab
+from aeros.sim.randomness import Chance
+from aeros.sim.robot import RobotOptions, RobotState
+
+TABLE: Final[Slab] = slab(0.4, 0.0, 0.0, 1.4, 1.6)
+"""The table's top (`aeros/sim/scenes/furniture.py`)."""
+
+
+class Bare:
+    """The Panda on its table: for trying motions."""
+
+    robot = RobotOptions()
+    cameras: tuple[str, ...] = ()
+
+    def lay(self, chance: Chance) -> Things:
+        """The table."""
+        return Things((), (TABLE,))
+
+    def tick(self) -> None:
+        """Nothing changes."""
+
+    def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
+        """Nothing is measured but the robot."""
+        return {}
+
+    def look(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
+        """There is no camera."""
+        raise KeyError(camera)

@@ -1,0 +1,163 @@
+"""A bench for making one dumpling, without physics: the held handle turns the lid, the lid folds the wrapper.
+
+The lid folds a wrapper that lies where it belongs, until the plate meets the filling; what presses on the
+handle then presses on the filling by the lever.  An open wrapper's plate falls to the side it leans to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import asin, atan2, cos, pi, sin
+from typing import Any, Final
+
+from aeros.sim.geometry import Pose, Triple, turned, yaw_of
+from aeros.sim.kinematic.scenes.bare import TABLE
+from aeros.sim.kinematic.things import STIFFNESS, Thing, Things, slab
+from aeros.sim.layouts.dumpling_bench import (
+    BELONGS,
+    FILLING,
+    HINGE_TO_PLATE,
+    PLATE_HALF,
+    POT,
+    POT_INNER,
+    PRESS,
+    SEALING_FORCE,
+    STAND,
+    STAND_RADIUS,
+    TRAY,
+    TRAY_EDGES,
+    Dumpling,
+    lay_bench,
+    measured_on_bench,
+)
+from aeros.sim.profile import TICK
+from aeros.sim.randomness import Chance
+from aeros.sim.robot import RobotOptions, RobotState
+
+LEVER: Final = 0.075
+"""From the press's hinge to its handle, m (models/press.urdf)."""
+
+LID_MAX: Final = 3.25
+"""Where the empty press's lid stops, rad (models/press.urdf)."""
+
+BED: Final = (0.024, -0.014, 0.042, 0.036)
+"""The bed under plate A: its middle along x and its top, from the hinge; its length and width, m."""
+
+HANDLE: Final = (0.009, 0.044)
+"""Radius and length of the handle, along y, m (models/press.urdf)."""
+
+GAP: Final = 0.016
+"""Between the plates of a wrapper folded by π, m (models/wrapper.urdf)."""
+
+
+@dataclass
+class Handle(Thing):
+    """The press's handle: moves on a circle about the hinge.
+
+    angle: of the lid, 0 open, towards -x; π closed.  stop: where the lid can go no further, rad.
+    pressed: force on the handle at the stop, N.
+    """
+
+    angle: float = field(default=0.0, init=False)
+    stop: float = field(default=LID_MAX, init=False)
+    pressed: float = field(default=0.0, init=False)
+
+    def follow(self, wanted: Pose, support: float) -> float:
+        """Turn the lid to where the fingers are about the hinge, as far as it goes."""
+        x, _, z = wanted.position
+        angle = atan2(z - PRESS[2], PRESS[0] - x)
+        angle += 2.0 * pi if angle < -pi / 2 else 0.0
+        self.angle = min(max(angle, 0.0), self.stop)
+        self.pose = Pose(_handle_at(self.angle), self.pose.orientation)
+        self.pressed = STIFFNESS * max(0.0, self.pose.position[2] - z) if angle > self.stop else 0.0
+        return self.pressed
+
+    def fall(self, support: float) -> None:
+        """The lid stays at its angle, by the friction of its hinge."""
+        self.pressed = 0.0
+
+
+def _handle_at(angle: float) -> Triple:
+    return (PRESS[0] - LEVER * cos(angle), PRESS[1], PRESS[2] + LEVER * sin(angle))
+
+
+class DumplingBench:
+    """The bench."""
+
+    robot = RobotOptions()
+    cameras: tuple[str, ...] = ()
+
+    def lay(self, chance: Chance) -> Things:
+        """Wrapper on its tray and filling on its stand, by chance; press and pot are fixed."""
+        laid = lay_bench(chance)
+        (length, width, half), (side, height) = PLATE_HALF, FILLING
+        self._wrapper = Thing(
+            laid.wrapper,
+            (-2.0 * HINGE_TO_PLATE - length, -width, -half),
+            (length, width, half),
+            half,
+            carries=slab(0.0, 0.0, half, 2.0 * length, 2.0 * width),
+        )
+        edge = side / 2
+        self._filling = Thing(laid.filling, (-edge, -edge, -height / 2), (edge, edge, height / 2), height / 2)
+        rod, reach = HANDLE[0], HANDLE[1] / 2
+        place = Pose(_handle_at(0.0), turned(0.0))
+        self._handle = Handle(place, (-rod, -reach, -rod), (rod, reach, rod), rod)
+        x, y = laid.tray.position[:2]
+        surfaces = (
+            TABLE,
+            slab(x, y, TRAY[2], *TRAY_EDGES, yaw_of(laid.tray.orientation)),
+            slab(laid.stand[0], laid.stand[1], STAND[2], 2.0 * STAND_RADIUS, 2.0 * STAND_RADIUS),
+            slab(PRESS[0] + BED[0], PRESS[1], PRESS[2] + BED[1], *BED[2:]),
+            slab(*POT, *POT_INNER[:2]),
+        )
+        self._things = Things((self._wrapper, self._filling, self._handle), surfaces)
+        self._fold = 0.0
+        self._sealed = False
+        self._in_pot_ticks = 0
+        return self._things
+
+    def tick(self) -> None:
+        """Fold what the lid moves, seal when fold, filling and force all pass, count dwell in the pot."""
+        dumpling = self._dumpling()
+        self._handle.stop = LID_MAX
+        if self._is_on_press(dumpling):
+            self._handle.stop = _closed(dumpling)
+            self._fold_by(self._handle.angle)
+        if self._press_force() > SEALING_FORCE and self._dumpling().is_closed:
+            self._sealed = True
+        if self._sealed and self._dumpling().is_in_pot:
+            self._in_pot_ticks += 1
+
+    def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
+        """See `measured_on_bench`."""
+        handle = self._handle.pose.position
+        return measured_on_bench(self._dumpling(), handle, self._press_force(), self._in_pot_ticks * TICK)
+
+    def look(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
+        """There is no camera: poses are measured."""
+        raise KeyError(camera)
+
+    def _fold_by(self, lid: float) -> None:
+        """The lid takes the plate along; behind it an open wrapper's plate falls to the side it leans to."""
+        if lid >= self._fold or (not self._sealed and self._fold < pi / 2):
+            self._fold = lid
+
+    def _press_force(self) -> float:
+        """The lid's force on the filling, N."""
+        touches = self._handle.stop < LID_MAX and self._dumpling().is_filled
+        return self._handle.pressed * LEVER / HINGE_TO_PLATE if touches else 0.0
+
+    def _is_on_press(self, dumpling: Dumpling) -> bool:
+        """Whether the wrapper lies where the lid folds it: its hinge within 8 mm of the press's, let go."""
+        near = all(abs(a - b) < 0.008 for a, b in zip(dumpling.hinge, BELONGS, strict=True))
+        return near and not self._things.holds(self._wrapper)
+
+    def _dumpling(self) -> Dumpling:
+        return Dumpling(self._wrapper.pose, self._fold, self._filling.pose.position, self._sealed)
+
+
+def _closed(dumpling: Dumpling) -> float:
+    """The fold at which plate B meets what is under it: the filling, or its own stop at π."""
+    return pi - asin((FILLING[1] - GAP) / HINGE_TO_PLATE) if dumpling.is_filled else pi

@@ -1,0 +1,64 @@
+"""A room to fetch something in, without physics: a camera gives the can's place where it is in the picture.
+
+Not modelled: what hides the can from a camera, the arm among it; errors of a detection.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from aeros.sim.geometry import Pose, in_view, plus, turned
+from aeros.sim.kinematic.things import Round, Thing, Things, slab
+from aeros.sim.layouts.fetch import (
+    AT_REST,
+    CAMERAS,
+    CAN,
+    DECOY,
+    ROBOT,
+    STAND,
+    Felt,
+    camera_at,
+    lay_room,
+    measured_in_room,
+)
+from aeros.sim.randomness import Chance
+from aeros.sim.robot import RobotState
+
+
+class Fetch:
+    """The room."""
+
+    robot = ROBOT
+    cameras = CAMERAS
+
+    def lay(self, chance: Chance) -> Things:
+        """Can and decoy on their stand, and the stand to deliver to, by chance."""
+        laid = lay_room(chance)
+        self._station, self._delivery = laid.station, laid.delivery
+        self._seen_at: float | None = None
+        (radius, height), (x, y, z) = CAN, (edge / 2 for edge in DECOY)
+        low, high = (-radius, -radius, -height / 2), (radius, radius, height / 2)
+        self._can = Round(Pose(laid.can, turned(0.0)), low, high, height / 2)
+        decoy = Thing(Pose(laid.decoy, turned(0.0)), (-x, -y, -z), (x, y, z), z)
+        stands = [slab(stand[0], stand[1], STAND[2], *STAND[:2]) for stand in laid.stands]
+        self._things = Things((self._can, decoy), (slab(1.0, 0.0, 0.0, 6.0, 6.0), *stands))
+        return self._things
+
+    def tick(self) -> None:
+        """Nothing changes but by motion."""
+
+    def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
+        """See `measured_in_room`."""
+        age = None if self._seen_at is None else time - self._seen_at
+        fingers = 2 if self._things.holds(self._can) else 0
+        felt = Felt(self._can.pose.position, self._can.speed < AT_REST, fingers)
+        return measured_in_room(self._station, self._delivery, state.base_position, felt, age)
+
+    def look(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
+        """Where the can's middle is, if the middle of its top is in the picture."""
+        middle = self._can.pose.position
+        eye = camera_at(camera, state.base_position, state.tool_position, yaw)
+        seen = in_view(eye, plus(middle, (0.0, 0.0, CAN[1] / 2)))
+        self._seen_at = time if seen else None
+        return {"object_position": middle} if seen else {}

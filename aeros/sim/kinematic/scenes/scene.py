@@ -1,0 +1,33 @@
+"""What a scene is without physics: things laid out by chance, and what is measured of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+from aeros.sim.kinematic.things import Things
+from aeros.sim.randomness import Chance
+from aeros.sim.robot import RobotOptions, RobotState
+
+
+class KinematicScene(Protocol):
+    """One task's surroundings.
+
+    robot: how the robot is built for it.
+    cameras: those that `look` knows.
+    """
+
+    robot: RobotOptions
+    cameras: tuple[str, ...]
+
+    def lay(self, chance: Chance) -> Things:
+        """The things, where `chance` wants them; called once, before the first tick."""
+
+    def tick(self) -> None:
+        """Note what happened in the last tick."""
+
+    def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
+        """Poses and predicates by vocabulary name, SI, measured now."""
+
+    def look(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
+        """What `camera` detects now, the tool at `yaw`, by vocabulary name."""

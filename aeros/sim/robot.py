@@ -1,0 +1,165 @@
+"""A Panda as motions see it: set points in, measured values out, whatever makes the one the other.
+
+Frames: W the world, B the arm's base, T the tool centre point.
+"""
+
+# Frames live in names (p_WT, R_BT, J): house style (b).
+# ruff: noqa: N806
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from aeros.sim.geometry import Triple
+from aeros.sim.kinematics import READY, forward
+from aeros.sim.limits import QDD_MAX, Vector
+from aeros.sim.profile import TICK
+
+BASE_ACCELERATION_MAX: Final = 1.0
+"""Greatest acceleration of the carriage, m/s²: the arm neither slips nor tips a real base of this mass."""
+
+_STOP_SHARE: Final = 0.9
+"""Share of the acceleration limits a protective stop uses."""
+
+PARTS: Final = frozenset(("arm", "base"))
+"""What has to be brought to rest; the fingers keep their grip."""
+
+HOLDING_FORCE: Final = 0.3
+"""Force on both fingers above which something is held, N."""
+
+
+@dataclass(frozen=True, slots=True)
+class RobotOptions:
+    """How a robot is built.
+
+    carriage: stands on a carriage that drives along x and y of W, else fixed.
+    base: where the arm's base frame B starts in W, m; z is its height for good.
+    posture: joint positions at the start, rad.
+    finger_friction: Coulomb coefficient of the finger pads.
+    """
+
+    carriage: bool = False
+    base: Triple = (0.0, 0.0, 0.0)
+    posture: tuple[float, ...] = tuple(float(q) for q in READY)
+    finger_friction: float = 1.0
+
+
+class RobotState(NamedTuple):
+    """What the robot's own sensors read after a tick, SI, positions in W."""
+
+    q: tuple[float, ...]
+    qd: tuple[float, ...]
+    torque: tuple[float, ...]
+    tool_position: Triple
+    tool_speed: float
+    finger_gap: float
+    finger_speed: float
+    base_position: Triple
+
+
+class Robot(ABC):
+    """The robot.  `q_command` and `qd_command` are the set points its motors follow now."""
+
+    def __init__(self, options: RobotOptions) -> None:
+        self.has_carriage = options.carriage
+        self._base_start = np.array(options.base)
+        self.q_command: Vector = np.array(options.posture, dtype=np.float64)
+        self.qd_command: Vector = np.zeros(7)
+        self.base_command: Vector = np.zeros(2)
+        self.base_speed_command: Vector = np.zeros(2)
+
+    # Motors.
+
+    @abstractmethod
+    def command(self, q: Vector, qd: Vector) -> None:
+        """Set the arm motors' set points, rad and rad/s, for the next tick."""
+
+    @abstractmethod
+    def command_base(self, xy: Vector, speed: Vector) -> None:
+        """Set the carriage's set points relative to its start, m and m/s, for the next tick."""
+
+    @abstractmethod
+    def grip(self, width: float, force: float) -> None:
+        """Drive the fingers to a gap of `width` (m) with at most `force` (N) on each."""
+
+    def hold(self) -> None:
+        """Keep the commanded position, at rest."""
+        self.hold_arm()
+        self.hold_base()
+
+    def hold_arm(self) -> None:
+        """Keep the arm's commanded position, at rest."""
+        self.command(self.q_command, np.zeros(7))
+
+    def hold_base(self) -> None:
+        """Keep the carriage's commanded position, at rest."""
+        if self.has_carriage:
+            self.command_base(self.base_command, np.zeros(2))
+
+    def yield_here(self) -> None:
+        """Take the measured joint positions for set points: stop pushing against what holds the arm."""
+        self.q_command = np.array(self.sense().q)
+        self.hold()
+
+    def stopping(self, parts: Collection[str] = PARTS) -> Iterator[None]:
+        """Bring those of arm and carriage to rest, all joints together, one tick per item, then hold.
+
+        q(t) = q₀ + q̇₀·t·(1 − t/2T), T the shortest time that keeps every joint inside its limit.
+        """
+        q, qd = self.q_command, self.qd_command
+        xy, speed = self.base_command, self.base_speed_command
+        arm_time = float((np.abs(qd) / (QDD_MAX * _STOP_SHARE)).max()) if "arm" in parts else 0.0
+        base_time = float(np.abs(speed).max()) / BASE_ACCELERATION_MAX if "base" in parts else 0.0
+        ticks = int(np.ceil(max(arm_time, base_time) / TICK))
+        for tick in range(1, ticks + 1):
+            arm, base = min(tick * TICK, arm_time), min(tick * TICK, base_time)
+            if arm_time > 0.0:
+                share = 1.0 - arm / arm_time
+                self.command(q + qd * arm * (1.0 + share) / 2.0, qd * share)
+            if self.has_carriage and base_time > 0.0:
+                share = 1.0 - base / base_time
+                self.command_base(xy + speed * base * (1.0 + share) / 2.0, speed * share)
+            yield
+        if "arm" in parts:
+            self.hold_arm()
+        if "base" in parts:
+            self.hold_base()
+
+    # Sensors.
+
+    @abstractmethod
+    def sense(self) -> RobotState:
+        """Joint encoders and torques, and the tool's pose and speed, after the last tick."""
+
+    @abstractmethod
+    def finger_forces(self) -> tuple[float, float]:
+        """Normal contact force on each finger, N: what tactile pads would read."""
+
+    @abstractmethod
+    def wrist_load(self) -> float:
+        """Vertical force in W that the hand and what it touches exert on the wrist, N, up positive.
+
+        Compare with a reading taken before contact: it may include the weight of hand and load.
+        """
+
+    @property
+    def base_origin(self) -> Vector:
+        """Where in W the carriage's set points count from: x and y, m."""
+        return self._base_start[:2]
+
+    def tool_command(self) -> tuple[Vector, float]:
+        """The pose the arm is commanded to: tool position in B, m, and yaw, rad in (-π, π]."""
+        p_BT, R_BT, _ = forward(self.q_command[None, :])
+        return p_BT[0], float(np.arctan2(R_BT[0, 1, 0], R_BT[0, 0, 0]))
+
+    def tracking_error(self, state: RobotState) -> float:
+        """Largest distance of a joint from its set point, rad."""
+        return float(np.abs(self.q_command - np.array(state.q)).max())
+
+    def is_holding(self) -> bool:
+        """Whether both fingers press on something."""
+        return min(self.finger_forces()) > HOLDING_FORCE

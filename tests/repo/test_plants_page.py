@@ -1,0 +1,36 @@
+"""docs/plants.md is carried out: its programs, each named in its first line, and its commands, in order."""
+
+from __future__ import annotations
+
+import inspect
+import re
+import shutil
+from pathlib import Path
+
+from aeros.sim.conformance.suite import CHECKS
+from tests.repo.shown import COMMAND, carry_out
+from tests.repo.tree import ROOT, check_generated, text_of
+
+_PAGE = text_of("docs/plants.md")
+_BLOCK = re.compile(r"^```(python|console)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def test_the_page_does_what_it_says(tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "ecms", tmp_path / "ecms")
+    commands = 0
+    for kind, block in _BLOCK.findall(_PAGE):
+        if kind == "python":
+            name = block.partition("\n")[0].removeprefix("# ")
+            (tmp_path / name).write_text(block, encoding="utf-8")
+            continue
+        for command, shown in COMMAND.findall(block):
+            carry_out(command, shown, tmp_path)
+            commands += 1
+    assert commands == 2
+
+
+def test_the_page_lists_every_promise_that_is_checked() -> None:
+    rows = "| check | what it holds a plant to |\n|---|---|\n"
+    for check in CHECKS:
+        rows += f"| `{check.__name__}` | {(inspect.getdoc(check) or '').splitlines()[0]} |\n"
+    check_generated("docs/plants.md", "promises", rows)

@@ -1,0 +1,299 @@
+"""Twins of the kinematic plant, each of which breaks one promise of its port."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import replace
+from typing import Any, Final
+
+import numpy as np
+
+from aeros.runtime.ports import Completion, Monitor, Motion, Plan, Reading, Readings, Trajectory
+from aeros.sim.kinematic.plant import KinematicPlant
+from aeros.sim.kinematic.scenes.bare import Bare
+from aeros.sim.profile import TICK
+from aeros.skill import Action
+
+
+class Twin(KinematicPlant):
+    """The plant as it should be."""
+
+    def __init__(self) -> None:
+        super().__init__(Bare(), 0)
+
+    def creep(self, joints: float = 1e-3) -> None:
+        """Move the arm a little, though nobody asked for it."""
+        self._robot.command(self._robot.q_command + joints, np.zeros(7))
+        self._arm.tick()
+        self._state = self._robot.sense()
+
+
+class ClockThatIsSetBack(Twin):
+    """After a while its clock is set back, as at the end of summer."""
+
+    def now(self) -> float:
+        return super().now() - (0.1 if super().now() > 0.2 else 0.0)
+
+
+class ReadingsOfTheFuture(Twin):
+    def observe(self) -> Readings:
+        return {name: Reading(one.value, one.time + TICK) for name, one in super().observe().items()}
+
+
+class ReadingsThatAreNeverTakenAnew(Twin):
+    def observe(self) -> Readings:
+        return {name: Reading(one.value, 0.0) for name, one in super().observe().items()}
+
+
+class ReadingsThatAreNumPys(Twin):
+    def observe(self) -> Readings:
+        readings = super().observe()
+        gap = readings["finger_gap"]
+        return {**readings, "finger_gap": Reading(np.float64(gap.value), gap.time)}
+
+
+class PlanThatMoves(Twin):
+    def plan(self, action: Action) -> Plan:
+        self.creep()
+        return super().plan(action)
+
+
+class PlanThatSees(Twin):
+    """What a plan would look at is seen already."""
+
+    planned = False
+
+    def plan(self, action: Action) -> Plan:
+        self.planned = True
+        return super().plan(action)
+
+    def observe(self) -> Readings:
+        return {**super().observe(), "object_detected": Reading(self.planned, self.now())}
+
+
+class PlanFromElsewhere(Twin):
+    def plan(self, action: Action) -> Plan:
+        plan = super().plan(action)
+        if not isinstance(plan, Trajectory):
+            return plan
+        moved = tuple(tuple(tuple(q + 0.01 for q in corner) for corner in piece) for piece in plan.paths[0])
+        return replace(plan, paths=(moved,))  # type: ignore[arg-type]
+
+
+class BeginThatMoves(Twin):
+    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+        begun = super().begin(action, decided)
+        self.creep()
+        return begun
+
+
+class StalePlansAreTaken(Twin):
+    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+        begun = super().begin(action, decided)
+        return super().begin(action) if isinstance(begun, Completion) and decided is not None else begun
+
+
+class BadInputRaises(Twin):
+    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+        sum(action.parameters.values(), start=0.0) if action.kind == "wait" else None
+        return super().begin(action, decided)
+
+
+class BadInputIsRefusedWithoutAReason(Twin):
+    def plan(self, action: Action) -> Plan:
+        plan = super().plan(action)
+        return Completion(False) if isinstance(plan, Completion) else plan
+
+
+class UnknownParametersAreIgnored(Twin):
+    def plan(self, action: Action) -> Plan:
+        known = {name: value for name, value in action.parameters.items() if name != "no_such_parameter"}
+        return super().plan(Action(action.kind, known))
+
+
+class MonitorLooksAtEverySecondTick(Twin):
+    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+        looks = 0
+
+        def second(now: float, values: Mapping[str, Any]) -> str | None:
+            nonlocal looks
+            looks += 1
+            return monitor(now, values) if looks % 2 else None
+
+        return super().advance(second, until)
+
+
+class MonitorNeverLooksBefore(Twin):
+    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+        start = self.now()
+        return super().advance(lambda now, values: monitor(now, values) if now > start else None, until)
+
+
+class AnotherWayThanDecided(Twin):
+    """At its ends it is where it should be; in between it makes a detour."""
+
+    def _fast_values(self) -> dict[str, Any]:
+        values = super()._fast_values()
+        speed = np.array(values["joint_velocity"])
+        values["joint_position"] = tuple((np.array(values["joint_position"]) + 0.01 * speed).tolist())
+        return values
+
+
+class FasterThanDecided(Twin):
+    """It is where it should be at every second tick, and makes the way of two ticks in one."""
+
+    last: tuple[float, ...] = ()
+
+    def _fast_values(self) -> dict[str, Any]:
+        values = super()._fast_values()
+        if self._ticks % 2 and self._all():
+            values["joint_position"] = self.last
+        self.last = values["joint_position"]
+        return values
+
+
+class UntilIsPassed(Twin):
+    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+        return super().advance(monitor, until + 0.05)
+
+
+class UntilIsCutShort(Twin):
+    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+        return super().advance(monitor, until - 0.05)
+
+
+class MotionsShareANumber(Twin):
+    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+        self._begun = 0
+        return super().begin(action, decided)
+
+
+class CompletedWithAReason(Twin):
+    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+        over = super().advance(monitor, until)
+        return {one: replace(how, reason=how.reason or "all went well") for one, how in over.items()}
+
+
+class SkillsThatMove(Twin):
+    def skill_ended(self, skill: str, *, finished: bool) -> None:
+        self.creep()
+
+
+class RulesAreHeededATickLater(Twin):
+    """What is named is heeded once it is named twice."""
+
+    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+        before: str | None = None
+
+        def late(now: float, values: Mapping[str, Any]) -> str | None:
+            nonlocal before
+            heeded, before = before, monitor(now, values)
+            return heeded
+
+        return super().advance(late, until)
+
+
+class RulesEndOneMotion(Twin):
+    """A rule ends the first motion alone; what is said of the others is kept back."""
+
+    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+        over = super().advance(monitor, until)
+        return {min(over): over[min(over)]} if over else over
+
+
+class RulesLetEverythingCoast(Twin):
+    """A rule ends everything, a fifth of a second later."""
+
+    def _stopped(self, why: str) -> dict[Motion, Completion]:
+        for _ in range(48):
+            self._set_motors()
+            self._tick(stopping=True)
+        return super()._stopped(why)
+
+
+class RestIsInstant(Twin):
+    """Coming to rest heeds no limit: the arm stands at once."""
+
+    def _coming_to_rest(self, parts: Collection[str]) -> Iterator[None]:
+        self._robot.hold()
+        yield
+
+
+class HaltsEndEverything(Twin):
+    def halt(self, motion: Motion) -> None:
+        for one in self._under_way:
+            super().halt(one)
+
+
+class HaltsInsideAreRefused(Twin):
+    looking = False
+
+    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+        self.looking = True
+        try:
+            return super().advance(monitor, until)
+        finally:
+            self.looking = False
+
+    def halt(self, motion: Motion) -> None:
+        if self.looking:
+            raise RuntimeError("not now")
+        super().halt(motion)
+
+
+class StopForgetsWhatWaits(Twin):
+    """`stop` brings the robot to rest, and motions that moved nothing go on."""
+
+    def stop(self) -> None:
+        waiting = {motion: one for motion, one in self._under_way.items() if not one.moves}
+        super().stop()
+        self._under_way.update(waiting)
+
+
+class ClosingTwiceRaises(Twin):
+    closed = False
+
+    def close(self) -> None:
+        if self.closed:
+            raise RuntimeError("closed already")
+        self.closed = True
+
+
+BROKEN: Final[Mapping[str, tuple[type[Twin], ...]]] = {
+    "the_clock_never_goes_back": (ClockThatIsSetBack,),
+    "no_reading_is_of_the_future_and_each_is_taken_anew": (
+        ReadingsOfTheFuture,
+        ReadingsThatAreNeverTakenAnew,
+    ),
+    "readings_are_of_the_types_that_the_port_has": (ReadingsThatAreNumPys,),
+    "planning_moves_nothing": (PlanThatMoves, PlanThatSees),
+    "a_planned_motion_begins_where_the_robot_is": (PlanFromElsewhere,),
+    "nothing_moves_before_time_goes_on": (BeginThatMoves,),
+    "a_stale_plan_is_refused": (StalePlansAreTaken,),
+    "bad_input_is_refused_with_a_reason_before_any_motion": (
+        BadInputRaises,
+        BadInputIsRefusedWithoutAReason,
+        UnknownParametersAreIgnored,
+    ),
+    "the_monitor_looks_before_the_first_tick_and_after_each": (
+        MonitorLooksAtEverySecondTick,
+        MonitorNeverLooksBefore,
+    ),
+    "the_motion_made_is_the_one_decided": (AnotherWayThanDecided,),
+    "no_speed_is_higher_than_decided": (FasterThanDecided,),
+    "nothing_passes_until": (UntilIsPassed, UntilIsCutShort),
+    "each_motion_has_its_own_number_and_ends_once": (MotionsShareANumber, CompletedWithAReason),
+    "skills_that_come_and_go_move_nothing": (SkillsThatMove,),
+    "a_rule_named_at_once_keeps_everything_where_it_is": (RulesAreHeededATickLater, MonitorNeverLooksBefore),
+    "a_named_rule_ends_everything_within_one_tick": (
+        RulesAreHeededATickLater,
+        RulesEndOneMotion,
+        RulesLetEverythingCoast,
+        RestIsInstant,
+    ),
+    "a_halted_motion_comes_to_rest_while_others_go_on": (HaltsEndEverything, RestIsInstant),
+    "the_monitor_may_halt_a_motion": (HaltsInsideAreRefused, HaltsEndEverything),
+    "stop_ends_everything": (StopForgetsWhatWaits, RestIsInstant),
+    "closing_twice_is_closing_once": (ClosingTwiceRaises,),
+}
+"""Twins by the name of the check that is to refuse them."""

@@ -1,0 +1,110 @@
+"""Our own plants as subjects of the conformance suite, with what each states of itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from typing import Final
+
+from aeros.runtime.bus.feed import Feed
+from aeros.runtime.bus.in_process import InProcessBus
+from aeros.runtime.bus.watched_plant import WatchedPlant
+from aeros.runtime.ports import Plant
+from aeros.sim.conformance.suite import Subject
+from aeros.sim.kinematic.plant import make_plant as make_kinematic
+from aeros.sim.limits import QDD_MAX
+from aeros.sim.symbolic import SymbolicPlant
+from aeros.skill import act
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_ecm, load_site
+from aeros.spec.model import Ecm, Site
+from tests.repo.tree import ROOT
+
+REACH: Final = act("move_tool", target=(0.5, -0.35, 0.25), yaw=0.5, speed=0.5)
+"""From where the arm begins, about a second; two joints then move at about 1 rad/s."""
+
+DRIVE: Final = act("move_base", x=-0.5, y=0.3, speed=0.5)
+"""Two seconds."""
+
+LOOK_AND_WAIT: Final = act("wait", duration=6.0)
+
+
+@cache
+def _site() -> Site:
+    site = load_site(reference_site(), Diagnostics())
+    assert site is not None
+    return site
+
+
+@cache
+def _modules() -> dict[str, Ecm]:
+    loaded = load_ecm(ROOT / "ecms" / "make_dumplings", _site(), Diagnostics())
+    assert loaded is not None
+    return {loaded.ecm.id: loaded.ecm}
+
+
+def _physics(scene: str) -> Callable[[], Plant]:
+    def make() -> Plant:
+        # PyBullet is imported only where it is asked for.
+        from aeros.sim.physics import make_plant
+
+        return make_plant(scene, 0)
+
+    return make
+
+
+def _watched() -> Plant:
+    return WatchedPlant(make_kinematic("bare", 0), Feed(InProcessBus(), _site()))
+
+
+KINEMATIC: Final = Subject(
+    make=lambda: make_kinematic("bare", 0),
+    moving=REACH,
+    beside=LOOK_AND_WAIT,
+    follows_within=1e-9,
+    overshoots=1e-6,
+    deceleration=tuple(QDD_MAX.tolist()),
+    # The greatest speed that a profile has, half of 2.175 rad/s, over 0.9 of 7.5 rad/s².
+    stops_within=0.17,
+    noise=1e-9,
+    skill="make_dumplings.boil",
+)
+
+SUBJECTS: Final = {
+    "symbolic": replace(
+        KINEMATIC,
+        make=lambda: SymbolicPlant(_site(), _modules(), 0),
+        period=None,
+        deceleration=(),
+        stops_within=0.0,
+    ),
+    "kinematic": KINEMATIC,
+    "kinematic on its carriage": replace(
+        KINEMATIC,
+        make=lambda: make_kinematic("fetch", 0),
+        moving=DRIVE,
+        # 0.5 m/s over 1 m/s²; the joints do not move.
+        stops_within=0.5,
+        deceleration=(),
+    ),
+    "watched": replace(KINEMATIC, make=_watched),
+}
+
+_MOTORS: Final = replace(
+    KINEMATIC,
+    make=_physics("bare"),
+    follows_within=0.006,
+    overshoots=0.02,
+    # Until the joints are at rest and not the set points alone: `motions.SETTLE_TICKS`.
+    stops_within=0.17 + 0.25,
+    noise=1e-3,
+)
+
+PHYSICAL: Final = {
+    "physics": _MOTORS,
+    "physics on its carriage": replace(
+        _MOTORS, make=_physics("fetch"), moving=DRIVE, stops_within=0.5 + 0.25, deceleration=()
+    ),
+}

@@ -1,0 +1,263 @@
+"""The kinematic plant: the three modules' skills succeed on it unchanged, and geometry alone decides."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
+from math import cos, dist, inf, pi, sin
+from typing import Any
+
+import numpy as np
+import pytest
+
+from aeros.runtime.ports import Plant, Trajectory
+from aeros.sim.geometry import Pose, turned
+from aeros.sim.kinematic.chain import posture
+from aeros.sim.kinematic.plant import KinematicPlant, make_plant
+from aeros.sim.kinematic.scenes import SCENES
+from aeros.sim.kinematic.scenes.bare import Bare
+from aeros.sim.kinematic.things import Round, Thing, Things, slab
+from aeros.sim.kinematics import forward
+from aeros.sim.limits import Q_MAX, Q_MIN
+from aeros.sim.profile import TICK
+from aeros.sim.randomness import Chance
+from aeros.skill import Action, act
+from tests.unit.sim.acting import allow, execute, recording
+
+RunSkill = Callable[..., str | None]
+
+TASKS = (
+    ("make_dumplings", "dumpling_bench", ("prepare", "wrap", "boil"), "dumpling_cooked"),
+    ("clean_table", "table", ("wipe", "organize"), "table_organized"),
+    ("fetch_object", "fetch", ("navigate", "detect", "grasp", "deliver"), "object_delivered"),
+)
+
+
+class CubeOnBlock(Bare):
+    """A 4 cm cube on a block, and a wider plate on the cube."""
+
+    def lay(self, chance: Chance) -> Things:
+        half = 0.02
+        top = slab(0.0, 0.0, half, 0.04, 0.04)
+        self.cube = Thing(Pose((0.5, 0.1, 0.08), turned(0.0)), (-half,) * 3, (half,) * 3, half, carries=top)
+        self.lid = Thing(Pose((0.5, 0.1, 0.2), turned(0.0)), (-0.1, -0.1, -0.005), (0.1, 0.1, 0.005), 0.005)
+        return Things((self.cube, self.lid), (slab(0.4, 0.0, 0.0, 1.4, 1.6), slab(0.5, 0.1, 0.05, 0.1, 0.03)))
+
+    def measure(self, state: object, time: float) -> Mapping[str, Any]:
+        return {"cube": self.cube.pose.position, "lid": self.lid.pose.position}
+
+
+def observed(plant: Plant) -> dict[str, Any]:
+    return {name: reading.value for name, reading in plant.observe().items()}
+
+
+def move(x: float, y: float, z: float, yaw: float = 0.0, speed: float = 0.25) -> Action:
+    return act("move_tool", target=(x, y, z), yaw=yaw, speed=speed)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize(("ecm", "scene", "skills", "goal"), TASKS, ids=[task[0] for task in TASKS])
+def test_the_skills_of_each_module_reach_its_goal(
+    ecm: str, scene: str, skills: tuple[str, ...], goal: str, seed: int, run_skill: RunSkill
+) -> None:
+    plant = make_plant(scene, seed)
+    assert not observed(plant)[goal]
+    for skill in skills:
+        assert run_skill(plant, ecm, skill) is None
+    assert observed(plant)[goal]
+
+
+def test_a_dumpling_moved_on_the_press_takes_its_filling_along(run_skill: RunSkill) -> None:
+    plant = make_plant("dumpling_bench", 0)
+    for skill in ("prepare", "recover"):
+        assert run_skill(plant, "make_dumplings", skill) is None
+        assert observed(plant)["filling_on_workspace"]
+        assert observed(plant)["wrapper_aligned"]
+
+
+def test_a_wrapper_without_its_filling_is_folded_but_never_wrapped(run_skill: RunSkill) -> None:
+    plant = make_plant("dumpling_bench", 0)
+    # Ten actions past those that lay the wrapper out: the filling stays on its stand.
+    assert run_skill(plant, "make_dumplings", "prepare", actions=11) is None
+    assert observed(plant)["wrapper_aligned"]
+    assert run_skill(plant, "make_dumplings", "wrap") is None
+    after = observed(plant)
+    assert after["wrapper_fold"] == pytest.approx(pi)
+    assert not after["dumpling_wrapped"]
+
+
+def test_wiping_without_a_sponge_in_the_hand_wipes_nothing() -> None:
+    plant = make_plant("table", 0)
+    for action in (
+        act("grip", width=0.0, force=10.0),
+        move(0.5, 0.1, 0.02),
+        act("slide", target=(0.5, -0.1, 0.0), force=4.0, speed=0.1),
+    ):
+        assert execute(plant, action, allow, inf).completed
+    assert observed(plant)["wiped_fraction"] == 0.0
+
+
+def test_what_is_gripped_moves_with_the_tool_and_what_is_let_go_falls_and_stays() -> None:
+    plant = KinematicPlant(CubeOnBlock(), 0)
+    assert observed(plant)["cube"] == pytest.approx((0.5, 0.1, 0.07))
+    assert observed(plant)["lid"] == pytest.approx((0.5, 0.1, 0.095))
+    for action in (move(0.5, 0.1, 0.15), move(0.5, 0.1, 0.07), act("grip", width=0.03, force=8.0)):
+        assert execute(plant, action, allow, inf).completed
+    held = observed(plant)
+    assert held["holding"]
+    assert held["finger_gap"] == pytest.approx(0.04)
+    assert held["grip_force"] == 8.0
+    assert execute(plant, move(0.4, -0.2, 0.3, yaw=1.0), allow, inf).completed
+    carried = observed(plant)
+    assert carried["cube"] == pytest.approx(carried["tool_position"], abs=1e-6)
+    assert carried["lid"][2] - carried["cube"][2] == pytest.approx(0.025)
+    assert execute(plant, act("grip", width=0.08, force=8.0), allow, inf).completed
+    fallen = observed(plant)
+    assert not fallen["holding"]
+    assert fallen["cube"] == pytest.approx((0.4, -0.2, 0.02), abs=1e-4)
+    assert fallen["lid"][2] == pytest.approx(0.045)
+    assert execute(plant, move(0.5, 0.2, 0.3), allow, inf).completed
+    assert observed(plant)["cube"] == fallen["cube"]
+
+
+def test_fingers_that_close_beside_a_thing_hold_nothing() -> None:
+    plant = KinematicPlant(CubeOnBlock(), 0)
+    for action in (move(0.5, 0.2, 0.15), move(0.5, 0.16, 0.07), act("grip", width=0.03, force=8.0)):
+        assert execute(plant, action, allow, inf).completed
+    assert not observed(plant)["holding"]
+    assert observed(plant)["finger_gap"] == pytest.approx(0.03)
+
+
+def test_a_box_turned_in_the_fingers_is_wider_and_a_round_thing_is_not() -> None:
+    tool = Pose((0.0, 0.0, 0.0), turned(0.0))
+    corners = (-0.03, -0.02, -0.02), (0.03, 0.02, 0.02)
+    assert Thing(tool, *corners, 0.02).width_between(tool) == pytest.approx(0.04)
+    for yaw in (0.3, -0.3, pi / 2):
+        box = Thing(Pose((0.0, 0.0, 0.0), turned(yaw)), *corners, 0.02)
+        assert box.width_between(tool) == pytest.approx(0.04 * cos(yaw) + 0.06 * abs(sin(yaw)))
+        can = Round(Pose((0.0, 0.0, 0.0), turned(yaw)), (-0.02, -0.02, -0.02), (0.02, 0.02, 0.02), 0.02)
+        assert can.width_between(tool) == pytest.approx(0.04)
+
+
+def test_the_arm_is_on_the_decided_path_at_every_tick() -> None:
+    plant = make_plant("bare", 0)
+    action = move(0.5, 0.2, 0.1, yaw=0.5)
+    plan = plant.plan(action)
+    assert isinstance(plan, Trajectory)
+    log: list[Mapping[str, Any]] = []
+    assert execute(plant, action, recording(log), inf, plan).completed
+    q = np.array([values["joint_position"] for values in log])
+    knots = np.array([piece[0] for piece in plan.paths[0]] + [plan.paths[0][-1][3]])
+    away = np.abs(q[:, None, :] - knots[None, :, :]).max(axis=2)
+    # Each knot of the path is passed, the last to the last digit; what is between is on the path by
+    # the conformance suite.
+    assert away.min(axis=0).max() < 0.01
+    assert q[-1] == pytest.approx(knots[-1], abs=1e-12)
+
+
+def test_a_hand_driven_into_the_table_is_blocked_and_can_rise_again() -> None:
+    plant = make_plant("bare", 0)
+    assert execute(plant, move(0.5, 0.0, 0.05), allow, inf).completed
+    ended = execute(plant, move(0.5, 0.0, -0.05), allow, inf)
+    assert str(ended.reason).startswith("blocked: the hand presses down with 1")
+    assert execute(plant, move(0.5, 0.0, 0.2), allow, inf).completed
+
+
+def test_a_slide_holds_the_asked_force_and_the_torques_are_those_that_hold_it() -> None:
+    plant = make_plant("bare", 0)
+    for action in (act("grip", width=0.0, force=10.0), move(0.5, 0.0, 0.013, speed=0.1)):
+        assert execute(plant, action, allow, inf).completed
+    loads: list[float] = []
+    torques: list[float] = []
+
+    def monitor(now: float, values: Mapping[str, Any]) -> str | None:
+        loads.append(plant._robot.wrist_load())
+        torques.append(max(map(abs, values["joint_torque"])))
+        return None
+
+    slide = act("slide", target=(0.5, 0.1, 0.0), force=6.0, speed=0.1)
+    assert execute(plant, slide, monitor, inf).completed
+    assert loads[-1] == pytest.approx(6.0, abs=0.5)
+    assert max(loads) < 9.0
+    # The shoulder's lever to the tool is 0.5 m at most.
+    assert 2.0 < torques[-1] < 0.6 * 6.0
+
+
+def test_a_camera_sees_the_can_where_it_is_in_the_picture_and_only_there(run_skill: RunSkill) -> None:
+    plant = make_plant("fetch", 0)
+    execute(plant, act("look", camera="mast"), allow, inf)
+    assert "object_position" not in observed(plant)
+    assert not observed(plant)["object_detected"]
+    assert run_skill(plant, "fetch_object", "navigate") is None
+    execute(plant, act("look", camera="mast"), allow, inf)
+    assert observed(plant)["object_detected"]
+    assert execute(plant, act("look", camera="roof"), allow, inf).reason == "unknown camera: `roof`"
+
+
+def test_planning_a_look_sees_nothing() -> None:
+    plant = make_plant("fetch", 0)
+    before = observed(plant)
+    plant.plan(act("look", camera="mast"))
+    assert observed(plant) == before
+
+
+def test_the_same_seed_repeats_and_another_does_not(run_skill: RunSkill) -> None:
+    def after(seed: int) -> dict[str, Any]:
+        plant = make_plant("table", seed)
+        assert run_skill(plant, "clean_table", "wipe", actions=8) is None
+        return observed(plant)
+
+    assert after(3) == after(3)
+    assert after(3) != after(4)
+
+
+def test_the_chain_of_one_posture_is_the_chain_of_many() -> None:
+    postures = Q_MIN + np.random.default_rng(5).uniform(size=(50, 7)) * (Q_MAX - Q_MIN)
+    places, rotations, jacobians = forward(postures)
+    for q, place, rotation, jacobian in zip(postures, places, rotations, jacobians, strict=True):
+        found = posture(q.tolist())
+        assert found.place == pytest.approx(place, abs=1e-12)
+        assert pytest.approx(jacobian[:3], abs=1e-12) == np.array(found.motion).T
+        turn = np.arctan2(rotation[1, 0], rotation[0, 0])
+        assert (cos(found.yaw), sin(found.yaw)) == pytest.approx((cos(turn), sin(turn)), abs=1e-12)
+
+
+def test_tool_speed_is_the_rate_at_which_the_tool_moves() -> None:
+    plant = make_plant("fetch", 0)
+    log: list[Mapping[str, Any]] = []
+    for action in (move(0.5, 0.2, 0.6), act("move_base", x=0.3, y=-0.2, speed=0.4)):
+        assert execute(plant, action, recording(log), inf).completed
+    speeds = [values["tool_speed"] for values in log]
+    places = [values["tool_position"] for values in log]
+    for index in range(1, len(log) - 1):
+        rate = dist(places[index + 1], places[index - 1]) / (2.0 * TICK)
+        assert speeds[index] == pytest.approx(rate, abs=0.02)
+    assert max(speeds) > 0.3
+
+
+def test_it_needs_no_pybullet() -> None:
+    code = (
+        "import sys; sys.modules['pybullet'] = None\n"
+        "from aeros.sim.kinematic.plant import make_plant\n"
+        f"[make_plant(name, 0).observe() for name in {sorted(SCENES)!r}]"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.physics
+def test_it_has_each_scene_of_the_physics_plant_laid_out_alike() -> None:
+    from aeros.sim import physics
+    from aeros.sim.scenes import SCENES as PHYSICAL
+
+    assert set(SCENES) == set(PHYSICAL)
+    for scene in SCENES:
+        for seed in (0, 5):
+            physical = physics.make_plant(scene, seed)
+            theirs, ours = observed(physical), observed(make_plant(scene, seed))
+            physical.close()
+            assert set(ours) == set(theirs)
+            for name in ours:
+                # Things settle in physics, by 2 mm or a few hundredths of a radian; torques hold weight.
+                if name != "joint_torque":
+                    assert ours[name] == pytest.approx(theirs[name], abs=0.03), name
