@@ -44,6 +44,11 @@ class Attempt:
         """Whether the gate denied an action of it."""
         return self.record is not None and self.record.status is StepStatus.DENIED
 
+    @property
+    def halted(self) -> bool:
+        """Whether the operator stopped everything, so that nothing begins any more."""
+        return self.record is not None and self.record.status is StepStatus.HALTED
+
 
 @dataclass(frozen=True, slots=True)
 class Try:

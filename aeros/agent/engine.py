@@ -221,6 +221,8 @@ class Engine:
 
     def _end_of(self, step: Step, attempt: Attempt) -> End:
         name = f"`{step.module}.{step.skill}`"
+        if attempt.halted:
+            return End(f"{name} was stopped: {attempt.reason}", final=True)
         if not attempt.denied:
             return End(f"{name} failed: {attempt.reason}")
         if attempt.may_pass:

@@ -19,11 +19,17 @@ from typing import Any, Final
 
 from aeros.agent.errors import RefusedError
 from aeros.agent.identity import Identity
+from aeros.runtime.ports import StepStatus
 
 SCHEMA_VERSION: Final = 1
 """Kept in `PRAGMA user_version`; 0 there means a new, empty database."""
 
 INTERRUPTED: Final = "interrupted"
+
+_NOT_ITS_DOING: Final = tuple(
+    one.value for one in (StepStatus.REFUSED, StepStatus.HALTED, StepStatus.CANCELLED)
+)
+"""Endings that say nothing of how good a skill is."""
 """The status of a step whose ending nobody saw."""
 
 _SCHEMA = f"""
@@ -128,10 +134,10 @@ class Memory:
         return None if row is None else Fact(json.loads(row[0]), row[1])
 
     def record_of(self, skill: str) -> tuple[int, int]:
-        """Successes and failures of `MODULE.SKILL`, ever; a refused or interrupted step is neither."""
+        """Successes and failures of `MODULE.SKILL`, ever; what others kept from its end is neither."""
         sql = """SELECT coalesce(sum(failed = 0), 0), coalesce(sum(failed = 1), 0) FROM episodes
-                 WHERE module || '.' || skill = ? AND status != 'refused'"""
-        successes, failures = self._run(sql, (skill,)).fetchone()
+                 WHERE module || '.' || skill = ? AND status NOT IN (?, ?, ?)"""
+        successes, failures = self._run(sql, (skill, *_NOT_ITS_DOING)).fetchone()
         return successes, failures
 
     def end_session(self) -> None:

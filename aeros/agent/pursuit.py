@@ -11,7 +11,8 @@
 4.  A plan that ended with a denial on account of what is measured, such as a person nearby, is no re-plan:
     the agent lets `PAUSE` go by and plans again, until that has not helped for `PATIENCE`.
 5.  It gives up at once when the gate denies the same request a second time for any other reason, when two
-    plans in a row are rejected for the same reasons, as it would only ask again, or when its time is over.
+    plans in a row are rejected for the same reasons, as it would only ask again, when its time is over, or
+    when the operator has stopped everything.
 
 So, waiting apart, a run submits at most (replans + 1) · Σ over a plan's steps of (1 + 2 · retry) skills; of
 a step with a handler, retry times the handler's own tries and further ones of the step.

@@ -56,6 +56,7 @@ from aeros.spec.model import Ecm, Site
 
 _LOOK_EVERY: Final = 0.01  # s, while paused
 MOST_ACTIONS: Final = 10_000
+_HALTED: Final = Ending(StepStatus.HALTED, "the operator stops it")
 """Actions of one step beyond which a skill floods; a zero-time action could otherwise repeat for ever."""
 
 
@@ -238,7 +239,7 @@ class Executor:
             if ending is not None or self._is_held_back():
                 return ending
         if self._governor.command is Command.STOP:
-            return Ending(StepStatus.STOPPED, "the operator stops it")
+            return _HALTED
         if not self._is_active(step.ecm):
             return Ending(StepStatus.STOPPED, f"revoked: `{step.ecm.id}` is not active as it was")
         if self._moving():
@@ -306,7 +307,7 @@ class Executor:
         self._land(landed)
         for handle, completion in landed.items():
             step = moving[handle]
-            ending = step.ending or (None if completion.completed else _stopped_by(completion))
+            ending = step.ending or (None if completion.completed else self._broken_off(completion))
             if ending is not None:
                 self._halt(handle, ending)
         if ended:
@@ -318,10 +319,14 @@ class Executor:
                 )
         return latest == until
 
+    def _broken_off(self, completion: Completion) -> Ending:
+        """How a step ends whose motion did not reach its end."""
+        return _HALTED if self._governor.command is Command.STOP else _stopped_by(completion)
+
     def _watch(self, now: float, measured: Mapping[str, Any]) -> str | None:
         """The monitor of everything under way; what was revoked meanwhile is halted."""
         if self._governor.command is Command.STOP:
-            return "the operator stops it"
+            return _HALTED.reason
         if self._governor.generation != self._generation:
             for handle, step in self._steps.items():
                 objection = self._revoked(step)

@@ -207,6 +207,7 @@ class StepStatus(Enum):
     STOPPED = "stopped"  # the plant or the monitor stopped a motion; the skill was halted
     TIMED_OUT = "timed_out"  # the skill was halted at its time-out
     RAISED = "raised"  # the skill's code failed; it was halted
+    HALTED = "halted"  # the operator stopped everything: nothing begins any more
     CANCELLED = "cancelled"  # whoever had asked for it took it back; it was halted, or never began
 
 

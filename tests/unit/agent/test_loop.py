@@ -272,6 +272,19 @@ def test_a_halted_step_is_replanned(tmp_path: Path, status: StepStatus) -> None:
     assert counts(report) == (5, 0, 0, 1)
 
 
+@pytest.mark.parametrize("skill", ["prepare", "recover", "wrap"])
+def test_nothing_is_planned_again_once_the_operator_has_stopped_everything(
+    tmp_path: Path, skill: str
+) -> None:
+    runtime = FakeRuntime(endings={skill: [StepStatus.HALTED]})
+    report = run(tmp_path, runtime)
+    assert not report.reached
+    assert runtime.submitted[-1] == skill
+    assert report.replans == 0
+    assert report.reason is not None
+    assert report.reason.startswith(f"`dumpling.{skill}` was stopped: halted")
+
+
 def test_a_recovery_that_fails_as_declared_leaves_the_next_try_to_its_precondition(tmp_path: Path) -> None:
     runtime = FakeRuntime(endings={"wrap": ["misaligned"]})
     failing = skill(

@@ -45,7 +45,8 @@ def test_the_record_of_a_skill_spans_sessions(path: Path) -> None:
         remember(memory, failed=True)
     with open_memory(path, WHO) as memory:
         remember(memory, failed=True, status="denied")
-        remember(memory, failed=True, status="refused")
+        for not_its_doing in ("refused", "halted", "cancelled"):
+            remember(memory, failed=True, status=not_its_doing)
         memory.begin(STEP)
         assert memory.record_of("dumpling.wrap") == (1, 2)
         memory.interrupt()

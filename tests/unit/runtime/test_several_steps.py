@@ -252,7 +252,8 @@ def test_a_stop_by_the_operator_ends_everything(cart: MakeCart) -> None:
     one.start("drive")
     assert one.executor.wait(0.05) is None
     operator.command = Command.STOP
-    assert {result.reason for result in one.ends(2).values()} == {"monitor:the operator stops it"}
+    ended = one.ends(2).values()
+    assert {(one.status, one.reason) for one in ended} == {(StepStatus.HALTED, "the operator stops it")}
     one.assert_nothing_is_held()
 
 

@@ -201,7 +201,7 @@ def test_a_pause_holds_what_would_begin_and_a_stop_ends_what_moves(robot: Robot)
         stopped = time.monotonic()
         thread.join(_LONG)
     assert robot.plant.ticked < stopped
-    assert robot.results[0].status is StepStatus.STOPPED
+    assert robot.results[0].status is StepStatus.HALTED
 
 
 def test_a_stop_of_an_earlier_run_is_forgotten_and_a_pause_is_not(registry: Registry) -> None:
