@@ -25,12 +25,12 @@ SCHEMA_VERSION: Final = 1
 """Kept in `PRAGMA user_version`; 0 there means a new, empty database."""
 
 INTERRUPTED: Final = "interrupted"
+"""The status of a step whose ending nobody saw."""
 
 _NOT_ITS_DOING: Final = tuple(
     one.value for one in (StepStatus.REFUSED, StepStatus.HALTED, StepStatus.CANCELLED)
 )
 """Endings that say nothing of how good a skill is."""
-"""The status of a step whose ending nobody saw."""
 
 _SCHEMA = f"""
 BEGIN;
