@@ -58,3 +58,23 @@ def writable_path(text: str) -> Path:
     if not path.parent.is_dir():
         raise argparse.ArgumentTypeError(f"`{text}`: its folder does not exist")
     return path
+
+
+def mcap_path(text: str) -> Path:
+    """A path at which an MCAP file can be."""
+    return _with_suffix(text, (".mcap",))
+
+
+def film_path(text: str) -> Path:
+    """A path at which a film can be, of which the suffix says the format."""
+    return _with_suffix(text, FILMS)
+
+
+FILMS = (".webp", ".gif", ".mp4")
+
+
+def _with_suffix(text: str, known: tuple[str, ...]) -> Path:
+    path = Path(text)
+    if path.suffix not in known:
+        raise argparse.ArgumentTypeError(f"`{text}`: expected a file named *{', *'.join(known)}")
+    return path

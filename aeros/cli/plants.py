@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from aeros.sim.faults.injector import Happening
     from aeros.sim.faults.model import Fault
     from aeros.sim.people import Person
+    from aeros.sim.physics import Spectator
     from aeros.sim.scenes.scene import Scene
 
 PLANTS = ("physics", "kinematic", "symbolic")
@@ -54,13 +55,43 @@ def faults_of(
     return read_faults(name_or_path, known)
 
 
+def film_of(plant: str, path: Path) -> Spectator:
+    """Who films `plant`, and writes that to `path` when it is closed.  Refuses what would fail then."""
+    _needs_physics("--record", plant)
+    with _importing_physics():
+        from aeros.sim.video import FilmError, Recorder
+    try:
+        return Recorder(path)
+    except FilmError as refusal:
+        raise PlantRefusedError(f"{refusal}; give another file with --record") from refusal
+
+
+def window_of(plant: str) -> Spectator:
+    """Who shows `plant` in a window."""
+    _needs_physics("--view", plant)
+    with _importing_physics():
+        from aeros.sim.window import Window, WindowError
+    try:
+        return Window()
+    except WindowError as refusal:
+        raise PlantRefusedError(f"--view: {refusal}; or use --record, which needs no display") from refusal
+
+
+def _needs_physics(option: str, plant: str) -> None:
+    if plant != "physics":
+        raise PlantRefusedError(
+            f"`{option}` needs the physics plant: the {plant} plant has nothing to be seen; "
+            "`--mcap` keeps what is measured on any plant"
+        )
+
+
 @contextmanager
 def open_plant(
     name: str,
     configuration: Configuration,
     task: Task,
     seed: int,
-    film: Path | None,
+    spectators: Sequence[Spectator] = (),
     people: Sequence[Person] = (),
     faults: Sequence[Fault] = (),
     tell: Callable[[Happening], None] | None = None,
@@ -70,7 +101,7 @@ def open_plant(
     tell: hears of each of the `faults` as it happens.
     """
     if name == "physics":
-        plant = _physics(task.scene, seed, film, people, faults, tell)
+        plant = _physics(task.scene, seed, spectators, people, faults, tell)
     elif name == "kinematic":
         plant = _kinematic(task.scene, seed)
     else:
@@ -78,7 +109,10 @@ def open_plant(
     try:
         yield plant
     finally:
-        plant.close()
+        try:
+            plant.close()
+        except OSError as failure:
+            raise PlantRefusedError(f"the film cannot be written: {failure}") from failure
 
 
 def _symbolic(configuration: Configuration, task: Task, seed: int) -> Plant:
@@ -102,7 +136,7 @@ def _kinematic(scene: str | None, seed: int) -> Plant:
 def _physics(
     scene: str | None,
     seed: int,
-    film: Path | None,
+    spectators: Sequence[Spectator],
     people: Sequence[Person],
     faults: Sequence[Fault],
     tell: Callable[[Happening], None] | None,
@@ -112,7 +146,7 @@ def _physics(
     from aeros.sim.physics import make_plant
 
     disturbance = None if tell is None else Injector(faults, seed, tell)
-    return make_plant(known_scene, seed, film, people=people, disturbance=disturbance)
+    return make_plant(known_scene, seed, spectators=spectators, people=people, disturbance=disturbance)
 
 
 def _scene(scene: str | None) -> tuple[str, Scene]:

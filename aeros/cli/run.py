@@ -6,7 +6,7 @@ import argparse
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from datetime import datetime
 from math import inf
 from pathlib import Path
@@ -18,10 +18,18 @@ from aeros.agent.journal import Event
 from aeros.agent.loop import awake
 from aeros.agent.planner import Planner, RulePlanner
 from aeros.agent.routing import Routed, route
-from aeros.cli.arguments import existing_path, writable_path
+from aeros.cli.arguments import existing_path, film_path, mcap_path, writable_path
 from aeros.cli.bag import BagRefusedError, bagged
 from aeros.cli.exit_codes import EXIT_CODES, Exit
-from aeros.cli.plants import PLANTS, PlantRefusedError, faults_of, open_plant, people_of
+from aeros.cli.plants import (
+    PLANTS,
+    PlantRefusedError,
+    faults_of,
+    film_of,
+    open_plant,
+    people_of,
+    window_of,
+)
 from aeros.cli.run_report import TraceWriter, summary
 from aeros.runtime.audit import AuditError, AuditLog, AuditReport, verify_log
 from aeros.runtime.audit_checkpoints import AnchorError, Signing, verify_signed
@@ -44,6 +52,7 @@ from aeros.spec.reports import Report
 if TYPE_CHECKING:
     from aeros.sim.faults.model import Fault
     from aeros.sim.people import Person
+    from aeros.sim.physics import Spectator
 
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
@@ -51,6 +60,7 @@ _EXAMPLES = """\
 All modules are proved before anything moves, and each `ecm.lock` must be the certificate that
 results.  The folder given by --out holds afterwards: run.webp (physics), trace.jsonl (what the agent
 did), audit.jsonl (every decision, chained).  The exit code is 0 when the goal is measured, 1 when not.
+A film, bag or MCAP file is whole or not there: after Ctrl-C it ends there.
 A person walks their own way and minds nothing; the robot slows down or stops as the site says.
 A composition is a graph of skills that the module declares; its branches run at the same time.
 
@@ -62,6 +72,8 @@ examples:
   aeros run "fetch the object" --composition fetch_once --timeout 60
   aeros run "fetch the object" --person across_the_room
   aeros run "make dumplings" --faults wrapper_bumped --seed 4
+  aeros run "make dumplings" --record dumplings.mp4 --mcap dumplings.mcap
+  aeros run "make dumplings" --view --no-record
   aeros run "make dumplings" --bag runs/demo-bag
   aeros run "make dumplings" --audit-key .aeros/audit.key --anchor /mnt/other/demo.anchor
 """
@@ -109,11 +121,15 @@ def add_to(commands: Subparsers) -> None:
         metavar="SECONDS",
         help="cancel the task after this time on the plant's clock (default: only each skill has a time-out)",
     )
-    parser.add_argument(
+    kept = parser.add_mutually_exclusive_group()
+    kept.add_argument(
         "--bag",
         type=Path,
         metavar="FOLDER",
-        help="keep decisions, joints, places and transforms as a ROS 2 bag in this new folder",
+        help="keep decisions, joints, transforms and what is measured as a ROS 2 bag in this new folder",
+    )
+    kept.add_argument(
+        "--mcap", type=mcap_path, metavar="FILE", help="keep the same in this one new file, for Foxglove, say"
     )
     parser.add_argument(
         "--person",
@@ -125,7 +141,17 @@ def add_to(commands: Subparsers) -> None:
         metavar="FILE|NAME",
         help="let things go wrong (physics): a faults file, or one that comes with AEROS",
     )
-    parser.add_argument("--no-record", action="store_true", help="take no film")
+    film = parser.add_mutually_exclusive_group()
+    film.add_argument(
+        "--record",
+        type=film_path,
+        metavar="FILE",
+        help="the film to write (physics): *.webp, *.gif or *.mp4 (default: run.webp in the folder of --out)",
+    )
+    film.add_argument("--no-record", action="store_true", help="take no film")
+    parser.add_argument(
+        "--view", action="store_true", help="show the run in a window (physics), where there is a display"
+    )
     parser.add_argument(
         "--audit-key",
         type=existing_path,
@@ -175,10 +201,19 @@ def _command(arguments: argparse.Namespace) -> Exit:
         routed = route(arguments.instruction, configuration.modules)
         planner = _planner(arguments.composition, configuration.modules[routed.module])
         faults = faults_of(arguments.plant, arguments.faults, configuration, routed.task)
-        out = _output_folder(arguments.out, routed.task.id)
-        with governor:
+        with _watched(arguments, routed.task.id) as (out, spectators), governor:
             return _run(
-                arguments, configuration, governor, report, routed, planner, people, faults, out, signing
+                arguments,
+                configuration,
+                governor,
+                report,
+                routed,
+                planner,
+                spectators,
+                people,
+                faults,
+                out,
+                signing,
             )
     except (
         RefusedError,
@@ -204,6 +239,21 @@ def _planner(composition: str | None, module: Ecm) -> Planner:
     return CompositionPlanner(composition)
 
 
+@contextmanager
+def _watched(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Path, Sequence[Spectator]]]:
+    """The folder for what is left of the run, and who looks on: both are there before anything moves."""
+    with ExitStack() as closing:
+        spectators = []
+        if arguments.view:
+            spectators.append(window_of(arguments.plant))
+            closing.callback(spectators[0].close)
+        out = _output_folder(arguments.out, task)
+        is_filmed = arguments.plant == "physics" and not arguments.no_record
+        if is_filmed or arguments.record is not None:
+            spectators.append(film_of(arguments.plant, arguments.record or out / "run.webp"))
+        yield out, spectators
+
+
 def _key_in(state: Path) -> Path | None:
     path = state / "audit.key"
     return path if path.exists() else None
@@ -216,18 +266,18 @@ def _run(
     proof: Report,
     routed: Routed,
     planner: Planner,
+    spectators: Sequence[Spectator],
     people: Sequence[Person],
     faults: Sequence[Fault],
     out: Path,
     signing: Signing | None,
 ) -> Exit:
-    film = None if arguments.no_record or arguments.plant != "physics" else out / "run.webp"
     audit_path = out / "audit.jsonl"
     durability = configuration.site.durability
     began = time.perf_counter()
     with (
         _isolation(configuration) as skills,
-        bagged(arguments.bag, configuration.site) as feed,
+        bagged(arguments.bag, arguments.mcap, configuration.site) as feed,
         AuditLog(
             audit_path, durability=durability, signing=signing, listener=None if feed is None else feed.record
         ) as audit,
@@ -237,7 +287,7 @@ def _run(
             configuration,
             routed.task,
             arguments.seed,
-            film,
+            spectators,
             people,
             faults,
             lambda one: trace.tell(
@@ -255,10 +305,11 @@ def _run(
     print(summary(proof, report, arguments.plant, simulated, time.perf_counter() - began))
     audited, sound = _audited(audit_path, signing)
     print(f"audit      {audited.records} records, {sound}")
+    if arguments.record is not None and arguments.record.exists():
+        print(f"film       {arguments.record}")
     if feed is not None:
-        print(
-            f"bag        {arguments.bag}/" + (f", {feed.lost} not kept: {feed.trouble}" if feed.lost else "")
-        )
+        kept = f"bag        {arguments.bag}/" if arguments.mcap is None else f"mcap       {arguments.mcap}"
+        print(kept + (f", {feed.lost} not kept: {feed.trouble}" if feed.lost else ""))
     print(f"left in    {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
     return Exit.PROVED if report.reached and audited.bad_record is None else Exit.REJECTED
 

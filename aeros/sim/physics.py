@@ -7,10 +7,11 @@ motion, and when the monitor names a rule it stops within that tick.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from pathlib import Path
-from typing import Any, Final
+from contextlib import ExitStack
+from typing import Any, Final, Protocol
 
 from aeros.runtime.ports import Readings
+from aeros.sim.geometry import Camera
 from aeros.sim.motions import BlockedError
 from aeros.sim.panda import Panda
 from aeros.sim.people import People, Person
@@ -21,7 +22,6 @@ from aeros.sim.scenes.scene import Scene
 from aeros.sim.sensing import SCANNER_RANGE, SensorModel, Sensors, Truth
 from aeros.sim.ticking import LOOK_TICKS, TickingPlant
 from aeros.sim.undisturbed import Stage, Undisturbed
-from aeros.sim.video import Recorder
 from aeros.sim.world import World
 
 _BLOCKED: Final = 0.05
@@ -35,9 +35,20 @@ Referee = Callable[[Truth], None]
 """Whoever judges an experiment: told what is true after every tick, and nothing that acts hears of it."""
 
 
+class Spectator(Protocol):
+    """Whoever looks on for people, by a film or a window, and changes nothing."""
+
+    def tick(self, world: World, view: Camera) -> None:
+        """Look at `world` after a tick; `view` is from where its scene is seen well."""
+
+    def close(self) -> None:
+        """There is nothing more to see; safe to call twice."""
+
+
 class PhysicsPlant(TickingPlant):
     """A scene in motion.  Its clock starts at 0 when everything put into the scene rests.
 
+    spectators: who looks on.
     people: who walks about in it.
     sensors: between what is true in the scene and what `observe` and the monitor get.
     disturbance: what goes wrong once the clock runs; nothing by default.
@@ -47,15 +58,15 @@ class PhysicsPlant(TickingPlant):
         self,
         scene: Scene,
         seed: int,
-        recorder: Recorder | None = None,
         *,
+        spectators: Sequence[Spectator] = (),
         people: Sequence[Person] = (),
         sensors: Mapping[str, SensorModel] | None = None,
         referee: Referee | None = None,
         disturbance: Undisturbed | None = None,
     ) -> None:
         self._scene = scene
-        self._recorder = recorder
+        self._spectators = spectators
         self._referee = referee
         self.sensors = Sensors(seed, sensors)
         self._world = World()
@@ -88,10 +99,11 @@ class PhysicsPlant(TickingPlant):
         self._disturbance.skill_ended(skill)
 
     def close(self) -> None:
-        """Write the film, if one is taken, and end the simulation; safe to call twice."""
-        if self._recorder is not None:
-            self._recorder.close()
-        self._world.close()
+        """Close what looks on, and end the simulation; safe to call twice."""
+        with ExitStack() as closing:
+            closing.callback(self._world.close)
+            for one in self._spectators:
+                closing.callback(one.close)
 
     # Inside.
 
@@ -109,8 +121,8 @@ class PhysicsPlant(TickingPlant):
         self._world.step()
         self._scene.tick()
         self._people.walk(self._world.time)
-        if self._recorder is not None:
-            self._recorder.tick(self._world)
+        for one in self._spectators:
+            one.tick(self._world, self._scene.view)
 
     def _measure(self) -> None:
         self._truth = Truth(self._world.ticks, self._fast_values())
@@ -145,24 +157,22 @@ def _spell(state: RobotState) -> str:
 def make_plant(
     scene_name: str,
     seed: int,
-    record: Path | None = None,
     *,
+    spectators: Sequence[Spectator] = (),
     people: Sequence[Person] = (),
     sensors: Mapping[str, SensorModel] | None = None,
     referee: Referee | None = None,
     disturbance: Undisturbed | None = None,
 ) -> PhysicsPlant:
-    """A plant with scene `scene_name`, laid out by `seed`; `record` names a `.webp` film to write.
+    """A plant with scene `scene_name`, laid out by `seed`.
 
     The same scene, people, sensors, seed and actions repeat bit for bit.  Raises KeyError for an unknown
     scene.
     """
-    scene = SCENES[scene_name]()
-    recorder = None if record is None else Recorder(record, scene.view)
     return PhysicsPlant(
-        scene,
+        SCENES[scene_name](),
         seed,
-        recorder,
+        spectators=spectators,
         people=people,
         sensors=sensors,
         referee=referee,

@@ -26,7 +26,7 @@ def test_the_page_does_what_it_says(tmp_path: Path) -> None:
         for command, shown in COMMAND.findall(block):
             carry_out(command, shown, tmp_path)
             commands += 1
-    assert commands == 2
+    assert commands == 3
 
 
 def test_the_page_lists_every_promise_that_is_checked() -> None:

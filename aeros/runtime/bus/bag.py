@@ -1,16 +1,18 @@
-"""A ROS 2 bag as something to publish on: each message is kept, in ROS 2's own encoding, as MCAP.
+"""A ROS 2 bag, or one MCAP file, as something to publish on: messages are kept in ROS 2's own encoding.
 
 The sole importer of `rosbags`, which is there with `pip install 'aeros[ros]'`.
 """
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any, Final, Generic, Self, get_type_hints
 
 import numpy as np
+from msgspec.structs import replace
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -52,7 +54,7 @@ class Bag:
 
     def keep(self, topic: str, message: Message) -> None:
         """Put it into the bag."""
-        data = self._store.serialize_cdr(self._ros(message), message.ros)
+        data = self._store.serialize_cdr(_with_arrays(message), message.ros)
         self._writer.write(self._topics[topic], _nanoseconds(message), data)
 
     def close(self) -> None:
@@ -68,18 +70,29 @@ class Bag:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _ros(self, value: Any) -> Any:
-        """The message as `rosbags` has it."""
-        if isinstance(value, tuple):
-            return [self._ros(one) for one in value]
-        if not isinstance(value, Message):
-            return value
-        numbers = _numbers_of(type(value))
-        fields = {
-            name: np.array(one, np.float64) if name in numbers else self._ros(one)
-            for name, one in ((name, getattr(value, name)) for name in value.__struct_fields__)
-        }
-        return self._store.types[value.ros](**fields)
+
+class McapFile(Bag):
+    """A bag that is one file, `path`, with the definition of every message in it; it must not exist yet.
+
+    Until it is closed, what is kept is in the folder `FILE.part` beside it.  So the file is whole or not
+    there, and of a run that was killed the folder has all but the newest.
+    """
+
+    def __init__(self, path: Path) -> None:
+        if path.exists():
+            raise BagError(f"`{path}` exists already")
+        self._path = path
+        self._parts = path.with_name(f"{path.name}.part")
+        super().__init__(self._parts)
+
+    def close(self) -> None:
+        """See `Bag`."""
+        super().close()
+        try:
+            (self._parts / f"{self._parts.name}.mcap").replace(self._path)
+            shutil.rmtree(self._parts)
+        except OSError as failure:
+            raise BagError(f"`{self._path}` cannot be finished: {failure}") from failure
 
 
 class _Recorder(Generic[M]):
@@ -89,6 +102,12 @@ class _Recorder(Generic[M]):
     def publish(self, message: M) -> None:
         """See `port.Publisher`."""
         self._bag.keep(self._topic, message)
+
+
+def _with_arrays(message: Message) -> Message:
+    """`message` for `rosbags`, which reads any object's fields: with NumPy's arrays where numbers follow."""
+    numbers = {name: np.array(getattr(message, name), np.float64) for name in _numbers_of(type(message))}
+    return replace(message, **numbers) if numbers else message
 
 
 @cache

@@ -2,12 +2,14 @@
 
 Whoever runs only puts into a queue what there is to say, and goes on; a thread of the feed's own makes
 messages of it and publishes them.  So neither a slow subscriber nor a broken bus delays or fails a run.
-What the queue has no room for is lost, and counted: states first, records much later.
+What the queue has no room for is lost, and counted: states first, records much later.  Only what is to be a
+whole file of the run is waited for.
 """
 
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Mapping
 from queue import SimpleQueue
 from typing import Any, Final, NamedTuple, Self
@@ -22,6 +24,8 @@ _MOST_STATES: Final = 1_000
 
 _MOST_RECORDS: Final = 10_000
 """Items in the queue beyond which no further record is taken."""
+
+_PAUSE: Final = 0.001  # s, until room is looked for again
 
 _PATIENCE: Final = 5.0  # s, for what is still in the queue at the end
 
@@ -38,11 +42,13 @@ class Feed:
     """Publishes what it is given, in order, until it is closed.
 
     site: whose vocabulary is spoken.
+    is_whole: whether whoever runs waits for room in the queue, so that nothing is lost for want of it.
     lost: items that the queue had no room for, and messages that could not be made or published;
         `trouble` is the first reason.
     """
 
-    def __init__(self, bus: Publishing, site: Site) -> None:
+    def __init__(self, bus: Publishing, site: Site, *, is_whole: bool = False) -> None:
+        self._is_whole = is_whole
         self.lost = 0
         self.trouble: str | None = None
         self._telling = Telling(bus, site, self._miss)
@@ -50,7 +56,7 @@ class Feed:
         self._thread = threading.Thread(target=self._tell, name="aeros-feed", daemon=True)
         self._thread.start()
 
-    # Called by the run, which waits for nothing here.
+    # Called by the run, which waits for nothing here unless all of it is to be kept.
 
     def record(self, line: bytes) -> None:
         """A record of the audit log; to be its listener."""
@@ -78,6 +84,8 @@ class Feed:
         self.close()
 
     def _put(self, item: bytes | _State, most: int) -> None:
+        while self._is_whole and self._queue.qsize() >= most and self._thread.is_alive():
+            time.sleep(_PAUSE)
         if self._queue.qsize() < most:
             self._queue.put(item)
         else:

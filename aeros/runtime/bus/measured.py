@@ -1,4 +1,4 @@
-"""What is measured, as messages: joints by `sensor_msgs/JointState`, places by `geometry_msgs/PointStamped`.
+"""What is measured, as messages: `sensor_msgs/JointState`, `geometry_msgs/PointStamped`, and stamped values.
 
 Which families speak of joints is told by dimension: those over an index set of which one is in rad.  In
 rad it is the position, in rad/s the velocity, in N·m the effort.  Where several are, none is told, unless
@@ -11,9 +11,18 @@ from collections import defaultdict
 from collections.abc import Iterator
 from typing import Any, Final
 
-from aeros.runtime.bus.messages import Header, JointState, Point, PointStamped, stamp
+from aeros.runtime.bus.messages import (
+    BoolStamped,
+    Float64Stamped,
+    Header,
+    JointState,
+    Point,
+    PointStamped,
+    StringStamped,
+    stamp,
+)
 from aeros.runtime.ports import Reading, Readings
-from aeros.spec.expr.types import FamilyType, RealType, VectorType
+from aeros.spec.expr.types import BoolType, EnumType, FamilyType, RealType, VectorType
 from aeros.spec.model import Site
 from aeros.spec.units import ANGLE, LENGTH, TIME, Dimension
 
@@ -73,6 +82,33 @@ def places_of(site: Site) -> list[str]:
 def place(reading: Reading) -> PointStamped:
     """Where something was measured to be."""
     return PointStamped(Header(stamp(reading.time), WORLD), Point(*reading.value))
+
+
+Single = BoolStamped | Float64Stamped | StringStamped
+
+
+def singles_of(site: Site) -> dict[str, type[Single]]:
+    """The names of the vocabulary that are one value each, predicates among them, and what tells each."""
+    found: dict[str, type[Single]] = {}
+    for name, one in site.state.items():
+        match one.variable.type:
+            case BoolType():
+                found[name] = BoolStamped
+            case RealType():
+                found[name] = Float64Stamped
+            case EnumType():
+                found[name] = StringStamped
+    return found
+
+
+def single(reading: Reading, kind: type[Single]) -> Single:
+    """What was measured, as `kind`."""
+    header = Header(stamp(reading.time))
+    return (
+        Float64Stamped(header, float(reading.value))
+        if kind is Float64Stamped
+        else kind(header, reading.value)
+    )
 
 
 def chain_joints_of(site: Site) -> tuple[str, tuple[str, ...]] | None:

@@ -167,6 +167,30 @@ class Event(Message, frozen=True):
     details: str = ""
 
 
+class BoolStamped(Message, frozen=True):
+    """A truth value that was measured: a predicate, or a switch."""
+
+    ros = "aeros_msgs/msg/BoolStamped"
+    header: Header = Header()
+    value: bool = False
+
+
+class Float64Stamped(Message, frozen=True):
+    """A number that was measured, in SI."""
+
+    ros = "aeros_msgs/msg/Float64Stamped"
+    header: Header = Header()
+    value: float = 0.0
+
+
+class StringStamped(Message, frozen=True):
+    """A member of an enumeration that was measured."""
+
+    ros = "aeros_msgs/msg/StringStamped"
+    header: Header = Header()
+    value: str = ""
+
+
 class ExecuteSkillGoal(Message, frozen=True):
     """One skill invocation; `inputs` is a JSON object, in SI."""
 

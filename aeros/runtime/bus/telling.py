@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import Generic, NamedTuple
 
 from aeros.runtime.bus.events import event_of
-from aeros.runtime.bus.measured import chain_joints_of, joints_of, place, places_of
+from aeros.runtime.bus.measured import chain_joints_of, joints_of, place, places_of, single, singles_of
 from aeros.runtime.bus.messages import Decision, Event, JointState, PointStamped, TFMessage, Time, stamp
 from aeros.runtime.bus.names import checked_name
 from aeros.runtime.bus.port import M, Publisher, Publishing
@@ -39,6 +39,11 @@ class Telling:
             for name in places_of(site)
             if _is_token(name)
         }
+        self._singles = {
+            name: (kind, _News(bus.publisher(f"/aeros/state/{name}", kind)))
+            for name, kind in singles_of(site).items()
+            if _is_token(name)
+        }
         self._chain_joints = chain_joints_of(site)
         self._transforms = _News(bus.publisher("/tf", TFMessage))
         self._events = bus.publisher("/aeros/events", Event)
@@ -63,9 +68,13 @@ class Telling:
                 for message in joints.states(readings):
                     states.publish(message)
         for name, places in self._places.items():
-            with self._missing():
-                if name in readings:
+            if name in readings:
+                with self._missing():
                     places.publish(place(readings[name]))
+        for name, (kind, singles) in self._singles.items():
+            if name in readings:
+                with self._missing():
+                    singles.publish(single(readings[name], kind))
         with self._missing():
             self._tell_chain(readings, chain)
 

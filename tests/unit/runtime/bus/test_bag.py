@@ -9,15 +9,18 @@ import msgspec
 import pytest
 from rosbags.rosbag2 import Reader
 
-from aeros.runtime.bus.bag import Bag, BagError
+from aeros.runtime.bus.bag import Bag, BagError, McapFile
 from aeros.runtime.bus.messages import (
+    BoolStamped,
     Decision,
     Event,
+    Float64Stamped,
     Header,
     JointState,
     Message,
     Point,
     PointStamped,
+    StringStamped,
     TFMessage,
     Time,
     Transform,
@@ -30,6 +33,9 @@ WHEN = Time(3, 250_000_000)
 PUBLISHED: list[tuple[str, Message]] = [
     ("/joint_states", JointState(Header(WHEN), ("a", "b"), (1.0, 2.0), (), (0.5, -0.5))),
     ("/aeros/state/hand", PointStamped(Header(WHEN, "world"), Point(1.0, 2.0, 3.0))),
+    ("/aeros/state/open", BoolStamped(Header(WHEN), True)),
+    ("/aeros/state/gap", Float64Stamped(Header(WHEN), 0.25)),
+    ("/aeros/state/cell", StringStamped(Header(WHEN), "left")),
     ("/aeros/events", Event(WHEN, 7, "note", '{"a":"ü"}')),
     ("/aeros/decisions", Decision(WHEN, 8, "m", "s", "DENY", "null", "[]")),
     (
@@ -39,13 +45,15 @@ PUBLISHED: list[tuple[str, Message]] = [
 ]
 
 
-def test_what_was_published_is_read_back_as_it_was(tmp_path: Path) -> None:
-    with Bag(tmp_path / "bag") as bag:
+@pytest.mark.parametrize(("container", "name"), [(Bag, "bag"), (McapFile, "run.mcap")])
+def test_what_was_published_is_read_back_as_it_was(container: type[Bag], name: str, tmp_path: Path) -> None:
+    with container(tmp_path / name) as bag:
         for topic, message in PUBLISHED:
             bag.publisher(topic, type(message)).publish(message)
     found: list[tuple[str, Message]] = []
     kinds = {message.ros: type(message) for _, message in PUBLISHED}
-    with Reader(tmp_path / "bag") as reader:
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+    with Reader(tmp_path / name) as reader:
         for connection, time, data in reader.messages():
             assert time == 3_250_000_000
             there: Any = STORE.deserialize_cdr(data, connection.msgtype)
@@ -75,3 +83,19 @@ def test_a_folder_that_is_there_is_not_written_to(tmp_path: Path) -> None:
     with pytest.raises(BagError, match=r"no bag can be made in `.*`: .* exists already"):
         Bag(tmp_path)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_is_not_there_before_it_is_whole(tmp_path: Path) -> None:
+    bag = McapFile(tmp_path / "run.mcap")
+    bag.publisher("/tf", TFMessage).publish(TFMessage())
+    assert [path.name for path in tmp_path.iterdir()] == ["run.mcap.part"]
+    bag.close()
+    assert [path.name for path in tmp_path.iterdir()] == ["run.mcap"]
+
+
+@pytest.mark.parametrize("there", ["run.mcap", "run.mcap.part"])
+def test_a_file_that_is_there_or_was_begun_is_not_written_to(there: str, tmp_path: Path) -> None:
+    (tmp_path / there).mkdir()
+    with pytest.raises(BagError, match="exists already"):
+        McapFile(tmp_path / "run.mcap")
+    assert [path.name for path in tmp_path.iterdir()] == [there]

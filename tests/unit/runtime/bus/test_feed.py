@@ -90,6 +90,20 @@ def test_a_bus_that_fails_fails_nobody(site: Site) -> None:
     assert (feed.lost, feed.trouble) == (2, "the cable is out")
 
 
+def test_what_is_to_be_whole_is_waited_for(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "_MOST_STATES", 2)
+    said: list[Message] = []
+
+    def dawdle(message: Message) -> None:
+        time.sleep(0.002)
+        said.append(message)
+
+    with Feed(Odd(dawdle), site, is_whole=True) as feed:
+        for number in range(50):
+            feed.tick(float(number), {"tool_position": (1.0, 0.0, 0.0)}, KNOWN)
+    assert (len(said), feed.lost) == (50, 0)
+
+
 def test_nobody_waits_for_a_bus_that_hangs_and_records_outlast_states(
     site: Site, monkeypatch: pytest.MonkeyPatch
 ) -> None:

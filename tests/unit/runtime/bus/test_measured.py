@@ -8,12 +8,29 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.bus.measured import chain_joints_of, joints_of, place, places_of
-from aeros.runtime.bus.messages import Header, JointState, Point, PointStamped, Time
+from aeros.runtime.bus.measured import chain_joints_of, joints_of, place, places_of, single, singles_of
+from aeros.runtime.bus.messages import (
+    BoolStamped,
+    Float64Stamped,
+    Header,
+    JointState,
+    Point,
+    PointStamped,
+    StringStamped,
+    Time,
+)
 from aeros.runtime.ports import Reading
 from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.types import EnumType, FamilyType, RealType, Type, VectorType
+from aeros.spec.expr.types import (
+    BOOL,
+    EnumType,
+    FamilyType,
+    IntegerType,
+    RealType,
+    Type,
+    VectorType,
+)
 from aeros.spec.folders import reference_site
 from aeros.spec.loading import load_site
 from aeros.spec.model import Site
@@ -79,6 +96,29 @@ def test_places_are_vectors_of_length(site: Site) -> None:
     assert place(Reading((1.0, 2.0, 3.0), 0.5)) == PointStamped(
         Header(Time(0, 500_000_000), "world"), Point(1.0, 2.0, 3.0)
     )
+
+
+def test_predicates_numbers_and_words_are_told_each_by_its_type(site: Site) -> None:
+    types: dict[str, Type] = {"open": BOOL, "gap": RealType(LENGTH), "count": IntegerType(), "cell": CELLS}
+    site = speaking(site, {**types, "place": VectorType(LENGTH), "angle": family(ANGLE)})
+    kinds = singles_of(site)
+    assert kinds == {
+        "open": BoolStamped,
+        "gap": Float64Stamped,
+        "count": Float64Stamped,
+        "cell": StringStamped,
+    }
+    told = [
+        single(Reading(value, 0.5), kinds[name])
+        for name, value in {"open": True, "gap": 0.25, "count": 3, "cell": "left"}.items()
+    ]
+    header = Header(Time(0, 500_000_000))
+    assert told == [
+        BoolStamped(header, True),
+        Float64Stamped(header, 0.25),
+        Float64Stamped(header, 3.0),
+        StringStamped(header, "left"),
+    ]
 
 
 @pytest.fixture(scope="module")

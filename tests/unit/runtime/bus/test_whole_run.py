@@ -11,7 +11,16 @@ import pytest
 
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.bus.in_process import InProcessBus
-from aeros.runtime.bus.messages import Decision, Event, JointState, Message, PointStamped, TFMessage
+from aeros.runtime.bus.messages import (
+    BoolStamped,
+    Decision,
+    Event,
+    Float64Stamped,
+    JointState,
+    Message,
+    PointStamped,
+    TFMessage,
+)
 from aeros.runtime.bus.port import Bus, Subscription
 from tests.unit.runtime.bus.running import wipe_the_table
 
@@ -82,7 +91,8 @@ def test_joints_and_places_are_told_and_no_chain_that_nobody_stated(
     assert len({one.point for one in places}) > 3
     assert {one.header.frame_id for one in places} == {"world"}
     assert bus.names()["/aeros/state/base_position"] == PointStamped.ros
-    assert "/aeros/state/holding" not in bus.names()
+    assert bus.names()["/aeros/state/holding"] == BoolStamped.ros
+    assert bus.names()["/aeros/state/tool_speed"] == Float64Stamped.ros
 
 
 def test_a_listener_hears_of_a_record_once_it_is_in_the_file(tmp_path: Path) -> None:
