@@ -1,7 +1,8 @@
-"""What isolation costs: `python benchmarks/isolation.py` prints medians."""
+"""What isolation costs: `python -m benchmarks.isolation` prints medians."""
 
 from __future__ import annotations
 
+import argparse
 import os
 import platform
 import statistics
@@ -28,6 +29,9 @@ OBSERVED = {"tool_position": (0.3, 0.0, 0.5), "human_distance": 20.0, "holding":
 
 def main() -> None:
     """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--invocations", type=int, default=30, help="how many are timed (default: 30)")
+    invocations = parser.parse_args().invocations
     print(f"{platform.platform()}, Python {platform.python_version()}, load {os.getloadavg()[0]:.1f}")
     code = CertifiedCode("bench", "skills.py", "/skills.py", CODE.encode(), "lift")
     began = time.perf_counter()
@@ -35,7 +39,7 @@ def main() -> None:
     wrapped = "in bubblewrap" if nursery.missing[Layer.BUBBLEWRAP] is None else "without bubblewrap"
     print(f"first zygote, started and probed, {wrapped}: {1e3 * (time.perf_counter() - began):.0f} ms")
     opened, trips, closed = [], [], []
-    for _ in range(30):
+    for _ in range(invocations):
         began = time.perf_counter()
         run = IsolatedRun(nursery, PUT_ON, code, {}, 60.0)
         opened.append(time.perf_counter() - began)

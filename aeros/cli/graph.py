@@ -12,8 +12,9 @@ from aeros.cli.composition_drawing import composition_drawing
 from aeros.cli.drawing import Drawing, Edge, Node, dot, mermaid, svg
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.subject import named, read_module
-from aeros.spec.closed_loop.exploration import Exploration, NotExploredError, explore
+from aeros.spec.closed_loop.exploration import Exploration, explore
 from aeros.spec.closed_loop.transition_system import Node as LoopNode
+from aeros.spec.closed_loop.transition_system import NotExploredError
 from aeros.spec.model import Ecm, PlanningRule, Task
 
 if TYPE_CHECKING:

@@ -16,8 +16,7 @@ from typing import Any
 
 from aeros.runtime.ports import Completion, Monitor, Motion, Motionless, Plan, Reading, Readings
 from aeros.sim.outcomes import draw_outcome
-from aeros.sim.symbolic_motions import Motion as _Motion
-from aeros.sim.symbolic_motions import UnableError, check_parameters, motion_of
+from aeros.sim.symbolic_motions import SymbolicMotion, UnableError, check_parameters, motion_of
 from aeros.sim.symbolic_state import initial_values, measured
 from aeros.skill import Action
 from aeros.spec.closed_loop.chances import shares_of
@@ -160,7 +159,7 @@ class SymbolicPlant:
 
     # Inside.
 
-    def _motion_of(self, action: Action) -> _Motion:
+    def _motion_of(self, action: Action) -> SymbolicMotion:
         """What `action` would do; raises `UnableError`."""
         kind = self._site.kinds.get(action.kind)
         if kind is None:

@@ -33,7 +33,7 @@ class UnableError(Exception):
     """The plant cannot do this action; the message says why.  Raised before any motion."""
 
 
-class Motion(NamedTuple):
+class SymbolicMotion(NamedTuple):
     """What an action does: how long it takes, s, and the values it sets under way and at its end."""
 
     duration: float
@@ -41,13 +41,13 @@ class Motion(NamedTuple):
     after: Mapping[str, Any]
 
 
-def motion_of(action: Action, values: Mapping[str, Any]) -> Motion:
+def motion_of(action: Action, values: Mapping[str, Any]) -> SymbolicMotion:
     """The motion of `action` where `values` are measured; raises `UnableError`.
 
     A kind this plant knows nothing of takes one tick and changes nothing.
     """
     planner = _PLANNERS.get(action.kind)
-    return Motion(_TICK, {}, {}) if planner is None else planner(action.parameters, values)
+    return SymbolicMotion(_TICK, {}, {}) if planner is None else planner(action.parameters, values)
 
 
 def check_parameters(kind: ActionKind, parameters: Mapping[str, Any]) -> None:
@@ -71,13 +71,13 @@ def check_parameters(kind: ActionKind, parameters: Mapping[str, Any]) -> None:
                     raise UnableError(f"bad parameter: `{name}` is not true or false")
 
 
-def _move_tool(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Motion:
+def _move_tool(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
     target, speed = _triple(parameters, "target"), _speed(parameters)
     duration = _TICK + _PEAK_TO_MEAN * dist(values.get("tool_position", target), target) / speed
-    return Motion(duration, {"tool_speed": speed}, {"tool_position": target, "tool_speed": 0.0})
+    return SymbolicMotion(duration, {"tool_speed": speed}, {"tool_position": target, "tool_speed": 0.0})
 
 
-def _move_base(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Motion:
+def _move_base(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
     x, y, speed = _number(parameters, "x"), _number(parameters, "y"), _speed(parameters)
     before = values.get("base_position", (x, y, 0.0))
     way = (x - before[0], y - before[1])
@@ -87,23 +87,23 @@ def _move_base(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Moti
         # The arm rides along.
         tool = values["tool_position"]
         changed["tool_position"] = (tool[0] + way[0], tool[1] + way[1], tool[2])
-    return Motion(duration, {}, changed)
+    return SymbolicMotion(duration, {}, changed)
 
 
-def _grip(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Motion:
+def _grip(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
     width, _ = _number(parameters, "width"), _number(parameters, "force")
-    return Motion(_GRIP, {}, {"finger_gap": width})
+    return SymbolicMotion(_GRIP, {}, {"finger_gap": width})
 
 
-def _wait(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Motion:
-    return Motion(max(_TICK, _number(parameters, "duration")), {}, {})
+def _wait(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
+    return SymbolicMotion(max(_TICK, _number(parameters, "duration")), {}, {})
 
 
-def _look(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Motion:
-    return Motion(_LOOK, {}, {})
+def _look(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
+    return SymbolicMotion(_LOOK, {}, {})
 
 
-_PLANNERS: Final[dict[str, Callable[[Mapping[str, Any], Mapping[str, Any]], Motion]]] = {
+_PLANNERS: Final[dict[str, Callable[[Mapping[str, Any], Mapping[str, Any]], SymbolicMotion]]] = {
     "move_tool": _move_tool,
     "slide": _move_tool,
     "move_base": _move_base,

@@ -53,11 +53,11 @@ _SCALARS: Final[dict[type, str]] = {
 }
 
 
-def decode(node: Node, schema: type[T], sink: Diagnostics, *, key_span: Span | None = None) -> T | None:
+def decode(node: Node, schema: type[T], sink: Diagnostics) -> T | None:
     """`node` as an instance of the dataclass `schema`; None if `sink` was told why not."""
     if not dataclasses.is_dataclass(schema):
         raise MisuseError(f"{schema!r} is not a dataclass")
-    decoded: T | None = _Decoder(sink).value(node, schema, _Place("", key_span))
+    decoded: T | None = _Decoder(sink).value(node, schema, _Place("", None))
     return decoded
 
 

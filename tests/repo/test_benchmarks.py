@@ -64,3 +64,14 @@ def test_the_benchmark_of_the_symbolic_plant_runs() -> None:
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("2 runs, 2 to their goal;")
     assert "audit record" in done.stdout
+
+
+def test_the_benchmark_of_isolation_runs() -> None:
+    command = [sys.executable, "-m", "benchmarks.isolation", "--invocations", "1"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert [line.partition(":")[0].partition(",")[0] for line in done.stdout.splitlines()[1:]] == [
+        "first zygote",
+        "an invocation",
+        "an action",
+    ]

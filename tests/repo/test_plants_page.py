@@ -7,6 +7,8 @@ import re
 import shutil
 from pathlib import Path
 
+import pytest
+
 from aeros.sim.conformance.suite import CHECKS
 from tests.repo.shown import COMMAND, carry_out
 from tests.repo.tree import ROOT, check_generated, text_of
@@ -15,6 +17,7 @@ _PAGE = text_of("docs/plants.md")
 _BLOCK = re.compile(r"^```(python|console)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
+@pytest.mark.physics
 def test_the_page_does_what_it_says(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "ecms", tmp_path / "ecms")
     commands = 0

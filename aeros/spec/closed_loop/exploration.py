@@ -8,8 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from aeros.spec.closed_loop.invocation import State
-from aeros.spec.closed_loop.transition_system import Node, TransitionSystem
-from aeros.spec.closed_loop.transition_system import NotExploredError as NotExploredError
+from aeros.spec.closed_loop.transition_system import Node, NotExploredError, TransitionSystem
 from aeros.spec.model import Ecm, Site, Task
 
 MAX_STARTS = 4096
