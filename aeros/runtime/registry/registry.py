@@ -93,7 +93,8 @@ class Registry:
             files = module_files(source)
             digest = bundle_digest(files)
             if pinned is not None and pinned.removeprefix("sha256:") != digest:
-                raise _refused("AE963", f"`{source.name}` is not what was pinned: its digest is sha256:{digest}")
+                name, found = source.name, f"sha256:{digest}"
+                raise _refused("AE963", f"`{name}` is not what was pinned: its digest is {found}")
             site = self._policy_of(old)
             ecm = _read(site, source)
             kept = old.modules.get(ecm.id)
