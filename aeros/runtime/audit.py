@@ -54,6 +54,9 @@ BATCH: Final = 64
 
 _OWNER_ONLY: Final = 0o600
 
+_ENCODED: Final = ("state", "motion")
+"""Details of a decision that come with their canonical text, as its digests are of that; ours alone."""
+
 
 class AuditError(Exception):
     """The record cannot be written, so nothing may move."""
@@ -193,7 +196,8 @@ class AuditLog:
                 "written": self._clock() if written is None else written,
                 "event": event,
                 "details": dict(details),
-            }
+            },
+            _ENCODED,
         )
         line, head = end_record(body)
         self._write(line, cut=cut, sync=self._syncs(event, details))

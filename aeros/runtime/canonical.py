@@ -9,8 +9,10 @@ the same double.
 from __future__ import annotations
 
 import hashlib
-import json
+from collections.abc import Collection
 from dataclasses import dataclass
+from functools import cached_property
+from json.encoder import encode_basestring_ascii
 from math import isfinite
 from typing import Any, Final
 
@@ -23,21 +25,46 @@ _DEEPEST: Final = 32
 _MOST_BITS: Final = 256
 """Length of the longest integer that is encoded."""
 
+_DETAIL: Final = 2
+"""How deep the details of a record are in it."""
+
 _MARKS: Final = ("float", "unencodable", "dict")
 """Keys that, alone in a dict, say that it stands for something else."""
 
 
-def canonical(value: Any) -> bytes:
+@dataclass(frozen=True)
+class Encoded:
+    """The canonical text of a value: what is put into a record after it was encoded for its digest.
+
+    size: what it takes of `MOST_SIZE`.
+    """
+
+    text: str
+    size: int
+
+    @cached_property
+    def digest(self) -> str:
+        """`digest_of` the value."""
+        return hashlib.sha256(self.text.encode("ascii")).hexdigest()
+
+
+def canonical(value: Any, known: Collection[str] = ()) -> bytes:
     """`value` as JSON: ASCII, sorted keys, no spaces, no NaN; equal values give equal bytes.
 
     NaN and infinities become `{"float": "nan"}` (`"inf"`, `"-inf"`), and everything else that JSON
     lacks `{"unencodable": TYPE}`; a dict that looks like one of these is wrapped, `{"dict": DICT}`.
     Once `MOST_SIZE` is used up, all that follows is unencodable: what must not be lost comes before
     what a stranger supplied.
+    known: names of details of a record; an `Encoded` there, and nowhere else, stands for its value.
+        A stranger must have no say about what is there.
     """
-    plain = _Encoder().encode(value, 0)
-    text = json.dumps(plain, sort_keys=True, separators=(",", ":"), allow_nan=False)
-    return text.encode("ascii")
+    return Encoder(known).text(value, 0).encode("ascii")
+
+
+def encoded(value: Any) -> Encoded:
+    """The canonical text of `value`, and its size."""
+    encoder = Encoder()
+    return Encoded(encoder.text(value, 0), encoder.used)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,38 +101,60 @@ def type_name(value: Any) -> str:
     return str.__getitem__(name, slice(0, 100))
 
 
-class _Encoder:
-    def __init__(self) -> None:
-        self._left = MOST_SIZE
+class Encoder:
+    """Writes the canonical texts of values that share one `MOST_SIZE`."""
 
-    def encode(self, value: Any, depth: int) -> Any:
+    def __init__(self, known: Collection[str] = ()) -> None:
+        self._left = MOST_SIZE
+        self._known = known
+
+    @property
+    def used(self) -> int:
+        """How much of `MOST_SIZE` is used up."""
+        return MOST_SIZE - self._left
+
+    def text(self, value: Any, depth: int) -> str:
+        """Of a value at this depth of what is encoded."""
         kind = type(value)
         if kind is float and self._left > 0 and depth <= _DEEPEST:
             # Most of what is in a record.
             self._left -= 1
-            return value if isfinite(value) else {"float": repr(value)}
+            return repr(value) if isfinite(value) else f'{{"float":"{value!r}"}}'
         self._left -= 1 + (len(value) if kind in (str, list, tuple, dict) else 0)
         if self._left < 0 or depth > _DEEPEST:
             return _unencodable("too large")
-        if value is None or kind is bool or kind is str:
-            return value
+        if kind is str:
+            return encode_basestring_ascii(value)
+        if kind is bool:
+            return "true" if value else "false"
+        if value is None:
+            return "null"
         if kind is int and value.bit_length() <= _MOST_BITS:
-            return value
+            return repr(value)
         if kind is tuple or kind is list:
-            return [self.encode(item, depth + 1) for item in tuple(value)]
+            return f"[{','.join([self.text(item, depth + 1) for item in tuple(value)])}]"
         if kind is dict:
-            return self._encode_dict(list(value.items()), depth)
+            return self._of_dict(list(value.items()), depth)
         return _unencodable(type_name(value))
 
-    def _encode_dict(self, items: list[tuple[Any, Any]], depth: int) -> Any:
+    def _of_dict(self, items: list[tuple[Any, Any]], depth: int) -> str:
         if not all(type(key) is str for key, _ in items):
             return _unencodable("dict with keys that are no text")
-        self._left -= sum(len(key) for key, _ in items)
+        self._left -= sum([len(key) for key, _ in items])
         if self._left < 0:
             return _unencodable("too large")
-        plain = {key: self.encode(item, depth + 1) for key, item in items}
-        return {"dict": plain} if len(plain) == 1 and items[0][0] in _MARKS else plain
+        # In the order given, in which `MOST_SIZE` is used up; then sorted.
+        texts = [(key, self._item(key, item, depth + 1)) for key, item in items]
+        texts.sort()
+        text = "{" + ",".join([f"{encode_basestring_ascii(key)}:{part}" for key, part in texts]) + "}"
+        return f'{{"dict":{text}}}' if len(items) == 1 and items[0][0] in _MARKS else text
+
+    def _item(self, key: str, item: Any, depth: int) -> str:
+        if type(item) is not Encoded or depth != _DETAIL or key not in self._known:
+            return self.text(item, depth)
+        self._left -= item.size
+        return item.text if self._left >= 0 else _unencodable("too large")
 
 
-def _unencodable(what: str) -> dict[str, str]:
-    return {"unencodable": what}
+def _unencodable(what: str) -> str:
+    return f'{{"unencodable":{encode_basestring_ascii(what)}}}'

@@ -22,6 +22,7 @@ from aeros.runtime.ports import Plan, Plant, Readings, Trajectory
 from aeros.runtime.records import decision_details, motion_details
 from aeros.runtime.stated_motion import told_body, told_motion
 from aeros.runtime.step import UnderWay
+from aeros.runtime.told_readings import ReadingsTeller
 from aeros.runtime.trajectory import MotionDecider
 from aeros.runtime.usage import ClockError, Usage, denied_by_clock
 from aeros.skill import Action
@@ -53,7 +54,8 @@ class Deciding:
         self._histories = Histories(configuration.site)
         self._motions = MotionDecider(configuration.site.motion)
         self._usage = Usage(configuration.site.quotas)
-        self.monitors = Monitors(configuration.site, self._histories)
+        self.monitors = Monitors(gate.watched, self._histories)
+        self._teller = ReadingsTeller()
         self._body: tuple[object, str] | None = None  # the last that was recorded, and its digest
 
     def follow(self, configuration: Configuration) -> None:
@@ -62,13 +64,13 @@ class Deciding:
         Under the same site histories and quotas go on; under another, histories begin anew.
         """
         site = configuration.site
+        self._gate = self._gate.under(configuration)
         if site.digest != self._configuration.site.digest:
             self._histories = Histories(site)
             self._motions = MotionDecider(site.motion)
             self._usage = self._usage.under(site.quotas)
-            self.monitors = Monitors(site, self._histories)
+            self.monitors = Monitors(self._gate.watched, self._histories)
         self._configuration = configuration
-        self._gate = self._gate.under(configuration)
 
     def decide(self, caller: Caller, asked: Action, under_way: Sequence[UnderWay]) -> Decided:
         """Decide what `caller` asks for, on what is measured now."""
@@ -86,7 +88,7 @@ class Deciding:
         digest, beside = self._configuration.digest, [other.begun.record for other in others]
         halting = [other.begun.record for other in others if other.is_halting]
         details = decision_details(
-            decision, digest, now, readings, caller, asked, usage, beside, halting, motion
+            decision, digest, now, readings, caller, asked, usage, beside, halting, motion, self._teller.tell
         )
         record = self._audit.append("decision", details)
         if decision.verdict is Verdict.DENY:

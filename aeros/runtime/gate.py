@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 from typing import Any
 
 from aeros.runtime.attenuation import attenuated
@@ -31,6 +32,7 @@ from aeros.runtime.intake import as_executed, request_fault, take_given, take_re
 from aeros.runtime.layers import finite_objections
 from aeros.runtime.ports import Readings
 from aeros.runtime.straight import Answering, Criteria, Denying, compile_straight, decide_straight
+from aeros.runtime.watched import Watched
 from aeros.skill import Action
 from aeros.spec.backends.closure import Truths, compile_truths
 from aeros.spec.errors import InternalError
@@ -54,10 +56,16 @@ class Gate:
     """Decides actions under one configuration."""
 
     def __init__(self, configuration: Configuration, mode: GateMode = GateMode.COMPILED) -> None:
+        self._site = configuration.site
         self._mode = mode
         compiled = mode is not GateMode.Z3
         self._decider = _Decider(configuration, compiled)
         self._shadow = _Decider(configuration, compiled=False) if mode is GateMode.SHADOW else None
+
+    @cached_property
+    def watched(self) -> Watched:
+        """What monitors watch of the actions it has decided; compiled always, whatever its mode."""
+        return Watched(self._site)
 
     def under(self, configuration: Configuration) -> Gate:
         """A gate of the same mode for another configuration."""

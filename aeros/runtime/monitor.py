@@ -12,77 +12,122 @@ Of every two actions under way the joint rules are decided likewise (`beside`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Set
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Final, NamedTuple
 
-from aeros.runtime.beside import Begun, JointRules
-from aeros.runtime.conditions import CompiledCondition, Condition, Truth
-from aeros.runtime.form import Form, Scalars, forms_of
+from aeros.runtime.beside import Begun
+from aeros.runtime.form import Scalars, check_age
 from aeros.runtime.history import Histories, Known
-from aeros.runtime.intake import take_reading
-from aeros.runtime.ports import Reading, Readings
-from aeros.spec.model import Site
+from aeros.runtime.ports import Reading
+from aeros.runtime.watched import Rules, Watched
 
-_Rules = tuple[tuple[str, Condition], ...]
+_CHANGEABLE: Final = object()
+"""In place of a list, which may hold other values the next time that it is looked at."""
+
+
+class _Formed(NamedTuple):
+    """A value that has the form of its variable, and its scalars."""
+
+    value: Any
+    scalars: Scalars
 
 
 class Monitors:
     """The monitor of everything under way under one site: a `ports.Monitor`."""
 
-    def __init__(self, site: Site, histories: Histories) -> None:
+    def __init__(self, watched: Watched, histories: Histories) -> None:
+        self._compiled = watched
         self._histories = histories
-        self._state = forms_of(site.observed)
-        self._parameters = {name: forms_of(kind.parameters) for name, kind in site.kinds.items()}
-        self._rules: dict[str, _Rules] = {
-            name: tuple(
-                (
-                    rule.id,
-                    CompiledCondition(rule.terms[name], (*site.observed.values(), *kind.parameters.values())),
-                )
-                for rule in site.rules_on(name)
-            )
-            for name, kind in site.kinds.items()
-        }
-        self._joint = JointRules(site, compiled=True)
+        # Of each variable the last value that had its form; it is not looked at again while it is measured.
+        self._formed: dict[str, _Formed] = {}
+        self._measured: frozenset[str] = frozenset()
         self._watched: list[Begun] = []
-        self._watches: list[tuple[tuple[Begun, ...], _Watch]] = []
+        self._watches: list[tuple[tuple[Begun, ...], Rules, Scalars]] = []
         self._readings: dict[str, Reading] = {}
 
     def watch(self, begun: Begun) -> None:
         """From now on watch this action too, which has just been decided."""
         asked: Scalars = {}
-        for name, form in self._parameters[begun.action.kind].items():
+        for name, form in self._compiled.parameters[begun.action.kind].items():
             form.take(begun.action.parameters[name], asked)
-        self._add((begun,), self._rules[begun.action.kind], asked, begun.readings)
+        self._add((begun,), self._compiled.of(begun.action.kind), asked)
         for other in self._watched:
-            for rule, roles in self._joint.of(begun, other):
-                asked = rule.values(roles)
-                self._add((begun, other), ((rule.id, rule.condition),), asked, begun.readings)
-        if not self._watched:
-            self._readings = {}
-        self._readings.update(
-            {name: one for name, one in begun.readings.items() if name not in self._histories.names}
-        )
+            for rules, parameters in self._compiled.of_both(begun, other):
+                self._add((begun, other), rules, parameters)
+        if self._histories.names:
+            if not self._watched:
+                self._readings = {}
+            self._readings.update(
+                {name: one for name, one in begun.readings.items() if name not in self._histories.names}
+            )
         self._watched.append(begun)
 
     def forget(self, begun: Begun) -> None:
         """It is not under way any more."""
         self._watched.remove(begun)
-        self._watches = [(whose, watch) for whose, watch in self._watches if begun not in whose]
+        self._watches = [one for one in self._watches if begun not in one[0]]
+        if not self._watched:
+            self._measured = frozenset()
 
     def __call__(self, now: float, measured: Mapping[str, Any]) -> str | None:
         """The id of the first rule that does not hold, or `input:NAME`; else None."""
         known = self._look_back(now, measured)
-        for _, watch in self._watches:
-            broken = watch.broken(now, measured, known)
+        if not self._watches:
+            return None
+        broken = self._fault(now, measured)
+        if broken is not None:
+            return broken
+        for _, rules, values in self._watches:
+            for name in rules.reads:
+                if name in self._histories.names:
+                    self._take_history(name, known, values)
+                elif name in measured:
+                    values.update(self._formed[name].scalars)
+            broken = rules.broken(values)
             if broken is not None:
                 return broken
         return None
 
-    def _add(self, whose: tuple[Begun, ...], rules: _Rules, values: Scalars, readings: Readings) -> None:
-        for name, reading in readings.items():
-            self._state[name].take(reading.value, values)
-        self._watches.append((whose, _Watch(self._state, rules, values, self._histories.names)))
+    def _add(self, whose: tuple[Begun, ...], rules: Rules, values: Scalars) -> None:
+        """Watch with these parameters, and with the state that the first of them was decided on."""
+        for name in rules.reads:
+            reading = whose[0].readings.get(name)
+            if reading is not None:
+                self._compiled.forms[name].take(reading.value, values)
+        self._watches.append((whose, rules, values))
+
+    def _fault(self, now: float, measured: Mapping[str, Any]) -> str | None:
+        """`input:NAME` of what is measured no more, or not as it should be; takes the scalars of the rest."""
+        if len(measured) != len(self._measured) or not self._measured <= measured.keys():
+            gone = self._measured - measured.keys()
+            if gone:
+                return f"input:{min(gone)}"
+            self._measured = frozenset(measured)
+        for name, value in measured.items():
+            formed = self._formed.get(name)
+            if formed is not None and formed.value is value:
+                continue
+            form = self._compiled.forms.get(name)
+            if form is None:
+                return f"input:{name}"
+            if type(value) is Reading:
+                if check_age(form, getattr(value, "time", None), now, True) is not None:
+                    return f"input:{name}"
+                value = getattr(value, "value", None)
+                if formed is not None and formed.value is value:
+                    continue
+            scalars = self._compiled.taking[name](value)
+            if scalars is None:
+                return f"input:{name}"
+            self._formed[name] = _Formed(_CHANGEABLE if type(value) is list else value, scalars)
+        return None
+
+    def _take_history(self, name: str, known: Known, values: Scalars) -> None:
+        scalars = self._compiled.taking[name](known[name]) if name in known else None
+        if scalars is None:
+            values.pop(name, None)
+        else:
+            values.update(scalars)
 
     def _look_back(self, now: float, measured: Mapping[str, Any]) -> Known:
         """The histories that are known at this tick, which is one moment, however many are watched."""
@@ -93,42 +138,3 @@ class Monitors:
             for name, value in measured.items()
         )
         return self._histories.advance(self._readings, now)
-
-
-class _Watch:
-    """Rules on one action or on two; keeps the latest values, and which of them were measured last."""
-
-    def __init__(
-        self, state: Mapping[str, Form], rules: _Rules, values: Scalars, histories: Set[str]
-    ) -> None:
-        self._state = state
-        self._rules = rules
-        self._values = values
-        self._histories = histories
-        self._measured: Set[str] = frozenset()
-
-    def broken(self, now: float, measured: Mapping[str, Any], known: Known) -> str | None:
-        """What does not hold where these values are measured and these histories known."""
-        gone = self._measured - measured.keys()
-        if gone:
-            return f"input:{min(gone)}"
-        self._measured = set(measured)
-        for name, value in measured.items():
-            form = self._state.get(name)
-            if form is None:
-                return f"input:{name}"
-            if type(value) is Reading:
-                fault = take_reading(form, value, now, True, self._values)
-            else:
-                fault = form.take(value, self._values)
-            if fault is not None:
-                return f"input:{name}"
-        for name in self._histories:
-            if name not in known or self._state[name].take(known[name], self._values) is not None:
-                self._values.pop(name, None)
-        for rule, condition in self._rules:
-            if not condition.names <= self._values.keys():
-                return f"input:{min(condition.names - self._values.keys())}"
-            if condition.decide(self._values) is not Truth.HOLDS:
-                return rule
-        return None

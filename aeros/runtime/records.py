@@ -6,14 +6,15 @@ before it must not suffer (`canonical`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
-from aeros.runtime.canonical import digest_of
+from aeros.runtime.canonical import Encoded, encoded
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Decision, Reason
 from aeros.runtime.ports import Readings
+from aeros.runtime.told_readings import told_readings
 from aeros.skill import Action
 
 
@@ -47,6 +48,7 @@ def decision_details(
     beside: Sequence[int] = (),
     halting: Sequence[int] = (),
     motion: Mapping[str, Any] = MappingProxyType({}),
+    tell: Callable[[Readings], Encoded] = told_readings,
 ) -> dict[str, Any]:
     """Everything that was decided on, and what was decided: enough to decide it again.
 
@@ -54,13 +56,14 @@ def decision_details(
     beside: the records of the decisions on the actions that were under way.
     halting: those of them that came to rest before their ends.
     motion: where the whole motion was to be decided, what `motion_details` says of it.
+    tell: what says of the readings what `told_readings` says.
     """
-    state = {name: [reading.value, reading.time] for name, reading in readings.items()}
+    state = tell(readings)
     return {
         **outcome_details(decision),
         "configuration": configuration_digest,
         "time": now,
-        "state_digest": digest_of(state),
+        "state_digest": state.digest,
         "state": state,
         "usage": None if usage is None else dict(usage),
         **({"beside": list(beside)} if beside else {}),
@@ -82,7 +85,8 @@ def outcome_details(decision: Decision) -> dict[str, Any]:
 
 def motion_details(gated: Decision, decision: Decision, motion: Mapping[str, Any]) -> dict[str, Any]:
     """The motion that the action becomes, as it is told; where that was denied, what the gate had said."""
-    told = {"motion_digest": digest_of(motion), "motion": motion}
+    encoding = encoded(motion)
+    told = {"motion_digest": encoding.digest, "motion": encoding}
     return told if decision is gated else {**told, "gate": outcome_details(gated)}
 
 

@@ -14,6 +14,7 @@ from aeros.runtime.decision import Verdict
 from aeros.runtime.history import Histories
 from aeros.runtime.monitor import Monitors
 from aeros.runtime.ports import Monitor, Reading, Readings
+from aeros.runtime.watched import Watched
 from aeros.skill import Action
 from tests.unit.runtime.bench import NOW, STATE, Request, configuration, gate, request, without
 
@@ -21,7 +22,7 @@ from tests.unit.runtime.bench import NOW, STATE, Request, configuration, gate, r
 def monitors() -> Monitors:
     """Of nothing yet, under the site of the bench."""
     site = configuration().site
-    return Monitors(site, Histories(site))
+    return Monitors(Watched(site), Histories(site))
 
 
 def watching(action: Action, readings: Readings) -> Monitor:

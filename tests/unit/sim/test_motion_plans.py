@@ -17,6 +17,7 @@ from aeros.runtime.kinematics import Posture
 from aeros.runtime.monitor import Monitors
 from aeros.runtime.ports import Completion, Motionless, Trajectory
 from aeros.runtime.trajectory import MotionDecider
+from aeros.runtime.watched import Watched
 from aeros.sim.body import CAPSULES, PANDA
 from aeros.sim.bullet import DATA
 from aeros.sim.kinematics import FLANGE, READY, forward
@@ -244,7 +245,7 @@ def test_a_violation_is_a_protective_stop_within_one_tick(
 ) -> None:
     action = act("move_tool", target=(0.45, 0.1, 0.35), yaw=0.0, speed=0.1)
     fault(plant)
-    watch = Monitors(site, Histories(site))
+    watch = Monitors(Watched(site), Histories(site))
     watch.watch(Begun(action, plant.observe(), plant.now(), 0))
     violations: list[int] = []
     stops: list[int] = []
