@@ -11,7 +11,7 @@ from aeros.agent.journal import Journal
 from aeros.agent.memory import Beginning, Ending, Memory
 from aeros.agent.report import Role, StepRecord
 from aeros.agent.supervisor import judge, precondition_problem
-from aeros.agent.values import plain
+from aeros.agent.values import Kept, plain
 from aeros.agent.world import World, measured_world
 from aeros.runtime.ports import Ended, Runtime, StepHandle, StepResult, StepStatus
 
@@ -77,13 +77,14 @@ class Attempts:
         self._journal = journal
         self._dispatcher = Dispatcher(runtime, memory)
         self._task = task
+        self._exactly = Kept()
         self.records: list[StepRecord] = []
         self.world: World = self.observe()
 
     def observe(self) -> World:
         """Measure the world anew."""
         readings = self._runtime.observe()
-        self.world = measured_world(self._runtime.site.state, readings, self._runtime.now())
+        self.world = measured_world(self._runtime.site.state, readings, self._runtime.now(), self._exactly)
         return self.world
 
     def wait(self, until: float) -> Ended | None:

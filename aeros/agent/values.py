@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any, cast
 
@@ -23,6 +23,28 @@ def exact(declared: Declared, value: Any) -> Value:
     Raises `UnusableValueError`.
     """
     return _exact(declared, declared.variable.type, value)
+
+
+Exactly = Callable[[Declared, Any], Value]
+"""What makes a value exact."""
+
+
+class Kept:
+    """`exact`, which takes what it gave last of a variable where the value is the same object again."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, tuple[Declared, Any, Value]] = {}
+
+    def __call__(self, declared: Declared, value: Any) -> Value:
+        """See `exact`."""
+        name = declared.variable.name
+        kept = self._kept.get(name)
+        # A list may hold other values by now.
+        if kept is not None and kept[0] is declared and kept[1] is value and type(value) is not list:
+            return kept[2]
+        found = exact(declared, value)
+        self._kept[name] = (declared, value, found)
+        return found
 
 
 def plain(value: Any) -> Any:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from aeros.agent.values import UnusableValueError, exact, plain
+from aeros.agent.values import Exactly, UnusableValueError, exact, plain
 from aeros.runtime.ports import Reading, Readings
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment, Value, holds
@@ -62,31 +62,38 @@ class World:
         return {name: plain(self.known.get(name)) for name in t.variables_of(condition)}
 
 
-def measured_world(state: Mapping[str, Declared], readings: Readings, now: float) -> World:
-    """The world as `readings` show it at `now`; readings of undeclared names are left out."""
+def measured_world(
+    state: Mapping[str, Declared], readings: Readings, now: float, exactly: Exactly = exact
+) -> World:
+    """The world as `readings` show it at `now`; readings of undeclared names are left out.
+
+    exactly: makes values exact as `exact` does.
+    """
     known: dict[str, Value] = {}
     unknown: dict[str, str] = {}
     for name, declared in state.items():
         try:
-            known[name] = _measured(declared, readings.get(name), now)
+            known[name] = _measured(declared, readings.get(name), now, exactly)
         except UnusableValueError as error:
             unknown[name] = str(error)
     predicates = {name: plain(known.get(name)) for name, declared in state.items() if _is_predicate(declared)}
     return World(now, known, unknown, predicates)
 
 
-def _measured(declared: Declared, reading: Reading | None, now: float) -> Value:
+def _measured(declared: Declared, reading: Reading | None, now: float, exactly: Exactly) -> Value:
     if reading is None:
         raise UnusableValueError("is not measured")
     if not (_is_time(reading.time) and _is_time(now)):
         raise UnusableValueError("has no usable time stamp")
+    if reading.time == now and declared.max_age is not None:
+        return exactly(declared, reading.value)
     age = Fraction(now) - Fraction(reading.time)
     if declared.max_age is None or age > declared.max_age:
         limit = "no age" if declared.max_age is None else f"{float(declared.max_age):g} s"
         raise UnusableValueError(f"was measured {float(age):g} s ago; {limit} is allowed")
     if age < 0:
         raise UnusableValueError("is stamped with a time that has not come yet")
-    return exact(declared, reading.value)
+    return exactly(declared, reading.value)
 
 
 def _is_time(seconds: object) -> bool:

@@ -48,11 +48,11 @@ class DecisionCounts:
         """These and one decision more."""
         match verdict:
             case Verdict.ALLOW:
-                return replace(self, allowed=self.allowed + 1)
+                return DecisionCounts(self.allowed + 1, self.attenuated, self.denied)
             case Verdict.ATTENUATE:
-                return replace(self, attenuated=self.attenuated + 1)
+                return DecisionCounts(self.allowed, self.attenuated + 1, self.denied)
             case Verdict.DENY:
-                return replace(self, denied=self.denied + 1)
+                return DecisionCounts(self.allowed, self.attenuated, self.denied + 1)
 
 
 @dataclass(frozen=True, slots=True)

@@ -48,8 +48,8 @@ class Monitors:
     def watch(self, begun: Begun) -> None:
         """From now on watch this action too, which has just been decided."""
         asked: Scalars = {}
-        for name, form in self._compiled.parameters[begun.action.kind].items():
-            form.take(begun.action.parameters[name], asked)
+        for name, taking in self._compiled.parameters[begun.action.kind].items():
+            asked.update(taking(begun.action.parameters[name]) or {})
         self._add((begun,), self._compiled.of(begun.action.kind), asked)
         for other in self._watched:
             for rules, parameters in self._compiled.of_both(begun, other):
@@ -93,7 +93,7 @@ class Monitors:
         for name in rules.reads:
             reading = whose[0].readings.get(name)
             if reading is not None:
-                self._compiled.forms[name].take(reading.value, values)
+                values.update(self._scalars(name, reading.value) or {})
         self._watches.append((whose, rules, values))
 
     def _fault(self, now: float, measured: Mapping[str, Any]) -> str | None:
@@ -114,16 +114,22 @@ class Monitors:
                 if check_age(form, getattr(value, "time", None), now, True) is not None:
                     return f"input:{name}"
                 value = getattr(value, "value", None)
-                if formed is not None and formed.value is value:
-                    continue
-            scalars = self._compiled.taking[name](value)
-            if scalars is None:
+            if self._scalars(name, value) is None:
                 return f"input:{name}"
-            self._formed[name] = _Formed(_CHANGEABLE if type(value) is list else value, scalars)
         return None
 
+    def _scalars(self, name: str, value: Any) -> Scalars | None:
+        """Those of a state variable's value, or None where that has not its form."""
+        formed = self._formed.get(name)
+        if formed is not None and formed.value is value:
+            return formed.scalars
+        scalars = self._compiled.taking[name](value)
+        if scalars is not None:
+            self._formed[name] = _Formed(_CHANGEABLE if type(value) is list else value, scalars)
+        return scalars
+
     def _take_history(self, name: str, known: Known, values: Scalars) -> None:
-        scalars = self._compiled.taking[name](known[name]) if name in known else None
+        scalars = self._scalars(name, known[name]) if name in known else None
         if scalars is None:
             values.pop(name, None)
         else:

@@ -17,16 +17,21 @@ def observation_for(ecm: Ecm, site: Site, readings: Readings, now: float) -> dic
     Everything else is left out, which a skill reads as unknown.
     """
     visible: dict[str, Any] = {}
+    sensors = ecm.access.sensors
     for name, declared in site.state.items():
-        reading = readings.get(name)
-        if reading is not None and declared.sensor in ecm.access.sensors and _fresh(reading, declared, now):
-            visible[name] = reading.value
+        if declared.sensor in sensors:
+            reading = readings.get(name)
+            if reading is not None and _fresh(reading, declared, now):
+                visible[name] = reading.value
     return visible
 
 
 def _fresh(reading: Reading, declared: Declared, now: float) -> bool:
-    if declared.max_age is None or not isfinite(reading.time) or not isfinite(now):
+    time = reading.time
+    if declared.max_age is None or not isfinite(now):
         return False
-    if reading.time == now:
+    if time == now:
         return True
-    return 0 <= Fraction(now) - Fraction(reading.time) <= declared.max_age
+    if not isfinite(time):
+        return False
+    return 0 <= Fraction(now) - Fraction(time) <= declared.max_age

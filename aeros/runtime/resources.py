@@ -41,6 +41,8 @@ class Resources:
 
     def grant(self) -> list[int]:
         """Those whose turn it is, in the order they asked in; they hold what they need from now on."""
+        if not self._waiting:
+            return []
         free = Counter(self._capacities)
         free.subtract(name for needs in self._held.values() for name in needs)
         awaited: set[str] = set()

@@ -52,14 +52,18 @@ class Rules:
 class Watched:
     """Of one site, for as many monitors as there are runs under it.
 
-    forms: of each state variable; parameters: of each action kind's parameters.
+    forms: of each state variable.
     taking: for each state variable, its scalars from a value, or None of a value without its form.
+    parameters: for each action kind, the same of its parameters.
     """
 
     def __init__(self, site: Site) -> None:
         self.forms = forms_of(site.observed)
         self.taking = {name: _Writer().taking(form) for name, form in self.forms.items()}
-        self.parameters = {name: forms_of(kind.parameters) for name, kind in site.kinds.items()}
+        self.parameters = {
+            name: {one: _Writer().taking(form) for one, form in forms_of(kind.parameters).items()}
+            for name, kind in site.kinds.items()
+        }
         self._variables = {scalar: name for name, form in self.forms.items() for scalar in form.names}
         self._rules = {name: self._of_kind(site, kind) for name, kind in site.kinds.items()}
         self._joint = JointRules(site, compiled=True)

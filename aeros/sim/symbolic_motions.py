@@ -134,7 +134,10 @@ def _speed(parameters: Mapping[str, Any]) -> float:
 
 def _finite(name: str, value: object) -> float:
     try:
-        if isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value):
+        if type(value) is float:
+            if isfinite(value):
+                return value
+        elif isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value):
             return float(value)
     except OverflowError:
         pass  # a whole number that is no double
