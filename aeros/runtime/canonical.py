@@ -11,7 +11,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Collection
 from dataclasses import dataclass
-from functools import cached_property
 from json.encoder import encode_basestring_ascii
 from math import isfinite
 from typing import Any, Final
@@ -42,7 +41,7 @@ class Encoded:
     text: str
     size: int
 
-    @cached_property
+    @property
     def digest(self) -> str:
         """`digest_of` the value."""
         return hashlib.sha256(self.text.encode("ascii")).hexdigest()
@@ -134,24 +133,30 @@ class Encoder:
         if kind is tuple or kind is list:
             return f"[{','.join([self.text(item, depth + 1) for item in tuple(value)])}]"
         if kind is dict:
-            return self._of_dict(list(value.items()), depth)
+            return self._of_dict(value, depth)
         return _unencodable(type_name(value))
 
-    def _of_dict(self, items: list[tuple[Any, Any]], depth: int) -> str:
-        if not all(type(key) is str for key, _ in items):
-            return _unencodable("dict with keys that are no text")
-        self._left -= sum([len(key) for key, _ in items])
+    def _of_dict(self, value: dict[Any, Any], depth: int) -> str:
+        for key in value:
+            if type(key) is not str:
+                return _unencodable("dict with keys that are no text")
+            self._left -= len(key)
         if self._left < 0:
             return _unencodable("too large")
         # In the order given, in which `MOST_SIZE` is used up; then sorted.
-        texts = [(key, self._item(key, item, depth + 1)) for key, item in items]
+        known = self._known if depth + 1 == _DETAIL else ()
+        texts = [
+            (
+                key,
+                self._spliced(item) if type(item) is Encoded and key in known else self.text(item, depth + 1),
+            )
+            for key, item in value.items()
+        ]
         texts.sort()
         text = "{" + ",".join([f"{encode_basestring_ascii(key)}:{part}" for key, part in texts]) + "}"
-        return f'{{"dict":{text}}}' if len(items) == 1 and items[0][0] in _MARKS else text
+        return f'{{"dict":{text}}}' if len(texts) == 1 and texts[0][0] in _MARKS else text
 
-    def _item(self, key: str, item: Any, depth: int) -> str:
-        if type(item) is not Encoded or depth != _DETAIL or key not in self._known:
-            return self.text(item, depth)
+    def _spliced(self, item: Encoded) -> str:
         self._left -= item.size
         return item.text if self._left >= 0 else _unencodable("too large")
 

@@ -6,8 +6,8 @@ from fractions import Fraction
 from math import isfinite
 from typing import Any
 
-from aeros.runtime.ports import Reading, Readings
-from aeros.spec.model import Declared, Ecm, Site
+from aeros.runtime.ports import Readings
+from aeros.spec.model import Ecm, Site
 
 
 def observation_for(ecm: Ecm, site: Site, readings: Readings, now: float) -> dict[str, Any]:
@@ -17,21 +17,18 @@ def observation_for(ecm: Ecm, site: Site, readings: Readings, now: float) -> dic
     Everything else is left out, which a skill reads as unknown.
     """
     visible: dict[str, Any] = {}
+    if not isfinite(now):
+        return visible
     sensors = ecm.access.sensors
     for name, declared in site.state.items():
-        if declared.sensor in sensors:
+        if declared.sensor in sensors and declared.max_age is not None:
             reading = readings.get(name)
-            if reading is not None and _fresh(reading, declared, now):
+            if reading is not None and (
+                reading.time == now or _is_recent(reading.time, now, declared.max_age)
+            ):
                 visible[name] = reading.value
     return visible
 
 
-def _fresh(reading: Reading, declared: Declared, now: float) -> bool:
-    time = reading.time
-    if declared.max_age is None or not isfinite(now):
-        return False
-    if time == now:
-        return True
-    if not isfinite(time):
-        return False
-    return 0 <= Fraction(now) - Fraction(time) <= declared.max_age
+def _is_recent(time: float, now: float, max_age: Fraction) -> bool:
+    return isfinite(time) and 0 <= Fraction(now) - Fraction(time) <= max_age

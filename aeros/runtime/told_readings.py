@@ -36,15 +36,18 @@ class ReadingsTeller:
 
     def __init__(self) -> None:
         self._kept: dict[str, _Told] = {}
+        self._names: dict[str, None] = {}  # sorted
 
     def tell(self, readings: Readings) -> Encoded:
         """The readings with their canonical text."""
         # A single one could look like what stands for something else; what has no name is not told.
-        if len(readings) < 2 or not all(type(name) is str for name in readings):
-            return told_readings(readings)
+        if readings.keys() != self._names.keys():
+            if len(readings) < 2 or not all(type(name) is str for name in readings):
+                return told_readings(readings)
+            self._names = dict.fromkeys(sorted(readings))
         texts, size = [], 1 + len(readings)
         time, ending = None, ""
-        for name in sorted(readings):
+        for name in self._names:
             reading = readings[name]
             value = reading.value
             if reading.time is not time:
