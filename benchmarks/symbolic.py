@@ -15,11 +15,8 @@ import argparse
 import sys
 import tempfile
 import time
-from collections import defaultdict
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from aeros.agent.loop import awake
 from aeros.agent.memory import Memory
@@ -35,12 +32,13 @@ from aeros.sim.symbolic import SymbolicPlant
 from aeros.spec.doubles import as_doubles
 from aeros.spec.folders import reference_site
 from aeros.spec.model import Durability
+from benchmarks.shares import Part, told_apart
 
 _TASK: Final = "make_dumplings"
 
 _REST: Final = "agent, executor and the rest"
 
-_PARTS: Final[tuple[tuple[str, Any, tuple[str, ...]], ...]] = (
+_PARTS: Final[tuple[Part, ...]] = (
     ("plant", SymbolicPlant, ("__init__", "observe", "plan", "begin", "advance", "skill_ended")),
     ("gate", Gate, ("decide",)),
     ("monitor", Monitors, ("__init__", "__call__", "watch", "forget")),
@@ -49,57 +47,11 @@ _PARTS: Final[tuple[tuple[str, Any, tuple[str, ...]], ...]] = (
     ("agent's memory", Memory, ("begin", "end", "remember", "learn", "interrupt", "end_session")),
     ("skill code", SkillRun, ("resume",)),
 )
-"""What is told apart: classes or modules, and the functions of theirs by which the rest calls them."""
 
 
-class Shares:
-    """Processor seconds spent in each part, and in nothing that it calls of another."""
-
-    def __init__(self) -> None:
-        self.seconds: defaultdict[str, float] = defaultdict(float)
-        self._inside: list[str] = []
-        self._since = time.process_time()
-
-    def _pass(self, part: str | None) -> None:
-        now = time.process_time()
-        self.seconds[self._inside[-1] if self._inside else _REST] += now - self._since
-        self._since = now
-        if part is None:
-            self._inside.pop()
-        else:
-            self._inside.append(part)
-
-    def counted(self, part: str, method: Callable[..., Any]) -> Callable[..., Any]:
-        """`method`, its time counted for `part`."""
-
-        def call(*arguments: Any, **named: Any) -> Any:
-            self._pass(part)
-            try:
-                return method(*arguments, **named)
-            finally:
-                self._pass(None)
-
-        return call
-
-
-@contextmanager
-def told_apart(shares: Shares) -> Iterator[None]:
-    """Count the time of each part while the block runs."""
-    kept = [(owner, name, owner.__dict__[name]) for _, owner, names in _PARTS for name in names]
-    for part, owner, names in _PARTS:
-        for name in names:
-            setattr(owner, name, shares.counted(part, owner.__dict__[name]))
-    try:
-        yield
-    finally:
-        for owner, name, method in kept:
-            setattr(owner, name, method)
-
-
-def run_tasks(configuration: Configuration, runs: int, folder: Path) -> tuple[int, int, int]:
+def run_tasks(configuration: Configuration, gate: Gate, runs: int, folder: Path) -> tuple[int, int, int]:
     """Runs that reached their goal, steps, and records; seeds are 0, 1, and so on."""
     initial = as_doubles(configuration.modules[_TASK].tasks[_TASK].initial)
-    gate = Gate(configuration)
     reached = steps = 0
     with AuditLog(folder / "audit.jsonl", durability=Durability.BATCHED) as audit:
         for seed in range(runs):
@@ -122,19 +74,27 @@ def main(argv: list[str]) -> None:
     parser.add_argument("--folder", type=Path, default=Path("/dev/shm"), help="where agent and log are kept")  # noqa: S108
     arguments = parser.parse_args(argv)
     configuration, _ = prove([Path(__file__).parents[1] / "ecms"], reference_site(), certified=True)
-    # Once for what is imported and compiled at first use.
-    for runs in (5, arguments.runs):
-        shares = Shares()
-        with tempfile.TemporaryDirectory(dir=arguments.folder) as folder, told_apart(shares):
+    gate = Gate(configuration)
+
+    def measured(runs: int) -> tuple[tuple[int, int, int], float, float]:
+        with tempfile.TemporaryDirectory(dir=arguments.folder) as folder:
             began, began_cpu = time.perf_counter(), time.process_time()
-            reached, steps, records = run_tasks(configuration, runs, Path(folder))
-            cpu, wall = time.process_time() - began_cpu, time.perf_counter() - began
+            found = run_tasks(configuration, gate, runs, Path(folder))
+            return found, time.process_time() - began_cpu, time.perf_counter() - began
+
+    runs = arguments.runs
+    # Once for what is imported and compiled at first use.
+    measured(min(runs, 5))
+    (reached, steps, records), cpu, wall = measured(runs)
+    with told_apart(_PARTS, _REST) as shares:
+        _, apart, _ = measured(runs)
     print(
         f"{runs} runs, {reached} to their goal; {steps / runs:.2f} steps, {records / runs:.0f} records each"
     )
     print(f"{1000 * cpu / runs:.1f} ms of processor a run, {1000 * wall / runs:.1f} ms by the clock")
+    print(f"told apart, which takes {1000 * (apart - cpu) / runs:.1f} ms by itself:")
     for part, seconds in sorted(shares.seconds.items(), key=lambda one: -one[1]):
-        print(f"  {part:30} {1000 * seconds / runs:6.1f} ms  {100 * seconds / cpu:3.0f} %")
+        print(f"  {part:30} {1000 * seconds / runs:6.1f} ms  {100 * seconds / apart:3.0f} %")
     print(f"10,000 runs: {10_000 * cpu / runs / 60:.1f} minutes of one processor")
 
 
