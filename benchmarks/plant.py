@@ -1,0 +1,303 @@
+"""What deciding costs beside physics, and where the time of a trial goes: `python -m benchmarks.plant`.
+
+Each task is run on the physics plant from its beginning to its measured goal: agent with its memory, gate,
+monitor and audit record as in `aeros run`, without a film.  Modules are proved and the gate is compiled
+once; skills run in this process, as of modules that the site trusts (`benchmarks.isolation` tells what a
+worker costs).  Three times are told, in turn, of the very same motions:
+
+- raw: PyBullet alone steps a world of the same scene, its motors set as they were in the run;
+- plant: a plant is asked for the same actions by nobody in particular: planning, motors, sensors;
+- run: the whole, so that what it takes beyond `plant` is gate, monitor of limits, audit, memory and agent;
+
+and what it takes beyond `plant` that the distance of a person is measured at every tick.  At the end all
+things must be in the same places, to the last bit.  Then the same runs on one process and on two, by the
+clock: this alone needs a machine that does nothing else.
+
+Processor time is counted, as other work on the machine does not add to it, or not much.
+"""
+
+from __future__ import annotations
+
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack, contextmanager
+from dataclasses import asdict, dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from aeros.agent.loop import awake
+from aeros.agent.memory import Memory
+from aeros.runtime import deciding
+from aeros.runtime.audit import AuditLog
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.executor import Executor
+from aeros.runtime.gate import Gate
+from aeros.runtime.monitor import Monitors
+from aeros.runtime.ports import Plant
+from aeros.runtime.proving import prove
+from aeros.runtime.skill_run import SkillRun, run_in_process
+from aeros.runtime.trajectory import MotionDecider
+from aeros.sim.panda import Panda
+from aeros.sim.people import People, Person, Waypoint
+from aeros.sim.physics import PhysicsPlant, make_plant
+from aeros.sim.scenes import SCENES
+from aeros.sim.ticking import TickingPlant
+from aeros.sim.world import World
+from aeros.spec.folders import reference_site
+from benchmarks.command import parser_of, print_json
+from benchmarks.plant_replay import Call, Noting, Tape, ask_again, places, play, taped
+from benchmarks.shares import Part, told_apart
+
+_TASKS: Final = {
+    "make_dumplings": "make dumplings",
+    "clean_table": "clean the table",
+    "fetch_object": "fetch the object",
+}
+
+_BYSTANDER: Final = Person("bystander", (Waypoint((-4.0, 0.0)),))
+"""Somebody who stands where nothing is stopped for them; their distance is measured all the same."""
+
+_REST: Final = "agent, executor and the rest"
+
+_PARTS: Final[tuple[Part, ...]] = (
+    ("PyBullet's steps", World, ("step",)),
+    ("pictures", World, ("render",)),
+    ("motor commands", Panda, ("drive_arm", "command_base", "drive_fingers")),
+    ("robot's sensors", Panda, ("sense", "finger_forces", "wrist_load")),
+    *(("the scene's own measures", scene, ("tick", "measure")) for scene in SCENES.values()),
+    ("people", People, ("walk", "distance")),
+    ("plant: planning", TickingPlant, ("plan",)),
+    ("plant: servoing, ticks and the rest", PhysicsPlant, ("observe",)),
+    ("plant: servoing, ticks and the rest", TickingPlant, ("begin", "advance", "stop")),
+    ("monitor", Monitors, ("__init__", "__call__", "watch", "forget")),
+    ("gate", Gate, ("decide", "decide_beside")),
+    ("whole motions decided", MotionDecider, ("decide",)),
+    ("audit record", AuditLog, ("append",)),
+    ("digest of what is measured", deciding, ("decision_details",)),
+    ("agent's memory", Memory, ("begin", "end", "remember", "learn", "interrupt", "end_session")),
+    ("skill code", SkillRun, ("resume",)),
+)
+
+
+class Prepared(NamedTuple):
+    """What runs have in common."""
+
+    configuration: Configuration
+    gate: Gate
+
+
+@dataclass(frozen=True)
+class Noted:
+    """A run: what was asked of its plant, which motors that set, and where everything was at its end."""
+
+    calls: list[Call]
+    tape: Tape
+    places: list[object]
+
+
+@dataclass(frozen=True)
+class Found:
+    """Of one task, processor seconds where nothing else is said.
+
+    simulated: seconds on the plant's clock; ticks: steps of the world.
+    building: the world, which is then at rest.
+    same: whether all three ended with everything in the same places.
+    overhead, distances: shares of `raw` that deciding, and measuring a person's distance, take.
+    """
+
+    task: str
+    reached: bool
+    simulated: float
+    ticks: int
+    building: float
+    raw: float
+    plant: float
+    run: float
+    with_person: float
+    same: bool
+    overhead: float
+    distances: float
+    parts: dict[str, float]
+
+
+def prepared() -> Prepared:
+    """All modules of this repository, proved, and their gate, compiled."""
+    configuration, _ = prove([Path(__file__).parents[1] / "ecms"], reference_site(), certified=True)
+    return Prepared(configuration, Gate(configuration))
+
+
+def build(common: Prepared, task: str, seed: int, people: tuple[Person, ...] = ()) -> PhysicsPlant:
+    """A plant with the scene of the task."""
+    scene = common.configuration.modules[task].tasks[task].scene
+    if scene is None:
+        sys.exit(f"the task `{task}` has no scene")
+    return make_plant(scene, seed, people=people)
+
+
+@contextmanager
+def built(common: Prepared, task: str, seed: int, people: tuple[Person, ...] = ()) -> Iterator[PhysicsPlant]:
+    """A plant with the scene of the task, closed again."""
+    plant = build(common, task, seed, people)
+    try:
+        yield plant
+    finally:
+        plant.close()
+
+
+def run(common: Prepared, plant: Plant, task: str, folder: Path) -> tuple[bool, float]:
+    """Whether the goal is measured in the end, and the processor seconds it took from the first look on."""
+    configuration = common.configuration
+    with ExitStack() as stack:
+        audit = AuditLog(folder / "audit.jsonl", durability=configuration.site.durability)
+        stack.enter_context(audit)
+        began = time.process_time()
+        executor = Executor(configuration, common.gate, plant, audit, run_in_process)
+        stack.enter_context(executor)
+        agent = stack.enter_context(awake(folder / "state", configuration.site.id, executor))
+        report = agent.run(_TASKS[task])
+        return report.reached, time.process_time() - began
+
+
+def note(common: Prepared, task: str, seed: int, folder: Path) -> Noted:
+    """Run once, and note everything."""
+    with built(common, task, seed) as plant, taped() as tape:
+        noting = Noting(plant)
+        run(common, noting, task, folder)
+        return Noted(noting.calls, tape, places(plant))
+
+
+def measure(common: Prepared, task: str, seed: int, rounds: int, parent: Path) -> Found:
+    """The three ways in turn, some times, and the medians."""
+    times: dict[str, list[float]] = {name: [] for name in ("building", "raw", "plant", "run", "person")}
+    same = True
+    reached = False
+    simulated = 0.0
+    with _folder(parent) as folder:
+        noted = note(common, task, seed, folder)
+    for _ in range(rounds):
+        with built(common, task, seed) as plant:
+            times["raw"].append(play(noted.tape, plant))
+            same &= places(plant) == noted.places
+        with built(common, task, seed) as plant:
+            times["plant"].append(ask_again(plant, noted.calls))
+            same &= places(plant) == noted.places
+        with built(common, task, seed, (_BYSTANDER,)) as plant:
+            times["person"].append(ask_again(plant, noted.calls))
+        began = time.process_time()
+        with built(common, task, seed) as plant, _folder(parent) as folder:
+            times["building"].append(time.process_time() - began)
+            reached, took = run(common, plant, task, folder)
+            times["run"].append(took)
+            simulated = plant.now()
+            same &= places(plant) == noted.places
+    with built(common, task, seed) as plant, _folder(parent) as folder, told_apart(_PARTS, _REST) as shares:
+        run(common, plant, task, folder)
+    middle = {name: statistics.median(values) for name, values in times.items()}
+    return Found(
+        task,
+        reached,
+        simulated,
+        len(noted.tape) - 1,
+        middle["building"],
+        middle["raw"],
+        middle["plant"],
+        middle["run"],
+        middle["person"],
+        same,
+        (middle["run"] - middle["plant"]) / middle["raw"],
+        (middle["person"] - middle["plant"]) / middle["raw"],
+        dict(sorted(shares.seconds.items(), key=lambda one: -one[1])),
+    )
+
+
+@contextmanager
+def _folder(parent: Path) -> Iterator[Path]:
+    with tempfile.TemporaryDirectory(dir=parent) as folder:
+        yield Path(folder)
+
+
+# In parallel.
+
+_common: Prepared | None = None
+
+
+def _prepare() -> None:
+    global _common
+    _common = prepared()
+
+
+def _trial(task: str, seed: int, parent: Path) -> float:
+    """One trial in a process that is prepared; the processor seconds it took."""
+    if _common is None:
+        sys.exit("the process is not prepared")
+    began = time.process_time()
+    with built(_common, task, seed) as plant, _folder(parent) as folder:
+        run(_common, plant, task, folder)
+    return time.process_time() - began
+
+
+def spread(task: str, trials: int, workers: int, parent: Path) -> dict[str, float]:
+    """Seconds by the clock, and of processors, that so many trials take on so many processes."""
+    # Each starts afresh: a copy of this one would hold what it has measured.
+    with ProcessPoolExecutor(workers, get_context("spawn"), _prepare) as pool:
+        # All of them, prepared: what that takes does not grow with the trials.
+        list(pool.map(_trial, [task] * workers, range(workers), [parent] * workers))
+        began = time.perf_counter()
+        processor = sum(pool.map(_trial, [task] * trials, range(trials), [parent] * trials))
+        return {"workers": workers, "seconds": time.perf_counter() - began, "processor": processor}
+
+
+def _print(found: Found) -> None:
+    print(f"\n{found.task}, {'to its goal' if found.reached else 'NOT to its goal'}: ", end="")
+    print(f"{found.simulated:.1f} s simulated, {found.ticks} ticks", end="")
+    print("" if found.same else ", and NOT the same motions each time")
+    rows: list[tuple[str, float]] = [
+        ("the world built", found.building),
+        ("raw: PyBullet alone", found.raw),
+        ("plant: the same actions", found.plant),
+        ("run: with all that decides", found.run),
+    ]
+    for name, seconds in rows:
+        print(f"  {name:38} {seconds:6.2f} s  {100 * seconds / found.raw:4.0f} % of raw")
+    print(f"  gate, monitor, audit, agent: {100 * found.overhead:.1f} % of raw")
+    print(f"  distance of a person: {100 * found.distances:.1f} % of raw")
+    print("  told apart, with what that takes by itself:")
+    for part, seconds in found.parts.items():
+        print(f"    {part:36} {seconds:6.2f} s")
+
+
+def main(argv: list[str]) -> None:
+    """Measure, and print what came of it."""
+    parser = parser_of(__doc__, "one short task, once")
+    parser.add_argument("--tasks", nargs="+", choices=_TASKS, default=list(_TASKS))
+    parser.add_argument("--seed", type=int, default=3)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--trials", type=int, default=20, help="of the last task, on one process and on two")
+    parser.add_argument("--folder", type=Path, default=Path("/dev/shm"), help="where agent and log are kept")  # noqa: S108
+    arguments = parser.parse_args(argv)
+    tasks, rounds, trials = arguments.tasks, arguments.rounds, arguments.trials
+    if arguments.quick:
+        tasks, rounds, trials = ["fetch_object"], 1, 2
+    common = prepared()
+    found = [measure(common, task, arguments.seed, rounds, arguments.folder) for task in tasks]
+    one, two = (spread(tasks[-1], trials, workers, arguments.folder) for workers in (1, 2))
+    efficiency = one["seconds"] / (2.0 * two["seconds"])
+    if arguments.format == "json":
+        print_json(
+            {"tasks": [asdict(row) for row in found], "parallel": [one, two], "efficiency": efficiency}
+        )
+        return
+    for row in found:
+        _print(row)
+    print(f"\n{trials} trials of {tasks[-1]}: {one['seconds']:.1f} s on one process, ", end="")
+    print(f"{two['seconds']:.1f} s on two: {100 * efficiency:.0f} % efficient", end="")
+    print(f" (processors: {one['processor']:.1f} s and {two['processor']:.1f} s)")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

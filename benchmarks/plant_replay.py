@@ -1,0 +1,174 @@
+"""Runs of a plant noted, and made again with less: its calls without who decides, its motors without it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, Final
+
+from aeros.runtime.ports import Completion, Monitor, Motion, Plan, Plant, Readings
+from aeros.sim.bullet import bullet
+from aeros.sim.physics import PhysicsPlant
+from aeros.skill import Action
+
+Call = tuple[str, tuple[Any, ...]]
+"""What was asked of a plant: the name of the method, and its arguments."""
+
+Tape = list[list[tuple[str, tuple[Any, ...], dict[str, Any]]]]
+"""For each step of a world, the calls of PyBullet before it that change the world."""
+
+_CHANGES: Final = (
+    "setJointMotorControlArray",
+    "setJointMotorControl2",
+    "changeDynamics",
+    "applyExternalForce",
+    "resetBasePositionAndOrientation",
+)
+
+
+class Noting:
+    """A plant that notes what is asked of it, and leaves it to another."""
+
+    def __init__(self, plant: Plant) -> None:
+        self._plant = plant
+        self.calls: list[Call] = []
+
+    def now(self) -> float:
+        """See `Plant`."""
+        return self._plant.now()
+
+    def observe(self) -> Readings:
+        """See `Plant`."""
+        self.calls.append(("observe", ()))
+        return self._plant.observe()
+
+    def plan(self, action: Action) -> Plan:
+        """See `Plant`."""
+        self.calls.append(("plan", (action,)))
+        return self._plant.plan(action)
+
+    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+        """See `Plant`."""
+        self.calls.append(("begin", (action,)))
+        return self._plant.begin(action, decided)
+
+    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+        """See `Plant`."""
+        self.calls.append(("advance", (until,)))
+        return self._plant.advance(monitor, until)
+
+    def halt(self, motion: Motion) -> None:
+        """See `Plant`."""
+        self.calls.append(("halt", (motion,)))
+        self._plant.halt(motion)
+
+    def stop(self) -> None:
+        """See `Plant`."""
+        self.calls.append(("stop", ()))
+        self._plant.stop()
+
+    def skill_began(self, skill: str) -> None:
+        """See `Plant`."""
+        self.calls.append(("skill_began", (skill,)))
+        self._plant.skill_began(skill)
+
+    def skill_ended(self, skill: str, *, finished: bool) -> None:
+        """See `Plant`."""
+        self.calls.append(("skill_ended", (skill, finished)))
+        self._plant.skill_ended(skill, finished=finished)
+
+    def close(self) -> None:
+        """See `Plant`."""
+        self._plant.close()
+
+
+def ask_again(plant: Plant, calls: list[Call]) -> float:
+    """Ask the same of `plant`, with nobody who decides; the processor seconds it took."""
+    planned: Plan | None = None
+    planned_of: Action | None = None
+    began = time.process_time()
+    for name, arguments in calls:
+        if name == "plan":
+            (planned_of,) = arguments
+            planned = plant.plan(*arguments)
+        elif name == "begin":
+            # Not planned: this action is of a kind that is not decided as a motion.
+            plant.begin(arguments[0], planned if planned_of is arguments[0] else None)
+        elif name == "advance":
+            plant.advance(_nobody, *arguments)
+        elif name == "skill_ended":
+            plant.skill_ended(arguments[0], finished=arguments[1])
+        else:
+            getattr(plant, name)(*arguments)
+    return time.process_time() - began
+
+
+def _nobody(now: float, measured: Mapping[str, Any]) -> None:
+    """A monitor that minds nothing."""
+
+
+@contextmanager
+def taped() -> Iterator[Tape]:
+    """Note what changes PyBullet's worlds while the block runs, which is to have but one."""
+    tape: Tape = [[]]
+    kept = {name: getattr(bullet, name) for name in (*_CHANGES, "stepSimulation")}
+
+    def noting(name: str) -> Callable[..., Any]:
+        def call(*arguments: Any, **named: Any) -> Any:
+            tape[-1].append((name, arguments, named))
+            return kept[name](*arguments, **named)
+
+        return call
+
+    def step(**named: Any) -> None:
+        tape.append([])
+        kept["stepSimulation"](**named)
+
+    for name in _CHANGES:
+        setattr(bullet, name, noting(name))
+    bullet.stepSimulation = step
+    try:
+        yield tape
+    finally:
+        for name, function in kept.items():
+            setattr(bullet, name, function)
+
+
+def play(tape: Tape, plant: PhysicsPlant) -> float:
+    """Set the same motors in the world of `plant`, which nothing else uses; the processor seconds it took."""
+    client = client_of(plant)
+    ready = [
+        [
+            (getattr(bullet, name), arguments, {**named, "physicsClientId": client})
+            for name, arguments, named in calls
+        ]
+        for calls in tape
+    ]
+    step = bullet.stepSimulation
+    last = ready.pop()
+    began = time.process_time()
+    for calls in ready:
+        for function, arguments, named in calls:
+            function(*arguments, **named)
+        step(physicsClientId=client)
+    took = time.process_time() - began
+    for function, arguments, named in last:
+        function(*arguments, **named)
+    return took
+
+
+def places(plant: PhysicsPlant) -> list[Any]:
+    """Where everything is in the world of `plant`, to the last bit."""
+    client = client_of(plant)
+    found: list[Any] = []
+    for body in range(bullet.getNumBodies(physicsClientId=client)):
+        found.append(bullet.getBasePositionAndOrientation(body, physicsClientId=client))
+        joints = range(bullet.getNumJoints(body, physicsClientId=client))
+        found.append([bullet.getJointState(body, joint, physicsClientId=client)[:2] for joint in joints])
+    return found
+
+
+def client_of(plant: PhysicsPlant) -> int:
+    """PyBullet's number of the world of `plant`."""
+    return plant._world.client
