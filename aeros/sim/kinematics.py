@@ -44,6 +44,25 @@ _TOLERANCE: Final = 2e-5
 """Pose error of a solution, m and rad."""
 
 
+_TURNS: Final = [(np.cos(twist), np.sin(twist)) for twist in TWISTS]
+"""Cosine and sine of each joint's twist."""
+
+_OFFSETS: Final = [
+    np.array([length, -sine * offset, cosine * offset])
+    for length, offset, (cosine, sine) in zip(LENGTHS, OFFSETS, _TURNS, strict=True)
+]
+"""Each joint's origin in the frame before it."""
+
+_MOUNTING: Final = np.array(
+    [
+        [np.cos(-pi / 4), -np.sin(-pi / 4), 0.0],
+        [np.sin(-pi / 4), np.cos(-pi / 4), 0.0],
+        [0.0, 0.0, 1.0],
+    ]
+)
+"""The hand is mounted turned by -45° about the flange's axis."""
+
+
 def forward(q: Vector) -> tuple[Vector, Vector, Vector]:
     """Tool positions (n, 3), rotations (n, 3, 3) and Jacobians (n, 6, 7) in B, for q of shape (n, 7)."""
     n = len(q)
@@ -52,10 +71,9 @@ def forward(q: Vector) -> tuple[Vector, Vector, Vector]:
     axes = np.empty((n, 3, 7))
     origins = np.empty((n, 3, 7))
     cosines, sines = np.cos(q), np.sin(q)
-    for i in range(7):
-        ca, sa = np.cos(TWISTS[i]), np.sin(TWISTS[i])
-        origin = origin + rotation @ np.array([LENGTHS[i], -sa * OFFSETS[i], ca * OFFSETS[i]])
-        step = np.zeros((n, 3, 3))
+    step = np.zeros((n, 3, 3))
+    for i, (ca, sa) in enumerate(_TURNS):
+        origin = origin + rotation @ _OFFSETS[i]
         c, s = cosines[:, i], sines[:, i]
         step[:, 0, 0], step[:, 0, 1] = c, -s
         step[:, 1, 0], step[:, 1, 1], step[:, 1, 2] = s * ca, c * ca, -sa
@@ -64,9 +82,7 @@ def forward(q: Vector) -> tuple[Vector, Vector, Vector]:
         axes[:, :, i] = rotation[:, :, 2]
         origins[:, :, i] = origin
     p_BT = origin + TOOL_OFFSET * rotation[:, :, 2]
-    # The hand is mounted turned by -45° about the flange's axis.
-    c, s = np.cos(-pi / 4), np.sin(-pi / 4)
-    R_BT = rotation @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    R_BT = rotation @ _MOUNTING
     jacobian = np.empty((n, 6, 7))
     jacobian[:, :3, :] = _cross(axes, p_BT[:, :, None] - origins)
     jacobian[:, 3:, :] = axes

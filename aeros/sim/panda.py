@@ -156,13 +156,9 @@ class Panda(Robot):
 
     def finger_forces(self) -> tuple[float, float]:
         """Normal contact force on each finger, N: what tactile pads would read."""
-        left = right = 0.0
-        for contact in self._world.contacts(self.body):
-            if contact.link_a == self.fingers[0]:
-                left += contact.force
-            elif contact.link_a == self.fingers[1]:
-                right += contact.force
-        return left, right
+        left, right = self.fingers
+        forces = self._world.forces_by_link(self.body)
+        return forces.get(left, 0.0), forces.get(right, 0.0)
 
     def wrist_load(self) -> float:
         """Vertical force in W that the hand and what it touches exert on the wrist, N, up positive.

@@ -203,7 +203,14 @@ class World:
 
     def contact_force(self, body: int, other: int) -> float:
         """Sum of normal forces between two bodies, N."""
-        return sum(contact.force for contact in self.contacts(body, other))
+        return sum(self.forces_by_link(body, other).values())
+
+    def forces_by_link(self, body: int, other: int = -1) -> dict[int, float]:
+        """Sum of normal forces on each link of `body` that is touched, by anything or by one other body, N."""
+        forces: dict[int, float] = {}
+        for point in bullet.getContactPoints(body, other, physicsClientId=self.client) or ():
+            forces[point[3]] = forces.get(point[3], 0.0) + point[9]
+        return forces
 
     # Pictures.
 
