@@ -19,7 +19,7 @@ from aeros.runtime.beside import Begun
 from aeros.runtime.form import Scalars, check_age
 from aeros.runtime.history import Histories, Known
 from aeros.runtime.ports import Reading
-from aeros.runtime.watched import Rules, Watched
+from aeros.runtime.watched import Quick, Rules, Watched
 
 _CHANGEABLE: Final = object()
 """In place of a list, which may hold other values the next time that it is looked at."""
@@ -42,6 +42,8 @@ class Monitors:
         self._formed: dict[str, _Formed] = {}
         self._measured: frozenset[str] = frozenset()
         self._watched: list[Begun] = []
+        self._quick: Quick | None = None
+        self._is_new = False  # something is watched since the last tick that was not, or the reverse
         self._watches: list[tuple[tuple[Begun, ...], Rules, Scalars]] = []
         self._readings: dict[str, Reading] = {}
 
@@ -61,16 +63,22 @@ class Monitors:
                 {name: one for name, one in begun.readings.items() if name not in self._histories.names}
             )
         self._watched.append(begun)
+        self._is_new = True
 
     def forget(self, begun: Begun) -> None:
         """It is not under way any more."""
         self._watched.remove(begun)
         self._watches = [one for one in self._watches if begun not in one[0]]
+        self._is_new = True
         if not self._watched:
             self._measured = frozenset()
 
     def __call__(self, now: float, measured: Mapping[str, Any]) -> str | None:
         """The id of the first rule that does not hold, or `input:NAME`; else None."""
+        if self._is_new:
+            self._quick, self._is_new = self._quick_for(measured), False
+        if self._quick is not None and self._quick(measured):
+            return None
         known = self._look_back(now, measured)
         if not self._watches:
             return None
@@ -87,6 +95,17 @@ class Monitors:
             if broken is not None:
                 return broken
         return None
+
+    def _quick_for(self, measured: Mapping[str, Any]) -> Quick | None:
+        """Decides ticks at which as much is measured as now, where one action is under way and no other."""
+        names = frozenset(measured)
+        if len(self._watches) != 1 or not self._measured <= names:
+            return None
+        (((begun, *_), _, values),) = self._watches
+        quick = self._compiled.quick(begun.action.kind, names, values)
+        if quick is not None:
+            self._measured = names
+        return quick
 
     def _add(self, whose: tuple[Begun, ...], rules: Rules, values: Scalars) -> None:
         """Watch with these parameters, and with the state that the first of them was decided on."""

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from operator import itemgetter
-from typing import Any
+from typing import Any, Final
 
 from aeros.runtime.beside import Begun, JointRules
 from aeros.runtime.conditions import CompiledCondition, Condition, Truth
 from aeros.runtime.form import Form, Scalars, forms_of
 from aeros.runtime.writing import Writer
 from aeros.spec.backends.closure import Truths, compile_truths
-from aeros.spec.model import ActionKind, Site, ranges_of
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import lower
+from aeros.spec.model import ActionKind, Declared, Site, ranges_of
+
+_MOST_KEPT: Final = 256
 
 
 class Rules:
@@ -49,6 +53,10 @@ class Rules:
         return None
 
 
+Quick = Callable[[Mapping[str, Any]], bool]
+"""Whether all that is measured has its form and all rules hold; False where in doubt, too."""
+
+
 class Watched:
     """Of one site, for as many monitors as there are runs under it.
 
@@ -67,6 +75,8 @@ class Watched:
         self._variables = {scalar: name for name, form in self.forms.items() for scalar in form.names}
         self._rules = {name: self._of_kind(site, kind) for name, kind in site.kinds.items()}
         self._joint = JointRules(site, compiled=True)
+        self._site = site
+        self._quick: dict[tuple[str, frozenset[str]], Callable[[Scalars], Quick]] = {}
 
     def of(self, kind: str) -> Rules:
         """The rules on actions of a kind."""
@@ -76,6 +86,28 @@ class Watched:
         """The rules on two actions together, each with the parameters that it reads."""
         for rule, roles in self._joint.of(one, other):
             yield Rules([(rule.id, rule.condition)], self._variables), rule.values(roles)
+
+    def quick(self, kind: str, measured: frozenset[str], values: Scalars) -> Quick | None:
+        """Decides ticks at which exactly these variables are measured; None where histories are kept.
+
+        values: parameters and state that the action was decided on.  None, too, where something that rules
+            read is neither there nor measured, or what is measured is no state variable.
+        """
+        if self._site.histories or not measured <= self.forms.keys():
+            return None
+        making = self._quick.get((kind, measured))
+        if making is None:
+            if len(self._quick) == _MOST_KEPT:
+                self._quick.clear()
+            rules = self._site.rules_on(kind)
+            declared = (*self._site.state.values(), *self._site.kinds[kind].parameters.values())
+            forms = {name: self.forms[name] for name in sorted(measured)}
+            making = _Writer().deciding([rule.terms[kind] for rule in rules], declared, forms)
+            self._quick[kind, measured] = making
+        try:
+            return making(values)
+        except KeyError:
+            return None
 
     def _of_kind(self, site: Site, kind: ActionKind) -> Rules:
         declared = (*site.observed.values(), *kind.parameters.values())
@@ -91,3 +123,42 @@ class _Writer(Writer):
         scalars = ", ".join(f"{name!r}: {self.local[name]}" for name in form.names)
         self.line(f"return {{{scalars}}}")
         return self.function("taking", ["def taking(value):", *self.lines])
+
+    def deciding(
+        self, terms: Sequence[t.Term], declared: Sequence[Declared], forms: Mapping[str, Form]
+    ) -> Callable[[Scalars], Quick]:
+        """A function that makes a `Quick` from the values of what is not measured.
+
+        What is the same object as at the tick before has its form and its scalars already.
+        """
+        self.leaving = "return False"
+        self.names |= {"nothing": object()}
+        for number, (name, form) in enumerate(forms.items()):
+            self.line(f"value = measured[{name!r}]")
+            self.line(f"if value is not last{number}:")
+            start = len(self.lines)
+            self.line(f"last{number} = nothing")
+            self.require("type(value) is not Reading")
+            self.take(form, "value")
+            self.line(f"if type(value) is not list: last{number} = value")
+            self.indent(start)
+        measured = dict(self.local)
+        read = {name for term in terms for name in t.variables_of(lower(term))}
+        for name in sorted(read - measured.keys()):
+            self.local[name] = f"x{len(self.local)}"
+        self.line(f"return {' and '.join(self.conditions(terms, declared)) or 'True'}")
+        lasts = [f"last{number}" for number in range(len(forms))]
+        outlasting = [*lasts, *(measured[name] for name in sorted(read & measured.keys()))]
+        source = [
+            "def deciding(values):",
+            *(f"  {name} = nothing" for name in outlasting),
+            *(f"  {self.local[name]} = values[{name!r}]" for name in sorted(read - measured.keys())),
+            "  def quick(measured):",
+            *([f"    nonlocal {', '.join(outlasting)}"] if outlasting else []),
+            "    try:",
+            f"      if len(measured) != {len(forms)}: return False",
+            *(f"    {line}" for line in self.lines),
+            "    except KeyError: return False",
+            "  return quick",
+        ]
+        return self.function("deciding", source)

@@ -44,13 +44,10 @@ _TOLERANCE: Final = 2e-5
 """Pose error of a solution, m and rad."""
 
 
-_TURNS: Final = [(np.cos(twist), np.sin(twist)) for twist in TWISTS]
-"""Cosine and sine of each joint's twist."""
+_COS, _SIN = np.cos(TWISTS)[:, None], np.sin(TWISTS)[:, None]
+"""Of each joint's twist."""
 
-_OFFSETS: Final = [
-    np.array([length, -sine * offset, cosine * offset])
-    for length, offset, (cosine, sine) in zip(LENGTHS, OFFSETS, _TURNS, strict=True)
-]
+_ORIGINS: Final = np.stack((LENGTHS, -_SIN[:, 0] * OFFSETS, _COS[:, 0] * OFFSETS), axis=1)[:, None, :, None]
 """Each joint's origin in the frame before it."""
 
 _MOUNTING: Final = np.array(
@@ -66,26 +63,22 @@ _MOUNTING: Final = np.array(
 def forward(q: Vector) -> tuple[Vector, Vector, Vector]:
     """Tool positions (n, 3), rotations (n, 3, 3) and Jacobians (n, 6, 7) in B, for q of shape (n, 7)."""
     n = len(q)
-    rotation = np.broadcast_to(np.eye(3), (n, 3, 3))
-    origin = np.zeros((n, 3))
-    axes = np.empty((n, 3, 7))
-    origins = np.empty((n, 3, 7))
-    cosines, sines = np.cos(q), np.sin(q)
-    step = np.zeros((n, 3, 3))
-    for i, (ca, sa) in enumerate(_TURNS):
-        origin = origin + rotation @ _OFFSETS[i]
-        c, s = cosines[:, i], sines[:, i]
-        step[:, 0, 0], step[:, 0, 1] = c, -s
-        step[:, 1, 0], step[:, 1, 1], step[:, 1, 2] = s * ca, c * ca, -sa
-        step[:, 2, 0], step[:, 2, 1], step[:, 2, 2] = s * sa, c * sa, ca
-        rotation = rotation @ step
-        axes[:, :, i] = rotation[:, :, 2]
-        origins[:, :, i] = origin
-    p_BT = origin + TOOL_OFFSET * rotation[:, :, 2]
-    R_BT = rotation @ _MOUNTING
+    c, s = np.cos(q.T), np.sin(q.T)
+    turns = np.zeros((7, n, 3, 3))
+    turns[:, :, 0, 0], turns[:, :, 0, 1] = c, -s
+    turns[:, :, 1, 0], turns[:, :, 1, 1], turns[:, :, 1, 2] = s * _COS, c * _COS, -_SIN
+    turns[:, :, 2, 0], turns[:, :, 2, 1], turns[:, :, 2, 2] = s * _SIN, c * _SIN, _COS
+    rotations = np.empty((8, n, 3, 3))
+    rotations[0] = np.eye(3)
+    for i in range(7):
+        np.matmul(rotations[i], turns[i], out=rotations[i + 1])
+    origins = np.cumsum((rotations[:7] @ _ORIGINS)[..., 0], axis=0)
+    axes = rotations[1:, :, :, 2]
+    p_BT = origins[6] + TOOL_OFFSET * axes[6]
+    R_BT = rotations[7] @ _MOUNTING
     jacobian = np.empty((n, 6, 7))
-    jacobian[:, :3, :] = _cross(axes, p_BT[:, :, None] - origins)
-    jacobian[:, 3:, :] = axes
+    jacobian[:, :3, :] = _cross(axes.transpose(1, 2, 0), p_BT[:, :, None] - origins.transpose(1, 2, 0))
+    jacobian[:, 3:, :] = axes.transpose(1, 2, 0)
     return p_BT, R_BT, jacobian
 
 

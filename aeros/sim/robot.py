@@ -158,7 +158,8 @@ class Robot(ABC):
 
     def tracking_error(self, state: RobotState) -> float:
         """Largest distance of a joint from its set point, rad."""
-        return max(abs(a - b) for a, b in zip(self.q_command.tolist(), state.q, strict=True))
+        wanted: list[float] = self.q_command.tolist()
+        return max(abs(a - b) for a, b in zip(wanted, state.q, strict=True))
 
     def is_holding(self) -> bool:
         """Whether both fingers press on something."""

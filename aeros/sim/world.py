@@ -206,7 +206,7 @@ class World:
         return sum(self.forces_by_link(body, other).values())
 
     def forces_by_link(self, body: int, other: int = -1) -> dict[int, float]:
-        """Sum of normal forces on each link of `body` that is touched, by anything or by one other body, N."""
+        """Sum of normal forces on each touched link of `body`, by anything or by one other body, N."""
         forces: dict[int, float] = {}
         for point in bullet.getContactPoints(body, other, physicsClientId=self.client) or ():
             forces[point[3]] = forces.get(point[3], 0.0) + point[9]
