@@ -52,6 +52,8 @@ def test_the_benchmark_of_the_monitors_runs_and_aeros_knows_nothing_of_what_is_m
         ("closed_loop", "benchmarks.md"),
         ("gate", "benchmarks-gate.md"),
         ("monitors", "benchmarks-gate.md"),
+        ("symbolic", "benchmarks.md"),
+        ("plant", "benchmarks.md"),
     ],
 )
 def test_each_benchmark_is_published_with_how_to_rerun_it(name: str, page: str) -> None:
@@ -75,3 +77,11 @@ def test_the_benchmark_of_isolation_runs() -> None:
         "an invocation",
         "an action",
     ]
+
+
+def test_the_benchmark_of_the_physics_plant_runs_and_the_motions_are_the_same_each_time() -> None:
+    found = _run("plant")
+    (row,) = found["tasks"]
+    assert row["reached"]
+    assert row["same"]
+    assert [pool["workers"] for pool in found["parallel"]] == [1, 2]

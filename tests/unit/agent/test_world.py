@@ -1,11 +1,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
 import pytest
 
+from aeros.agent.values import Kept, UnusableValueError, exact
 from aeros.agent.world import World, measured_world
 from aeros.runtime.ports import Reading
 from aeros.spec.expr import terms as t
@@ -140,3 +142,20 @@ def test_predicates_are_bools_and_enums_with_unknown_as_none() -> None:
     assert predicates["wrapper_aligned"] is True
     assert predicates["dumpling_cooked"] is None
     assert "fill_level" not in predicates
+
+
+def test_values_that_are_kept_are_those_that_are_measured() -> None:
+    kept = Kept()
+    for value in (True, True, False, 1, "yes", True):
+        readings = {"wrapper_aligned": Reading(value, NOW)}
+        assert measured_world(STATE, readings, NOW, kept) == measured_world(STATE, readings, NOW)
+
+
+def test_a_list_that_has_changed_is_not_kept_and_neither_is_what_is_declared_otherwise() -> None:
+    kept, place, fixed = Kept(), [0.1, 0.0, 1.0], (0.1, 0.0, 1.0)
+    assert kept(STATE["tool"], place) == exact(STATE["tool"], place)
+    place[0] = 0.2
+    assert kept(STATE["tool"], place) == exact(STATE["tool"], place)
+    assert kept(STATE["tool"], fixed) == kept(STATE["tool"], fixed) == exact(STATE["tool"], fixed)
+    with pytest.raises(UnusableValueError):
+        kept(replace(STATE["tool"], range=(Fraction(0), Fraction(1, 2))), fixed)

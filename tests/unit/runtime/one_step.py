@@ -14,6 +14,7 @@ from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate
 from aeros.runtime.ports import Readings, StepRequest, StepResult
 from aeros.runtime.skill_run import Run, SkillRun, run_in_process
+from aeros.runtime.watched import Watched
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 from aeros.spec.model import Ecm, Site, Skill
@@ -26,7 +27,8 @@ DENIAL = Decision(Verdict.DENY, None, (Reason("AE750", "workspace", "outside"),)
 class FakeGate:
     """Allows everything, unless told otherwise; remembers what it was asked."""
 
-    def __init__(self) -> None:
+    def __init__(self, site: Site) -> None:
+        self.watched = Watched(site)
         self.answers: list[Decision | BaseException] = []
         self.asked: list[tuple[Caller, Readings, Action, float, Mapping[str, int]]] = []
 
@@ -45,7 +47,7 @@ class Bench:
 
     def __init__(self, site: Site, ecm: Ecm, log_path: Path, body: Callable[..., Any] | None) -> None:
         self.plant = FakePlant(VALUES)
-        self.gate = FakeGate()
+        self.gate = FakeGate(site)
         self.log_path = log_path
         self.audit = AuditLog(log_path)
         configuration = Configuration(site=site, modules={"handling": ecm}, certificates={}, digest="c" * 64)

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.canonical import MOST_SIZE, Unencodable, canonical, digest_of, restored
+from aeros.runtime.canonical import MOST_SIZE, Unencodable, canonical, digest_of, encoded, restored
 
 
 class _Hostile(float):
@@ -96,3 +96,26 @@ def test_doubles_read_back_as_they_were() -> None:
 def test_equal_values_have_equal_digests_and_others_do_not() -> None:
     assert digest_of({"a": 1.0, "b": 2}) == digest_of({"b": 2, "a": 1.0})
     assert len({digest_of(value) for value in (1, 1.0, True, "1", None, [1], nan, "nan", 0.0, -0.0)}) == 10
+
+
+def test_what_was_encoded_before_is_put_into_a_record_as_it_is() -> None:
+    state = {"b": (1.0, nan), "a": [{"float": "nan"}, 1j]}
+    record = {"event": "decision", "details": {"verdict": "ALLOW", "state": state, "asked": {"x": 1.0}}}
+    known = {"verdict": "ALLOW", "state": encoded(state), "asked": {"x": 1.0}}
+    assert canonical({**record, "details": known}, ["state"]) == canonical(record)
+    assert encoded(state).digest == digest_of(state)
+
+
+def test_an_encoding_that_a_stranger_supplies_is_no_text() -> None:
+    forged = encoded("x")
+    for details in ({"asked": {"state": forged}}, {"state": [forged]}, {"asked": forged}):
+        assert b'{"unencodable":"Encoded"}' in canonical({"details": details}, ["state"])
+    assert canonical({"state": forged}, ["state"]) == b'{"state":{"unencodable":"Encoded"}}'
+
+
+def test_an_encoding_takes_as_much_room_as_its_value() -> None:
+    half = "x" * (MOST_SIZE // 2)
+    later = {"asked": half, "state": encoded([half])}
+    assert canonical({"details": later}, ["state"]).endswith(b'"state":{"unencodable":"too large"}}}')
+    first = {"state": encoded([half]), "asked": half}
+    assert b'"asked":{"unencodable":"too large"}' in canonical({"details": first}, ["state"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import tracemalloc
 from math import inf, nan, nextafter
+from random import Random
 from typing import Any
 
 import pytest
@@ -171,3 +172,48 @@ def test_what_was_measured_before_counts_until_it_is_too_old(
     monitor = watch(request("quickly", "move"))
     assert monitor(NOW, {"human_distance": 3.0}) is None
     assert monitor(NOW, {"human_distance": Reading(value, NOW - age)}) == rule
+
+
+class _Slowly(Watched):
+    """Has no quick answer."""
+
+    def quick(self, kind: str, measured: frozenset[str], values: Any) -> None:
+        """See `Watched`."""
+
+
+_STRANGE = (nan, inf, None, "3.0", True, (1.0,), [0.25, 0.0, 0.25], 10**400, -0.0, Reading(True, NOW - 9.0))
+
+
+@pytest.mark.parametrize("kind", ["move", "carry", "sweep"])
+def test_the_quick_answer_at_a_tick_is_the_slow_one(kind: str) -> None:
+    chance = Random(7)  # noqa: S311 - a test, the same every time
+    site, asked = configuration().site, request("quickly", kind)
+    decision = asked.decided_by(gate())
+    assert decision.action is not None
+    answers, quickly = set(), 0
+    compiled = Watched(site), _Slowly(site)
+    for _ in range(400):
+        quick, slow = (Monitors(watched, Histories(site)) for watched in compiled)
+        for monitor in (quick, slow):
+            monitor.watch(Begun(decision.action, asked.readings, NOW, 0))
+        measured = {name: STATE[name] for name in chance.sample(sorted(STATE), chance.randint(0, len(STATE)))}
+        for _ in range(6):
+            name, drawn = chance.choice(sorted(STATE)), chance.random()
+            if drawn < 0.3:
+                measured[name] = chance.choice(_STRANGE)
+            elif drawn < 0.5:
+                measured[name] = tuple(value) if isinstance(value := STATE[name], tuple) else STATE[name]
+            elif drawn < 0.6:
+                measured[name] = Reading(STATE[name], NOW)
+            elif drawn < 0.65:
+                measured["stop_pressed"] = True
+            elif drawn < 0.75:
+                measured["human_distance"] = chance.uniform(0.0, 2.0)
+            answer = slow(NOW, measured)
+            assert quick(NOW, measured) == answer
+            answers.add(answer)
+            quickly += quick._quick is not None
+            if answer is not None:
+                break
+    assert {None, "stop-button", "input:human_distance"} <= answers
+    assert quickly > 400
