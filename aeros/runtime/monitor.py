@@ -21,9 +21,11 @@ from aeros.runtime.form import Form, Scalars, forms_of
 from aeros.runtime.history import Histories, Known
 from aeros.runtime.intake import take_reading
 from aeros.runtime.ports import Reading, Readings
+from aeros.runtime.violation import Violation
+from aeros.spec.expr.terms import Term
 from aeros.spec.model import Site
 
-_Rules = tuple[tuple[str, Condition], ...]
+_Rules = tuple[tuple[str, Condition, Term], ...]
 
 
 class Monitors:
@@ -38,6 +40,7 @@ class Monitors:
                 (
                     rule.id,
                     CompiledCondition(rule.terms[name], (*site.observed.values(), *kind.parameters.values())),
+                    rule.terms[name],
                 )
                 for rule in site.rules_on(name)
             )
@@ -47,6 +50,8 @@ class Monitors:
         self._watched: list[Begun] = []
         self._watches: list[tuple[tuple[Begun, ...], _Watch]] = []
         self._readings: dict[str, Reading] = {}
+        self.violation: Violation | None = None
+        """The last rule that did not hold, and at which values."""
 
     def watch(self, begun: Begun) -> None:
         """From now on watch this action too, which has just been decided."""
@@ -57,7 +62,7 @@ class Monitors:
         for other in self._watched:
             for rule, roles in self._joint.of(begun, other):
                 asked = rule.values(roles)
-                self._add((begun, other), ((rule.id, rule.condition),), asked, begun.readings)
+                self._add((begun, other), ((rule.id, rule.condition, rule.term),), asked, begun.readings)
         if not self._watched:
             self._readings = {}
         self._readings.update(
@@ -76,7 +81,8 @@ class Monitors:
         for _, watch in self._watches:
             broken = watch.broken(now, measured, known)
             if broken is not None:
-                return broken
+                self.violation = broken if isinstance(broken, Violation) else None
+                return broken.rule if isinstance(broken, Violation) else broken
         return None
 
     def _add(self, whose: tuple[Begun, ...], rules: _Rules, values: Scalars, readings: Readings) -> None:
@@ -107,7 +113,7 @@ class _Watch:
         self._histories = histories
         self._measured: Set[str] = frozenset()
 
-    def broken(self, now: float, measured: Mapping[str, Any], known: Known) -> str | None:
+    def broken(self, now: float, measured: Mapping[str, Any], known: Known) -> Violation | str | None:
         """What does not hold where these values are measured and these histories known."""
         gone = self._measured - measured.keys()
         if gone:
@@ -126,9 +132,9 @@ class _Watch:
         for name in self._histories:
             if name not in known or self._state[name].take(known[name], self._values) is not None:
                 self._values.pop(name, None)
-        for rule, condition in self._rules:
+        for rule, condition, term in self._rules:
             if not condition.names <= self._values.keys():
                 return f"input:{min(condition.names - self._values.keys())}"
             if condition.decide(self._values) is not Truth.HOLDS:
-                return rule
+                return Violation(rule, term, {name: self._values[name] for name in condition.names})
         return None
