@@ -15,8 +15,10 @@ import numpy as np
 import pytest
 
 from aeros.runtime.beside import Begun
+from aeros.runtime.decision import Decision, Verdict
 from aeros.runtime.history import Histories
 from aeros.runtime.monitor import Monitors
+from aeros.runtime.trajectory import MotionDecider
 from aeros.sim.bullet import bullet
 from aeros.sim.geometry import Triple
 from aeros.sim.kinematics import READY
@@ -285,6 +287,20 @@ def test_an_arm_that_met_something_stops_pushing_and_can_leave() -> None:
     back = act("move_tool", target=(0.307, 0.0, 0.487), yaw=0.0, speed=0.1)
     assert execute(plant, back, allow, FOREVER).completed
     assert plant.observe()["contact_force"].value == 0.0
+    plant.close()
+
+
+def test_an_arm_that_sagged_through_its_stop_is_planned_from_where_it_is(site: Site) -> None:
+    weak = Rough(weak=(4, 17.0))
+    plant = PhysicsPlant(Bare(), 0, disturbance=weak)
+    ended = execute(plant, SLOWLY, allow, FOREVER)
+    assert ended.reason is not None
+    assert ended.reason.startswith("blocked")
+    weak.is_over = True
+    plan, readings = plant.plan(SLOWLY), plant.observe()
+    decided = MotionDecider(site.motion).decide(Decision(Verdict.ALLOW, SLOWLY, ()), plan, readings)
+    assert decided.reasons == ()
+    assert execute(plant, SLOWLY, allow, FOREVER, plan).completed
     plant.close()
 
 
