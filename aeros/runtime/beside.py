@@ -67,6 +67,7 @@ class _JointRule:
     def __init__(self, rule: JointRule, site: Site, compiled: bool) -> None:
         declared = joint_variables(site, rule)
         self.id = rule.id
+        self.term = rule.term
         self.kinds = tuple(kind for _, kind in rule.roles)
         self.condition: Condition = (
             CompiledCondition(rule.term, declared) if compiled else SolverCondition(rule.term, declared)

@@ -320,8 +320,13 @@ class Executor:
         return latest == until
 
     def _broken_off(self, completion: Completion) -> Ending:
-        """How a step ends whose motion did not reach its end."""
-        return _HALTED if self._governor.command is Command.STOP else _stopped_by(completion)
+        """How a step ends whose motion did not reach its end; of a violated rule, with what was measured."""
+        if self._governor.command is Command.STOP:
+            return _HALTED
+        ending, violation = _stopped_by(completion), self._deciding.monitors.violation
+        if violation is None or ending.reason != f"monitor:{violation.rule}":
+            return ending
+        return ending._replace(reason=f"{ending.reason}: {violation}")
 
     def _watch(self, now: float, measured: Mapping[str, Any]) -> str | None:
         """The monitor of everything under way; what was revoked meanwhile is halted."""

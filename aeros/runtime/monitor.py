@@ -19,6 +19,7 @@ from aeros.runtime.beside import Begun
 from aeros.runtime.form import Scalars, check_age
 from aeros.runtime.history import Histories, Known
 from aeros.runtime.ports import Reading
+from aeros.runtime.violation import Violation
 from aeros.runtime.watched import Quick, Rules, Watched
 
 _CHANGEABLE: Final = object()
@@ -46,6 +47,8 @@ class Monitors:
         self._is_new = False  # something is watched since the last tick that was not, or the reverse
         self._watches: list[tuple[tuple[Begun, ...], Rules, Scalars]] = []
         self._readings: dict[str, Reading] = {}
+        self.violation: Violation | None = None
+        """The last rule that did not hold, and at which values."""
 
     def watch(self, begun: Begun) -> None:
         """From now on watch this action too, which has just been decided."""
@@ -82,9 +85,9 @@ class Monitors:
         known = self._look_back(now, measured)
         if not self._watches:
             return None
-        broken = self._fault(now, measured)
-        if broken is not None:
-            return broken
+        fault = self._fault(now, measured)
+        if fault is not None:
+            return fault
         for _, rules, values in self._watches:
             for name in rules.reads:
                 if name in self._histories.names:
@@ -93,7 +96,8 @@ class Monitors:
                     values.update(self._formed[name].scalars)
             broken = rules.broken(values)
             if broken is not None:
-                return broken
+                self.violation = broken if isinstance(broken, Violation) else None
+                return broken.rule if isinstance(broken, Violation) else broken
         return None
 
     def _quick_for(self, measured: Mapping[str, Any]) -> Quick | None:

@@ -9,6 +9,7 @@ from typing import Any, Final
 from aeros.runtime.beside import Begun, JointRules
 from aeros.runtime.conditions import CompiledCondition, Condition, Truth
 from aeros.runtime.form import Form, Scalars, forms_of
+from aeros.runtime.violation import Violation
 from aeros.runtime.writing import Writer
 from aeros.spec.backends.closure import Truths, compile_truths
 from aeros.spec.expr import terms as t
@@ -27,29 +28,29 @@ class Rules:
 
     def __init__(
         self,
-        rules: Iterable[tuple[str, Condition]],
+        rules: Iterable[tuple[str, Condition, t.Term]],
         variables: Mapping[str, str],
         truths: Truths | None = None,
     ) -> None:
         self._rules = tuple(rules)
         self._truths = truths if truths is not None and len(truths.read) > 1 else None
         self._values = itemgetter(*self._truths.read) if self._truths is not None else None
-        names = frozenset[str]().union(*(condition.names for _, condition in self._rules))
+        names = frozenset[str]().union(*(condition.names for _, condition, _ in self._rules))
         self.reads = tuple(sorted({variables[name] for name in names if name in variables}))
 
-    def broken(self, values: Scalars) -> str | None:
-        """The id of the first that does not hold, or `input:NAME` of what it lacks."""
+    def broken(self, values: Scalars) -> Violation | str | None:
+        """The first that does not hold, or `input:NAME` of what it lacks."""
         if self._truths is not None and self._values is not None:
             try:
                 if all(self._truths.at(*self._values(values))):
                     return None
             except KeyError:
                 pass  # below it is found which, and whether another rule comes first
-        for rule, condition in self._rules:
+        for rule, condition, term in self._rules:
             if not condition.names <= values.keys():
                 return f"input:{min(condition.names - values.keys())}"
             if condition.decide(values) is not Truth.HOLDS:
-                return rule
+                return Violation(rule, term, {name: values[name] for name in condition.names})
         return None
 
 
@@ -85,7 +86,7 @@ class Watched:
     def of_both(self, one: Begun, other: Begun) -> Iterable[tuple[Rules, Scalars]]:
         """The rules on two actions together, each with the parameters that it reads."""
         for rule, roles in self._joint.of(one, other):
-            yield Rules([(rule.id, rule.condition)], self._variables), rule.values(roles)
+            yield Rules([(rule.id, rule.condition, rule.term)], self._variables), rule.values(roles)
 
     def quick(self, kind: str, measured: frozenset[str], values: Scalars) -> Quick | None:
         """Decides ticks at which exactly these variables are measured; None where histories are kept.
@@ -112,7 +113,7 @@ class Watched:
     def _of_kind(self, site: Site, kind: ActionKind) -> Rules:
         declared = (*site.observed.values(), *kind.parameters.values())
         terms = {rule.id: rule.terms[kind.name] for rule in site.rules_on(kind.name)}
-        rules = [(name, CompiledCondition(term, declared)) for name, term in terms.items()]
+        rules = [(name, CompiledCondition(term, declared), term) for name, term in terms.items()]
         return Rules(rules, self._variables, compile_truths(terms.values(), ranges_of(declared)))
 
 

@@ -148,6 +148,7 @@ class Panda(Robot):
             finger_gap=left[0] + right[0],
             finger_speed=max(abs(left[1]), abs(right[1])),
             base_position=self._base_position([s[0] for s in states[9:]]),
+            base_velocity=(states[9][1], states[10][1], 0.0) if self._drive else (0.0, 0.0, 0.0),
         )
 
     def _base_position(self, drive: list[float]) -> Triple:
@@ -159,6 +160,10 @@ class Panda(Robot):
         left, right = self.fingers
         forces = self._world.forces_by_link(self.body)
         return forces.get(left, 0.0), forces.get(right, 0.0)
+
+    def contact_force(self) -> float:
+        """See `Robot`; of contacts, normal forces and friction."""
+        return self._world.external_force(self.body)
 
     def wrist_load(self) -> float:
         """Vertical force in W that the hand and what it touches exert on the wrist, N, up positive.

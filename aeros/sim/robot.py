@@ -10,6 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -24,6 +25,10 @@ BASE_ACCELERATION_MAX: Final = 1.0
 
 _STOP_SHARE: Final = 0.9
 """Share of the acceleration limits a protective stop uses."""
+
+_LAG: Final = 0.006
+_RATE_LAG: Final = 0.05
+"""Distance from its set point beyond which a joint is hindered, rad and rad/s (seen at most: 0.005, 0.02)."""
 
 PARTS: Final = frozenset(("arm", "base"))
 """What has to be brought to rest; the fingers keep their grip."""
@@ -59,6 +64,7 @@ class RobotState(NamedTuple):
     finger_gap: float
     finger_speed: float
     base_position: Triple
+    base_velocity: Triple
 
 
 class Robot(ABC):
@@ -108,26 +114,34 @@ class Robot(ABC):
     def stopping(self, parts: Collection[str] = PARTS) -> Iterator[None]:
         """Bring those of arm and carriage to rest, all joints together, one tick per item, then hold.
 
-        q(t) = q₀ + q̇₀·t·(1 − t/2T), T the shortest time that keeps every joint inside its limit.
+        Braking is even, as hard as keeps every joint inside its limit; see `_braking`.  A joint that does
+        not follow, as something pushes it, is braked from where it is, not torn back to where it should be.
         """
-        q, qd = self.q_command, self.qd_command
+        q, qd = self.followed()
         xy, speed = self.base_command, self.base_speed_command
         arm_time = float((np.abs(qd) / (QDD_MAX * _STOP_SHARE)).max()) if "arm" in parts else 0.0
         base_time = float(np.abs(speed).max()) / BASE_ACCELERATION_MAX if "base" in parts else 0.0
-        ticks = int(np.ceil(max(arm_time, base_time) / TICK))
-        for tick in range(1, ticks + 1):
-            arm, base = min(tick * TICK, arm_time), min(tick * TICK, base_time)
-            if arm_time > 0.0:
-                share = 1.0 - arm / arm_time
-                self.command(q + qd * arm * (1.0 + share) / 2.0, qd * share)
-            if self.has_carriage and base_time > 0.0:
-                share = 1.0 - base / base_time
-                self.command_base(xy + speed * base * (1.0 + share) / 2.0, speed * share)
+        for arm, base in zip_longest(_braking(arm_time), _braking(base_time)):
+            if arm is not None:
+                self.command(q + qd * arm[1], qd * arm[0])
+            if self.has_carriage and base is not None:
+                self.command_base(xy + speed * base[1], speed * base[0])
             yield
         if "arm" in parts:
             self.hold_arm()
         if "base" in parts:
             self.hold_base()
+
+    def followed(self) -> tuple[Vector, Vector]:
+        """Set points, but of joints that do not follow them those that they would follow.
+
+        A joint that follows is a tick ahead: its motor is given a position and the speed there at once.
+        """
+        state = self.sense()
+        qd = np.array(state.qd)
+        q = np.array(state.q) - qd * TICK
+        is_off = (np.abs(q - self.q_command) > _LAG) | (np.abs(qd - self.qd_command) > _RATE_LAG)
+        return np.where(is_off, q, self.q_command), np.where(is_off, qd, self.qd_command)
 
     # Sensors.
 
@@ -138,6 +152,13 @@ class Robot(ABC):
     @abstractmethod
     def finger_forces(self) -> tuple[float, float]:
         """Normal contact force on each finger, N: what tactile pads would read."""
+
+    @abstractmethod
+    def contact_force(self) -> float:
+        """Amount of the force that everything it touches exerts on the robot in all, N.
+
+        As estimated from joint torques: what the fingers grip takes no part in it but by its weight.
+        """
 
     @abstractmethod
     def wrist_load(self) -> float:
@@ -164,3 +185,16 @@ class Robot(ABC):
     def is_holding(self) -> bool:
         """Whether both fingers press on something."""
         return min(self.finger_forces()) > HOLDING_FORCE
+
+
+def _braking(time: float) -> Iterator[tuple[float, float]]:
+    """After each tick of braking for `time` (s): the share of the speed that is left, and the way over it, s.
+
+    Brakes come on and off over a tick: motors that are told to brake at once do so by 15 % more at first.
+    """
+    even = int(np.ceil(time / TICK))
+    left, way = 1.0, 0.0
+    for tick in range(even + 1 if even else 0):
+        before, left = left, left - (0.5 if tick in (0, even) else 1.0) / even
+        way += (before + left) / 2.0 * TICK
+        yield (left if tick < even else 0.0), way

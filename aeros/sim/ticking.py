@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from aeros.runtime.ports import Completion, Monitor, Motion, Motionless, Plan, Reading, Trajectory
 from aeros.sim.limits import SCANNER_RANGE
+from aeros.sim.link_speed import link_speed
 from aeros.sim.motions import PLANNERS, BlockedError, Planned, settle
 from aeros.sim.parameters import Parameters, RefusedError
 from aeros.sim.profile import TICK
@@ -115,12 +116,16 @@ class TickingPlant(ABC):
         )
 
     def stop(self) -> None:
-        """Bring arm and base to rest inside their limits and hold; the fingers keep their grip."""
+        """Bring arm and base to rest inside their limits and hold; the fingers keep their grip.
+
+        What is held is where they are then: an arm against something stops pushing, one that sags stays.
+        """
         if any(one.is_set for one in self._all()):
             self._tick(stopping=True)
         self._under_way.clear()
         for _ in self._coming_to_rest(PARTS):
             self._tick(stopping=True)
+        self._robot.yield_here()
 
     def skill_began(self, skill: str) -> None:  # noqa: B027  there is nothing to note
         """A robot does not care who asked."""
@@ -209,6 +214,8 @@ class TickingPlant(ABC):
             "joint_torque": state.torque,
             "tool_position": state.tool_position,
             "tool_speed": state.tool_speed,
+            "link_speed": link_speed(state.q, state.qd, state.base_velocity),
+            "contact_force": self._robot.contact_force(),
             "finger_gap": state.finger_gap,
             "grip_force": min(self._robot.finger_forces()),
             "human_distance": SCANNER_RANGE,

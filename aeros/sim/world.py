@@ -212,6 +212,16 @@ class World:
             forces[point[3]] = forces.get(point[3], 0.0) + point[9]
         return forces
 
+    def external_force(self, body: int) -> float:
+        """Amount of the force of all contacts on `body` together, friction included, N."""
+        fx = fy = fz = 0.0
+        for p in bullet.getContactPoints(bodyA=body, physicsClientId=self.client) or ():
+            if p[2] == body:
+                continue
+            for force, (x, y, z) in ((p[9], p[7]), (p[10], p[11]), (p[12], p[13])):
+                fx, fy, fz = fx + force * x, fy + force * y, fz + force * z
+        return math.hypot(fx, fy, fz)
+
     # Pictures.
 
     def render(self, camera: Camera) -> Image:

@@ -31,7 +31,7 @@ def the_motion_made_is_the_one_decided(subject: Subject) -> None:
     require(plan.servo is None, "`moving` is to be an action whose path is decided beforehand")
     for time, values in seen:
         since = time - start
-        profile, base = _decided(plan, min(1.0, since / plan.duration))
+        profile, base = decided_at(plan, min(1.0, since / plan.duration))
         away = max(abs(a - b) for a, b in zip(values[subject.joints], profile, strict=True))
         require(away <= subject.follows_within, f"{since:.3f} s on, a joint is {away:.4f} rad off its path")
         off = dist(values.get(subject.base, base), base)
@@ -44,7 +44,7 @@ def no_speed_is_higher_than_decided(subject: Subject) -> None:
     if not isinstance(plan, Trajectory) or subject.period is None:
         return
     ticks = max(1, round(plan.duration / subject.period))
-    profile = [_decided(plan, tick / ticks) for tick in range(ticks + 1)]
+    profile = [decided_at(plan, tick / ticks) for tick in range(ticks + 1)]
     for what, name, place in (("a joint", subject.joints, 0), ("the base", subject.base, 1)):
         decided = _speeds([one[place] for one in profile], subject.period)
         measured = _speeds([values[name] for _, values in seen if name in values], subject.period)
@@ -69,13 +69,14 @@ def _executed(subject: Subject) -> tuple[object, list[tuple[float, Any]], float]
     return plan, [*watch.seen, (watch.seen[-1][0], measured)], start
 
 
-def _decided(plan: Trajectory, u: float) -> tuple[Sequence[float], Sequence[float]]:
+def decided_at(plan: Trajectory, u: float) -> tuple[Sequence[float], Sequence[float]]:
     """Joints and base at the share `u` of the duration: q(s(u)), with s(u) = 10u³ − 15u⁴ + 6u⁵."""
     s = u**3 * (10.0 - 15.0 * u + 6.0 * u * u)
-    return _point(plan.paths[0], s), [a + s * way for a, way in zip(plan.base, plan.way, strict=True)]
+    return point(plan.paths[0], s), [a + s * way for a, way in zip(plan.base, plan.way, strict=True)]
 
 
-def _point(path: Path, s: float) -> list[float]:
+def point(path: Path, s: float) -> list[float]:
+    """The point of the path at the share `s` of it."""
     number = min(int(s * len(path)), len(path) - 1)
     u = s * len(path) - number
     v = 1.0 - u

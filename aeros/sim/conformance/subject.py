@@ -36,6 +36,10 @@ class Subject:
     stops_within: longest time that coming to rest takes from the speeds of `moving`, s.
     noise: how much a measured joint (rad) or place (m) may change while nothing moves.
     skill: one that the plant has heard of, as `MODULE.SKILL`.
+    pressing: actions of which the last moves in contact, under feedback, and the others bring the robot
+        there from where a new plant is; () for a plant that has no such action.
+    together: an action that drives the base for a second or more, and one that moves the arm meanwhile;
+        () for a plant that has no such two.
     joints, base: the vocabulary's names for positions of joints and of the base.
     """
 
@@ -49,6 +53,8 @@ class Subject:
     stops_within: float = 0.0
     noise: float = 0.0
     skill: str = "module.skill"
+    pressing: tuple[Action, ...] = ()
+    together: tuple[Action, Action] | tuple[()] = ()
     joints: str = "joint_position"
     base: str = "base_position"
 

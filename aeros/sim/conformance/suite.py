@@ -8,6 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
+from aeros.sim.conformance.contact import (
+    a_motion_under_feedback_keeps_near_its_paths,
+    a_rule_named_ends_arm_and_base_together,
+    a_rule_named_in_contact_ends_it_within_one_tick,
+    motions_of_arm_and_base_together_are_each_as_decided,
+)
 from aeros.sim.conformance.ending import (
     a_halted_motion_comes_to_rest_while_others_go_on,
     a_named_rule_ends_everything_within_one_tick,
@@ -62,6 +68,10 @@ CHECKS: Final[tuple[Check, ...]] = (
     a_halted_motion_comes_to_rest_while_others_go_on,
     the_monitor_may_halt_a_motion,
     stop_ends_everything,
+    a_motion_under_feedback_keeps_near_its_paths,
+    a_rule_named_in_contact_ends_it_within_one_tick,
+    motions_of_arm_and_base_together_are_each_as_decided,
+    a_rule_named_ends_arm_and_base_together,
     closing_twice_is_closing_once,
 )
 """Every check, in the order of the port's methods."""

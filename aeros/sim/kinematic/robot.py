@@ -43,6 +43,10 @@ class KinematicRobot(Robot):
         """Move the fingers to a gap of `width` (m), or until something is between them."""
         self._width, self._force = width, force
 
+    def followed(self) -> tuple[Vector, Vector]:
+        """The set points: nothing hinders a joint."""
+        return self.q_command, self.qd_command
+
     def tick(self) -> None:
         """Be where the set points are, fingers one tick nearer to their width, and what is held with them."""
         self._posture = posture(self.q_command.tolist())
@@ -59,6 +63,10 @@ class KinematicRobot(Robot):
         """The force asked for, on both fingers, where something is between them, N."""
         force = self._force if self._things.is_held else 0.0
         return force, force
+
+    def contact_force(self) -> float:
+        """The force with which hand and load press on what is under them, N; no weight."""
+        return abs(self._things.load)
 
     def wrist_load(self) -> float:
         """The force with which hand and load press on what is under them, N; no weight."""
@@ -87,7 +95,8 @@ class KinematicRobot(Robot):
 
     def _sense(self) -> RobotState:
         rates, motion, load = self.qd_command.tolist(), self._posture.motion, self._things.load
-        drive = (*self.base_speed_command.tolist(), 0.0)
+        along, across = self.base_speed_command.tolist()
+        drive = (along, across, 0.0)
         speed = (
             base + sum(rate * way[axis] for rate, way in zip(rates, motion, strict=True))
             for axis, base in enumerate(drive)
@@ -101,4 +110,5 @@ class KinematicRobot(Robot):
             finger_gap=self._gap,
             finger_speed=self._finger_speed,
             base_position=self._in_world((0.0, 0.0, 0.0)),
+            base_velocity=drive,
         )

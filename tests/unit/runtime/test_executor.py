@@ -84,7 +84,9 @@ def test_a_motion_that_does_not_complete_halts_the_skill(
 def test_the_monitor_stops_a_motion(make_bench: MakeBench) -> None:
     bench = make_bench(twice)
     bench.plant.during = [{}, {"human_distance": 0.5}]
-    assert bench.submit() == StepResult(StepStatus.STOPPED, "monitor:separation", allowed=1)
+    assert bench.submit() == StepResult(
+        StepStatus.STOPPED, "monitor:separation: human_distance is 0.5 m (at least 1 m)", allowed=1
+    )
     bench.assert_cleaned_up(finished=False)
 
 

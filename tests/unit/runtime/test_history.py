@@ -90,7 +90,10 @@ def test_what_nobody_watched_is_unknown_and_denied_until_it_is_over(bench: Bench
 def test_a_motion_is_stopped_by_what_comes_to_pass_while_it_runs(bench: Bench) -> None:
     bench.plant.during = [{}, {"human_distance": 1.5}]
     ended = bench.lift()
-    assert (ended.status, ended.reason) == (StepStatus.STOPPED, "monitor:memory")
+    assert (ended.status, ended.reason) == (
+        StepStatus.STOPPED,
+        "monitor:memory: once within 5 s (human_distance < 2 m) is true",
+    )
     bench.plant.during = []
     assert bench.lift_at(STEP, 20.0).reason.startswith("AE750 memory")  # seen by a tick alone
 

@@ -122,7 +122,8 @@ def test_what_both_obeyed_and_break_at_a_tick_is_a_protective_stop_of_both(cart:
     )
     reach, drive = one.start("reach"), one.start("drive")
     one.plant.during = [{"charge": 0.3}, {"charge": 0.1}]
-    expected = StepResult(StepStatus.STOPPED, "monitor:charge-for-both", allowed=1)
+    said = "monitor:charge-for-both: charge is 0.1 (at least 0.2)"
+    expected = StepResult(StepStatus.STOPPED, said, allowed=1)
     assert one.ends(2) == {reach: expected, drive: expected}
     assert ends == ["reach", "drive"]
     assert one.calls("skill_ended") == [("cart.reach", False), ("cart.drive", False)]

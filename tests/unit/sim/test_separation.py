@@ -8,13 +8,16 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from aeros.cli.exit_codes import Exit
 from aeros.cli.main import main
 from aeros.runtime.monitor import Monitors
+from aeros.runtime.ports import Reading, Readings
 from aeros.sim import physics
-from aeros.sim.sensing import SensorModel
+from aeros.sim.limits import SCANNER_RANGE
+from aeros.sim.sensing import SensorModel, Sensors, Truth
 from tests.unit.sim.referee import Referee, of_the_site
 
 pytestmark = pytest.mark.physics
@@ -27,6 +30,35 @@ APPROACHES = (
     ("make dumplings", "at_the_bench", 16),
 )
 """An instruction, who walks up meanwhile, and by when they have been near, s."""
+
+BESIDE = (
+    ("clean the table", ("at: [3 m, 0 m]", "at: [1.8 m, 0 m], speed: 1.2 m/s"), "-750 mm", 12),
+    ("fetch the object", ("at: [0.05 m, 3 m]", "at: [0.05 m, 1.35 m], speed: 1.2 m/s"), "0 m", 6),
+    ("make dumplings", ("at: [4 m, 0 m]", "at: [1.85 m, 0 m], speed: 1.2 m/s"), "-750 mm", 10),
+)
+"""An instruction, the way of somebody who stays where the robot may work slowly, their floor, until when."""
+
+
+def staying(folder: Path, way: tuple[str, ...], floor: str) -> str:
+    """A people file."""
+    places = "".join(f"      - {{{place}}}\n" for place in way)
+    path = folder / "people.yaml"
+    path.write_text(
+        "schema: aeros/people/1\ndescription: Somebody stays.\n"
+        f"people:\n  guest:\n    floor: {floor}\n    path:\n{places}"
+    )
+    return str(path)
+
+
+class Blind(Sensors):
+    """The scanner sees nobody."""
+
+    def read(self, truth: Truth) -> Readings:
+        return {**super().read(truth), "human_distance": Reading(SCANNER_RANGE, truth.time)}
+
+    def values(self, truth: Truth) -> Mapping[str, Any]:
+        return {**super().values(truth), "human_distance": SCANNER_RANGE}
+
 
 Run = Callable[..., tuple[int, Referee, list[dict[str, Any]]]]
 
@@ -69,11 +101,53 @@ def test_the_robot_stops_for_a_person_and_goes_on_to_its_goal(
 
 
 def test_a_robot_that_is_looked_on_from_beside_drives_at_reduced_speed(run: Run) -> None:
-    _, referee, records = run("fetch the object", "across_the_room", "--timeout", "5")
+    _, referee, records = run("fetch the object", "across_the_room", "--timeout", "7")
     verdicts = [record["details"]["verdict"] for record in records if record["event"] == "decision"]
     assert "ATTENUATE" in verdicts
     driving = referee.base_speeds()
-    assert 0.9 * of_the_site("reduced_speed") < driving.max() <= of_the_site("reduced_speed")
+    assert 0.9 * of_the_site("reduced_tool_speed") < driving.max() <= of_the_site("reduced_tool_speed")
+
+
+@pytest.mark.parametrize(("instruction", "way", "floor", "until"), BESIDE)
+def test_beside_somebody_who_stays_the_robot_works_slowly(
+    instruction: str, way: tuple[str, ...], floor: str, until: int, run: Run, tmp_path: Path
+) -> None:
+    _, referee, records = run(instruction, staying(tmp_path, way, floor), "--timeout", str(until))
+    verdicts = [record["details"]["verdict"] for record in records if record["event"] == "decision"]
+    assert "ATTENUATE" in verdicts
+    assert "DENY" not in verdicts
+    assert referee.breaches() == []
+    near = referee.link_speeds()[referee.distances < of_the_site("warning_distance")]
+    assert near.max() <= of_the_site("reduced_speed")
+    assert np.mean(near > 0.05) > 0.25  # it goes on
+
+
+@pytest.mark.parametrize(("instruction", "person", "until"), APPROACHES)
+def test_a_robot_whose_scanner_sees_nobody_comes_too_near(
+    instruction: str, person: str, until: int, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(physics, "Sensors", Blind)
+    _, referee, records = run(instruction, person, "--timeout", str(until))
+    verdicts = {record["details"]["verdict"] for record in records if record["event"] == "decision"}
+    assert verdicts == {"ALLOW"}
+    assert referee.breaches() != []
+
+
+def test_a_carriage_is_slowed_as_far_as_separation_needs(run: Run, tmp_path: Path) -> None:
+    instruction, way, floor, _ = BESIDE[1]
+    _, referee, records = run(instruction, staying(tmp_path, way, floor), "--timeout", "9")
+    slowed = [
+        record["details"]["decided"]["parameters"]["speed"]
+        for record in records
+        if record["event"] == "decision"
+        and record["details"]["verdict"] == "ATTENUATE"
+        and "drive-separation" in {rule for _, rule, _ in record["details"]["reasons"]}
+    ]
+    assert slowed
+    assert all(
+        of_the_site("creeping_speed") <= speed <= of_the_site("reduced_tool_speed") for speed in slowed
+    )
+    assert referee.breaches() == []
 
 
 @pytest.mark.parametrize(("instruction", "person", "until"), APPROACHES)

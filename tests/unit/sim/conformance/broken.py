@@ -10,7 +10,7 @@ import numpy as np
 
 from aeros.runtime.ports import Completion, Monitor, Motion, Plan, Reading, Readings, Trajectory
 from aeros.sim.kinematic.plant import KinematicPlant
-from aeros.sim.kinematic.scenes.bare import Bare
+from aeros.sim.kinematic.scenes import SCENES
 from aeros.sim.profile import TICK
 from aeros.skill import Action
 
@@ -18,8 +18,8 @@ from aeros.skill import Action
 class Twin(KinematicPlant):
     """The plant as it should be."""
 
-    def __init__(self) -> None:
-        super().__init__(Bare(), 0)
+    def __init__(self, scene: str = "bare") -> None:
+        super().__init__(SCENES[scene](), 0)
 
     def creep(self, joints: float = 1e-3) -> None:
         """Move the arm a little, though nobody asked for it."""
@@ -250,6 +250,53 @@ class StopForgetsWhatWaits(Twin):
         self._under_way.update(waiting)
 
 
+class FeedbackLeavesItsPaths(Twin):
+    """In contact it is where it likes to be."""
+
+    def _fast_values(self) -> dict[str, Any]:
+        values = super()._fast_values()
+        if values["contact_force"] > 3.0:
+            values["joint_position"] = tuple(q + 0.02 for q in values["joint_position"])
+        return values
+
+
+class FeedbackIsNotStated(Twin):
+    def plan(self, action: Action) -> Plan:
+        plan = super().plan(action)
+        return replace(plan, servo=None) if isinstance(plan, Trajectory) else plan
+
+
+class OnItsCarriage(Twin):
+    def __init__(self) -> None:
+        super().__init__("fetch")
+
+
+class OneAtATime(OnItsCarriage):
+    """The base stands as long as the arm moves, and then goes on."""
+
+    def _set_motors(self) -> dict[Motion, Completion]:
+        waiting = dict(list(self._under_way.items())[:-1])
+        for motion in waiting:
+            del self._under_way[motion]
+        ended = super()._set_motors()
+        self._under_way = {**waiting, **self._under_way}
+        return ended
+
+
+class RulesEndTheArmAlone(OnItsCarriage):
+    """A rule ends everything, and the base rolls on."""
+
+    rolls = np.zeros(2)
+
+    def stop(self) -> None:
+        self.rolls = self._robot.base_speed_command
+        super().stop()
+
+    def _pass_tick(self) -> None:
+        self._robot.base_command = self._robot.base_command + self.rolls * TICK
+        super()._pass_tick()
+
+
 class ClosingTwiceRaises(Twin):
     closed = False
 
@@ -294,6 +341,10 @@ BROKEN: Final[Mapping[str, tuple[type[Twin], ...]]] = {
     "a_halted_motion_comes_to_rest_while_others_go_on": (HaltsEndEverything, RestIsInstant),
     "the_monitor_may_halt_a_motion": (HaltsInsideAreRefused, HaltsEndEverything),
     "stop_ends_everything": (StopForgetsWhatWaits, RestIsInstant),
+    "a_motion_under_feedback_keeps_near_its_paths": (FeedbackLeavesItsPaths, FeedbackIsNotStated),
+    "a_rule_named_in_contact_ends_it_within_one_tick": (RulesAreHeededATickLater, RulesLetEverythingCoast),
+    "motions_of_arm_and_base_together_are_each_as_decided": (OneAtATime,),
+    "a_rule_named_ends_arm_and_base_together": (RulesEndTheArmAlone,),
     "closing_twice_is_closing_once": (ClosingTwiceRaises,),
 }
 """Twins by the name of the check that is to refuse them."""

@@ -28,6 +28,16 @@ REACH: Final = act("move_tool", target=(0.5, -0.35, 0.25), yaw=0.5, speed=0.5)
 DRIVE: Final = act("move_base", x=-0.5, y=0.3, speed=0.5)
 """Two seconds."""
 
+PRESSING: Final = (
+    act("grip", width=0.0, force=10.0),
+    act("move_tool", target=(0.5, 0.0, 0.013), yaw=0.0, speed=0.2),
+    act("slide", target=(0.5, 0.1, 0.0), force=6.0, speed=0.1),
+)
+"""Closed fingers on the table top, and along it."""
+
+TOGETHER: Final = (DRIVE, act("move_tool", target=(-0.1, 0.2, 0.85), yaw=0.3, speed=0.6))
+"""The tool comes to its target as the base comes to rest."""
+
 LOOK_AND_WAIT: Final = act("wait", duration=6.0)
 
 
@@ -70,6 +80,7 @@ KINEMATIC: Final = Subject(
     stops_within=0.17,
     noise=1e-9,
     skill="make_dumplings.boil",
+    pressing=PRESSING,
 )
 
 SUBJECTS: Final = {
@@ -79,6 +90,7 @@ SUBJECTS: Final = {
         period=None,
         deceleration=(),
         stops_within=0.0,
+        pressing=(),
     ),
     "kinematic": KINEMATIC,
     "kinematic on its carriage": replace(
@@ -88,6 +100,8 @@ SUBJECTS: Final = {
         # 0.5 m/s over 1 m/s²; the joints do not move.
         stops_within=0.5,
         deceleration=(),
+        pressing=(),
+        together=TOGETHER,
     ),
     "watched": replace(KINEMATIC, make=_watched),
 }
@@ -105,6 +119,12 @@ _MOTORS: Final = replace(
 PHYSICAL: Final = {
     "physics": _MOTORS,
     "physics on its carriage": replace(
-        _MOTORS, make=_physics("fetch"), moving=DRIVE, stops_within=0.5 + 0.25, deceleration=()
+        _MOTORS,
+        make=_physics("fetch"),
+        moving=DRIVE,
+        stops_within=0.5 + 0.25,
+        deceleration=(),
+        pressing=(),
+        together=TOGETHER,
     ),
 }

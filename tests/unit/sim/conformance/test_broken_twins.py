@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from aeros.sim.conformance.suite import CHECKS, Check, ConformanceError
-from tests.unit.sim.conformance.broken import BROKEN, Twin
-from tests.unit.sim.conformance.subjects import KINEMATIC
+from aeros.sim.conformance.suite import CHECKS, Check, ConformanceError, Subject
+from tests.unit.sim.conformance.broken import BROKEN, OnItsCarriage, Twin
+from tests.unit.sim.conformance.subjects import KINEMATIC, SUBJECTS
 
 BY_NAME = {check.__name__: check for check in CHECKS}
 
@@ -17,9 +17,14 @@ def test_each_check_has_a_broken_twin() -> None:
     assert set(BROKEN) == set(BY_NAME)
 
 
+def subject_of(twin: type[Twin]) -> Subject:
+    return SUBJECTS["kinematic on its carriage"] if issubclass(twin, OnItsCarriage) else KINEMATIC
+
+
+@pytest.mark.parametrize("twin", [Twin, OnItsCarriage])
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
-def test_the_twin_that_is_not_broken_passes(check: Check) -> None:
-    check(replace(KINEMATIC, make=Twin))
+def test_the_twin_that_is_not_broken_passes(check: Check, twin: type[Twin]) -> None:
+    check(replace(subject_of(twin), make=twin))
 
 
 @pytest.mark.parametrize(
@@ -29,4 +34,4 @@ def test_the_twin_that_is_not_broken_passes(check: Check) -> None:
 )
 def test_a_broken_twin_is_refused(name: str, twin: type[Twin]) -> None:
     with pytest.raises(ConformanceError):
-        BY_NAME[name](replace(KINEMATIC, make=twin))
+        BY_NAME[name](replace(subject_of(twin), make=twin))

@@ -1,0 +1,313 @@
+"""Each kind of violation, provoked by what happens to the robot: a stop in the tick in which it is measured.
+
+Nothing that is measured is made up: links are pushed, drives are weak, a body is in the way, somebody comes.
+Violations are found by ground truth and the numbers of record, beside the monitor.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from aeros.runtime.beside import Begun
+from aeros.runtime.decision import Decision, Verdict
+from aeros.runtime.history import Histories
+from aeros.runtime.monitor import Monitors
+from aeros.runtime.trajectory import MotionDecider
+from aeros.runtime.watched import Watched
+from aeros.sim.bullet import bullet
+from aeros.sim.geometry import Triple
+from aeros.sim.kinematics import READY
+from aeros.sim.limits import Q_MAX, QD_MAX, QDD_MAX, TAU_MAX
+from aeros.sim.people import Person, Waypoint
+from aeros.sim.physics import PhysicsPlant
+from aeros.sim.profile import TICK
+from aeros.sim.robot import RobotOptions
+from aeros.sim.scenes.bare import Bare
+from aeros.sim.sensing import Truth
+from aeros.sim.undisturbed import Stage, Undisturbed
+from aeros.skill import Action, act
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_site
+from aeros.spec.model import Site
+from tests.unit.sim.acting import allow, execute, recording
+
+pytestmark = pytest.mark.physics
+
+FOREVER = 1e9
+BEGINS = 0.25
+"""When a disturbance begins, s: the arm is on its way by then."""
+
+SLOWLY = act("move_tool", target=(0.45, 0.1, 0.35), yaw=0.0, speed=0.1)
+
+Values = Mapping[str, Any]
+
+
+@dataclass
+class Rough(Undisturbed):
+    """From `BEGINS` on one drive is weak and a link is pushed, until the plant stops.
+
+    weak: the joint, and the torque that it has left, N·m.
+    push: forces in W, N, on the arm's link of this number, each at a place relative to that link.
+    """
+
+    weak: tuple[int, float] = (7, 12.0)
+    link: int = 7
+    push: tuple[tuple[Triple, Triple], ...] = ()
+    is_over: bool = False
+
+    def attach(self, stage: Stage) -> None:
+        self._stage = stage
+
+    def before_tick(self) -> None:
+        world, robot = self._stage.world, self._stage.robot
+        if world.time < BEGINS or self.is_over:
+            return
+        joint, torque = self.weak
+        bullet.setJointMotorControl2(
+            robot.body,
+            robot._arm[joint - 1],
+            bullet.POSITION_CONTROL,
+            targetPosition=robot.q_command[joint - 1],
+            targetVelocity=robot.qd_command[joint - 1],
+            force=torque,
+            positionGain=0.3,
+            velocityGain=1.0,
+            physicsClientId=world.client,
+        )
+        link = robot._arm[self.link - 1]
+        place = world.pose(robot.body, link).position
+        for force, arm in self.push:
+            at = tuple(a + b for a, b in zip(place, arm, strict=True))
+            bullet.applyExternalForce(
+                robot.body, link, force, at, bullet.WORLD_FRAME, physicsClientId=world.client
+            )
+
+
+def turn(force: float) -> tuple[tuple[Triple, Triple], ...]:
+    """A couple about the vertical, of 0.2 N·m for each N: nothing but the last joint gives way."""
+    return (((0.0, force, 0.0), (0.1, 0.0, 0.0)), ((0.0, -force, 0.0), (-0.1, 0.0, 0.0)))
+
+
+@dataclass(frozen=True)
+class Provocation:
+    """What happens, what then is violated by the numbers of record, and what is to be said of it.
+
+    posture: where the arm begins, rad.
+    """
+
+    rule: str
+    said: str
+    violated: Callable[[Values], bool]
+    rough: Callable[[], Undisturbed] = Undisturbed
+    people: tuple[Person, ...] = ()
+    obstacle: bool = False
+    posture: tuple[float, ...] = tuple(READY.tolist())
+    action: Action = SLOWLY
+
+
+class Obstructed(Bare):
+    """The bare cell with the robot in some posture, and perhaps a block in the arm's way."""
+
+    def __init__(self, posture: tuple[float, ...], obstacle: bool) -> None:
+        self.robot = RobotOptions(posture=posture)
+        self._obstacle = obstacle
+
+    def build(self, world: Any, robot: Any, chance: Any) -> None:
+        super().build(world, robot, chance)
+        if self._obstacle:
+            world.add_box((0.1, 0.1, 0.3), (0.38, 0.18, 0.45))
+
+
+def at_its_end() -> tuple[float, ...]:
+    """The last joint 20 mrad inside its limit, which is as near as motions go."""
+    return (*READY[:6].tolist(), float(Q_MAX[6]) - 0.02)
+
+
+STANDING = Person("stands", (Waypoint((0.3, 1.5)),))
+"""Within the warning distance, and far enough for the arm to move slowly."""
+
+WALKING = Person("walks", (Waypoint((0.3, 3.0)), Waypoint((0.3, 0.0), speed=1.6)))
+
+KINDS = {
+    "position": Provocation(
+        "joint-positions",
+        "joint_position[j7] is ",
+        lambda values: values["joint_position"][6] > Q_MAX[6],
+        lambda: Rough(weak=(7, 1.0), push=turn(-5.5)),
+        posture=at_its_end(),
+        action=act("move_tool", target=(0.35, 0.0, 0.45), yaw=float(READY[6] - Q_MAX[6] + 0.02), speed=0.1),
+    ),
+    "speed": Provocation(
+        "joint-speeds",
+        "abs(joint_velocity[j7]) is ",
+        lambda values: bool((np.abs(values["joint_velocity"]) > QD_MAX).any()),
+        lambda: Rough(weak=(7, 4.0), push=turn(40.0)),
+    ),
+    "torque": Provocation(
+        "joint-torques",
+        "abs(joint_torque[j",
+        lambda values: bool((np.abs(values["joint_torque"]) > 0.95 * TAU_MAX).any()),
+        lambda: Rough(push=(((0.0, 0.0, -250.0), (0.0, 0.0, 0.0)),)),
+    ),
+    "link speed": Provocation(
+        "link-speeds-near-person",
+        "link_speed is ",
+        lambda values: values["link_speed"] > 0.25,
+        lambda: Rough(weak=(1, 5.0), link=6, push=(((0.0, 100.0, 0.0), (0.0, 0.0, 0.0)),)),
+        people=(STANDING,),
+    ),
+    "distance": Provocation(
+        "arm-separation",
+        "human_distance is ",
+        # S at 0.1 m/s: 1.6·(0.105 + 0.34) + 0.1·0.105 + 0.1·0.34/2 + 0.1 + 0.05 + 0.01 m.
+        lambda values: values["human_distance"] < 0.8995,
+        people=(WALKING,),
+    ),
+    "contact force": Provocation(
+        "collision-force",
+        "contact_force is ",
+        lambda values: values["contact_force"] > 65.0,
+        obstacle=True,
+    ),
+}
+
+
+@dataclass
+class Run:
+    """What came of an action, watched by the site's monitor.
+
+    truths: of every tick; violated: the ticks in which the numbers of record are; stopped: when `stop` came.
+    sent: set points from then on.
+    """
+
+    reason: str | None = None
+    said: str = ""
+    truths: list[Truth] = field(default_factory=list)
+    violated: list[int] = field(default_factory=list)
+    stopped: list[int] = field(default_factory=list)
+    sent: list[tuple[Any, Any]] = field(default_factory=list)
+
+
+@pytest.fixture(scope="module")
+def site() -> Site:
+    found = load_site(reference_site(), Diagnostics())
+    assert found is not None
+    return found
+
+
+def run(kind: Provocation, site: Site) -> Run:
+    told, rough = Run(), kind.rough()
+    plant = PhysicsPlant(
+        Obstructed(kind.posture, kind.obstacle),
+        0,
+        people=kind.people,
+        referee=told.truths.append,
+        disturbance=rough,
+    )
+    watch = Monitors(Watched(site), Histories(site))
+    watch.watch(Begun(kind.action, plant.observe(), plant.now(), 0))
+    halt, command = plant.stop, plant._robot.command
+
+    def monitor(now: float, values: Values) -> str | None:
+        if kind.violated(told.truths[-1].values if told.truths else values):
+            told.violated.append(plant._world.ticks)
+        return watch(now, values)
+
+    def stop() -> None:
+        told.stopped.append(plant._world.ticks)
+        told.sent.append((plant._robot.q_command, plant._robot.qd_command))
+        if isinstance(rough, Rough):
+            rough.is_over = True
+        halt()
+
+    def spy(q: Any, qd: Any) -> None:
+        if told.stopped:
+            told.sent.append((q, qd))
+        command(q, qd)
+
+    plant.stop, plant._robot.command = stop, spy  # type: ignore[method-assign]
+    told.reason = execute(plant, kind.action, monitor, FOREVER).reason
+    told.said = str(watch.violation)
+    plant.close()
+    return told
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def provoked(request: pytest.FixtureRequest, site: Site) -> tuple[Provocation, Run]:
+    kind = KINDS[request.param]
+    return kind, run(kind, site)
+
+
+def test_each_kind_stops_in_the_tick_in_which_it_is_measured(provoked: tuple[Provocation, Run]) -> None:
+    kind, told = provoked
+    assert told.reason == f"monitor:{kind.rule}"
+    assert told.violated[0] >= BEGINS / TICK
+    assert told.stopped == told.violated
+
+
+def test_what_is_said_names_quantity_value_and_bound(provoked: tuple[Provocation, Run]) -> None:
+    kind, told = provoked
+    one = next(one for one in told.said.split(", ") if one.startswith(kind.said))
+    value, bound = re.fullmatch(r".* is (\S+) .*\(at (?:most|least) (\S+) .*\)", one).groups()  # type: ignore[union-attr]
+    assert (float(value) < float(bound)) is ("at least" in one)
+    assert float(value) != float(bound)
+
+
+def test_the_stop_keeps_to_the_limits_of_record_and_comes_to_rest(provoked: tuple[Provocation, Run]) -> None:
+    """Of joints: acceleration as measured from tick to tick, torque, and speed after what it begins with."""
+    kind, told = provoked
+    stopping = [truth.values for truth in told.truths if truth.tick >= told.stopped[0]]
+    rates = np.array([values["joint_velocity"] for values in stopping])
+    if not kind.obstacle:  # which brakes the arm as hard as it likes
+        assert (np.abs(np.diff(rates, axis=0)) / TICK <= QDD_MAX).all()
+        assert (np.abs(rates) <= np.maximum(np.abs(rates[0]), 0.02)).all()
+    # The first set point is that of the motion; of a joint that does not follow, the next is what it does.
+    commanded = np.array([rate for _, rate in told.sent])[1:]
+    assert (np.abs(np.diff(commanded, axis=0)) / TICK <= 0.9001 * QDD_MAX).all()
+    assert (np.abs([values["joint_torque"] for values in stopping]) <= TAU_MAX).all()
+    assert np.abs(rates[-1]).max() < 0.02
+
+
+def test_an_arm_that_met_something_stops_pushing_and_can_leave() -> None:
+    plant = PhysicsPlant(Obstructed(tuple(READY.tolist()), obstacle=True), 0)
+
+    def hard(now: float, values: Values) -> str | None:
+        return "hard" if values["contact_force"] > 65.0 else None
+
+    assert execute(plant, SLOWLY, hard, FOREVER).reason == "monitor:hard"
+    forces: list[Values] = []
+    assert execute(plant, act("wait", duration=0.2), recording(forces), FOREVER).completed
+    assert forces[-1]["contact_force"] < 10.0
+    back = act("move_tool", target=(0.307, 0.0, 0.487), yaw=0.0, speed=0.1)
+    assert execute(plant, back, allow, FOREVER).completed
+    assert plant.observe()["contact_force"].value == 0.0
+    plant.close()
+
+
+def test_an_arm_that_sagged_through_its_stop_is_planned_from_where_it_is(site: Site) -> None:
+    weak = Rough(weak=(4, 17.0))
+    plant = PhysicsPlant(Bare(), 0, disturbance=weak)
+    ended = execute(plant, SLOWLY, allow, FOREVER)
+    assert ended.reason is not None
+    assert ended.reason.startswith("blocked")
+    weak.is_over = True
+    plan, readings = plant.plan(SLOWLY), plant.observe()
+    decided = MotionDecider(site.motion).decide(Decision(Verdict.ALLOW, SLOWLY, ()), plan, readings)
+    assert decided.reasons == ()
+    assert execute(plant, SLOWLY, allow, FOREVER, plan).completed
+    plant.close()
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_without_what_provokes_it_nothing_stops(name: str, site: Site) -> None:
+    people = (STANDING,) if KINDS[name].people else ()
+    calm = replace(KINDS[name], rough=Undisturbed, people=people, obstacle=False)
+    told = run(calm, site)
+    assert (told.reason, told.violated, told.stopped) == (None, [], [])
