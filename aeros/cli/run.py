@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from datetime import datetime
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from aeros.agent.composing import CompositionPlanner
 from aeros.agent.errors import RefusedError
@@ -21,7 +21,7 @@ from aeros.agent.routing import Routed, route
 from aeros.cli.arguments import existing_path, writable_path
 from aeros.cli.bag import BagRefusedError, bagged
 from aeros.cli.exit_codes import EXIT_CODES, Exit
-from aeros.cli.plants import PLANTS, PlantRefusedError, faults_of, open_plant, people_of
+from aeros.cli.plants import PLANTS, PlantRefusedError, bodies_of, faults_of, open_plant, people_of
 from aeros.cli.run_report import TraceWriter, summary
 from aeros.runtime.audit import AuditError, AuditLog, AuditReport, verify_log
 from aeros.runtime.audit_checkpoints import AnchorError, Signing, verify_signed
@@ -42,6 +42,7 @@ from aeros.spec.model import Ecm
 from aeros.spec.reports import Report
 
 if TYPE_CHECKING:
+    from aeros.sim.bodies import Body
     from aeros.sim.faults.model import Fault
     from aeros.sim.people import Person
 
@@ -62,6 +63,7 @@ examples:
   aeros run "fetch the object" --composition fetch_once --timeout 60
   aeros run "fetch the object" --person across_the_room
   aeros run "make dumplings" --faults wrapper_bumped --seed 4
+  aeros run "fetch the object" --scene shelf_behind
   aeros run "make dumplings" --bag runs/demo-bag
   aeros run "make dumplings" --audit-key .aeros/audit.key --anchor /mnt/other/demo.anchor
 """
@@ -125,6 +127,11 @@ def add_to(commands: Subparsers) -> None:
         metavar="FILE|NAME",
         help="let things go wrong (physics): a faults file, or one that comes with AEROS",
     )
+    parser.add_argument(
+        "--scene",
+        metavar="FILE|NAME",
+        help="let more stand and lie about (physics): a scene file, or one that comes with AEROS",
+    )
     parser.add_argument("--no-record", action="store_true", help="take no film")
     parser.add_argument(
         "--audit-key",
@@ -175,11 +182,11 @@ def _command(arguments: argparse.Namespace) -> Exit:
         routed = route(arguments.instruction, configuration.modules)
         planner = _planner(arguments.composition, configuration.modules[routed.module])
         faults = faults_of(arguments.plant, arguments.faults, configuration, routed.task)
+        bodies = bodies_of(arguments.plant, arguments.scene, routed.task, arguments.seed)
+        around = _Around(people, faults, bodies)
         out = _output_folder(arguments.out, routed.task.id)
         with governor:
-            return _run(
-                arguments, configuration, governor, report, routed, planner, people, faults, out, signing
-            )
+            return _run(arguments, configuration, governor, report, routed, planner, around, out, signing)
     except (
         RefusedError,
         PlantRefusedError,
@@ -209,6 +216,14 @@ def _key_in(state: Path) -> Path | None:
     return path if path.exists() else None
 
 
+class _Around(NamedTuple):
+    """What is in a simulated scene besides the task's own things, and what goes wrong there."""
+
+    people: Sequence[Person]
+    faults: Sequence[Fault]
+    bodies: Sequence[Body]
+
+
 def _run(
     arguments: argparse.Namespace,
     configuration: Configuration,
@@ -216,8 +231,7 @@ def _run(
     proof: Report,
     routed: Routed,
     planner: Planner,
-    people: Sequence[Person],
-    faults: Sequence[Fault],
+    around: _Around,
     out: Path,
     signing: Signing | None,
 ) -> Exit:
@@ -238,11 +252,12 @@ def _run(
             routed.task,
             arguments.seed,
             film,
-            people,
-            faults,
+            around.people,
+            around.faults,
             lambda one: trace.tell(
                 Event(one.event, one.text, {"fault": one.fault, "opportunity": one.opportunity}, one.time)
             ),
+            around.bodies,
         ) as opened,
     ):
         plant = opened if feed is None else WatchedPlant(opened, feed)

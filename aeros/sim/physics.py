@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from aeros.runtime.ports import Readings
+from aeros.sim.bodies import Body, place, refuse_overlaps
 from aeros.sim.motions import BlockedError
 from aeros.sim.panda import Panda
 from aeros.sim.people import People, Person
@@ -41,6 +42,8 @@ class PhysicsPlant(TickingPlant):
     people: who walks about in it.
     sensors: between what is true in the scene and what `observe` and the monitor get.
     disturbance: what goes wrong once the clock runs; nothing by default.
+    bodies: what stands and lies about besides what the scene puts there.
+    Raises UserError where any two bodies overlap.
     """
 
     def __init__(
@@ -53,6 +56,7 @@ class PhysicsPlant(TickingPlant):
         sensors: Mapping[str, SensorModel] | None = None,
         referee: Referee | None = None,
         disturbance: Undisturbed | None = None,
+        bodies: Sequence[Body] = (),
     ) -> None:
         self._scene = scene
         self._recorder = recorder
@@ -61,6 +65,9 @@ class PhysicsPlant(TickingPlant):
         self._world = World()
         robot = Panda(self._world, scene.robot)
         scene.build(self._world, robot, Chance(seed))
+        placed = {place(self._world, body): body for body in bodies}
+        names = {scene.thing(name): f"the scene's `{name}`" for name in scene.things}
+        refuse_overlaps(self._world, placed, {**names, robot.body: "the robot"})
         for _ in range(_SETTLE_TICKS):
             self._world.step()
         self._world.ticks = 0
@@ -151,11 +158,12 @@ def make_plant(
     sensors: Mapping[str, SensorModel] | None = None,
     referee: Referee | None = None,
     disturbance: Undisturbed | None = None,
+    bodies: Sequence[Body] = (),
 ) -> PhysicsPlant:
     """A plant with scene `scene_name`, laid out by `seed`; `record` names a `.webp` film to write.
 
-    The same scene, people, sensors, seed and actions repeat bit for bit.  Raises KeyError for an unknown
-    scene.
+    The same scene, people, sensors, bodies, seed and actions repeat bit for bit.  Raises KeyError for an
+    unknown scene, UserError where bodies overlap.
     """
     scene = SCENES[scene_name]()
     recorder = None if record is None else Recorder(record, scene.view)
@@ -167,4 +175,5 @@ def make_plant(
         sensors=sensors,
         referee=referee,
         disturbance=disturbance,
+        bodies=bodies,
     )
