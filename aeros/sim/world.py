@@ -173,6 +173,14 @@ class World:
             physicsClientId=self.client,
         )
 
+    def set_rolling_resistance(self, body: int, lever: float) -> None:
+        """Let a body lose speed as it rolls: normal force times `lever` (m) is the torque that brakes it.
+
+        Over a radius that is the coefficient of rolling resistance.  Bullet multiplies it by the other
+        body's friction.
+        """
+        bullet.changeDynamics(body, -1, rollingFriction=lever, physicsClientId=self.client)
+
     def set_joint_friction(self, body: int, joint: int, torque: float) -> None:
         """Give a joint dry friction of `torque` (N·m): a motor that resists motion with at most that."""
         bullet.setJointMotorControl2(
