@@ -1,4 +1,4 @@
-"""Finding an object in a picture by its colour and depth, and room to grip it, without asking the simulator.
+"""Finding an object in a picture by its colour and depth, and room around it, without asking the simulator.
 
 A pixel's point: p_W = eye + depth · (forward + x·right + y·up), where x and y are the pixel's place on
 the image plane at distance 1.  Units: m.  Frame: W.
@@ -27,8 +27,8 @@ BRIGHTNESS: Final = 60
 FACE: Final = 0.004
 """Depth below the highest point that still belongs to the top face, m."""
 
-HAND: Final = (0.045, 0.115)
-"""Half of the room that the hand takes, along and across its x axis, m: its own halves and a centimetre."""
+HAND: Final = (0.06, 0.115)
+"""Half of the room that hand and flange take, along and across the hand's x axis, m: and a centimetre."""
 
 OVER: Final = 0.02
 """How far over what is gripped the hand passes, m; lower things are between or beside its fingers."""
@@ -53,7 +53,7 @@ class Sight(NamedTuple):
 def find_red(image: Image, camera: Camera, size: tuple[float, float]) -> Sight | None:
     """The one red cylinder of known `size` (radius and height, m) in `image`; None when not seen.
 
-    What is highest of it tells how it is: a disc, and it stands; a strip as long as the cylinder, and it lies.
+    What is highest of it tells how it is: a disc, and it stands; a strip as long as it, and it lies.
     That also gives the middle: the visible side is the camera's side, so the middle of all points would be
     biased towards the camera.  Assumes that its upper side is in sight.
     """

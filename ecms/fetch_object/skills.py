@@ -99,7 +99,7 @@ def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
 
 
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Let go, rise, look for the object here and along the way to where it belongs, and drive to it."""
+    """Let go, rise, look for the object, here or along the way to where it belongs, and drive to it."""
     yield act("grip", width=OPEN, force=GRIP_FORCE)
     observed = yield from _carry(observed)
     observed = yield from _look(observed)
@@ -108,10 +108,16 @@ def recover(observed: Observation, inputs: Inputs) -> SkillBody:
             break
         yield act("move_base", x=x, y=y, speed=BASE_SPEED)
         observed = yield act("look", camera="mast")
-    if observed.get("robot_at_target") is not True:
-        x, y, _ = observed["station_position"]
-        yield act("move_base", x=x, y=y, speed=BASE_SPEED)
-        yield act("look", camera="mast")
+    yield from _go_there(observed)
+
+
+def _go_there(observed: Observation) -> Task:
+    """Drive to the station, if the base is not there, and look again."""
+    if observed.get("robot_at_target") is True:
+        return observed
+    x, y, _ = observed["station_position"]
+    yield act("move_base", x=x, y=y, speed=BASE_SPEED)
+    return (yield act("look", camera="mast"))
 
 
 def _along_the_way(observed: Observation) -> tuple[tuple[float, float], ...]:

@@ -55,11 +55,8 @@ ARRIVED: Final = 0.03
 FRESH: Final = 30.0
 """Age up to which a detection counts, s."""
 
-REACH: Final = (0.40, 0.70)
-"""From the arm's base, level: where it takes things up, m."""
-
-FETCHING: Final = 0.55
-"""How far ahead of the arm's base a can is taken up that lies out of reach from the station, m."""
+REACH: Final = (0.50, 0.70)
+"""From the arm's base, level: where it takes things up, m.  Nearer ones on the floor are beside the carriage."""
 
 FLOOR: Final = ((-0.5, 1.6), (-1.4, 0.6))
 """Where the arm's base may be in x and in y, m: the site's `floor`."""
@@ -140,11 +137,11 @@ class Seen(NamedTuple):
 
 
 def station_for(station: Triple, seen: Seen | None) -> Triple:
-    """Where the arm's base is to be to take up the can: the station, unless it was seen out of reach from there."""
+    """Where the arm's base is to be for the can: the station, unless it was seen out of reach from there."""
     if seen is None or REACH[0] <= dist(seen.place[:2], station[:2]) <= REACH[1]:
         return station
     (west, east), (south, north) = FLOOR
-    x, y = seen.place[0] - FETCHING, seen.place[1]
+    x, y = seen.place[0] - AHEAD, seen.place[1]
     return (min(east, max(west, x)), min(north, max(south, y)), station[2])
 
 
@@ -179,8 +176,8 @@ def seen_by(camera: str, place: Triple, axis: float | None, grip: float | None) 
     axis: heading of a can that lies.  grip: of a hand that has room to close on it; only the mast sees that.
     """
     found: dict[str, Any] = {"object_position": place, "object_lying": axis is not None}
-    if camera == "mast":
-        found |= {"object_free": grip is not None, "object_yaw": grip or 0.0}
-    elif axis is not None:
+    if axis is not None:
         found["object_yaw"] = axis
+    if camera == "mast":
+        found |= {"object_free": grip is not None, "object_yaw": axis or grip or 0.0}
     return found
