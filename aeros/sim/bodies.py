@@ -13,7 +13,7 @@ from aeros.spec.errors import UserError
 from aeros.spec.source import Span
 
 OVERLAP: Final = 0.002
-"""How deep two bodies may be in each other, m: the robot's own foot is 1.03 mm deep in the table it stands on."""
+"""How deep two bodies may be in each other, m: the robot's foot is 1.03 mm deep in its table."""
 
 GREY: Final[Colour] = (0.7, 0.7, 0.7, 1.0)
 

@@ -24,6 +24,7 @@ from aeros.sim.ticking import LOOK_TICKS, TickingPlant
 from aeros.sim.undisturbed import Stage, Undisturbed
 from aeros.sim.video import Recorder
 from aeros.sim.world import World
+from aeros.spec.errors import UserError
 
 _BLOCKED: Final = 0.05
 """Distance of a joint from its set point that no unhindered motion shows (0.005 seen at most), rad."""
@@ -67,7 +68,11 @@ class PhysicsPlant(TickingPlant):
         scene.build(self._world, robot, Chance(seed))
         placed = {place(self._world, body): body for body in bodies}
         names = {scene.thing(name): f"the scene's `{name}`" for name in scene.things}
-        refuse_overlaps(self._world, placed, {**names, robot.body: "the robot"})
+        try:
+            refuse_overlaps(self._world, placed, {**names, robot.body: "the robot"})
+        except UserError:
+            self._world.close()
+            raise
         for _ in range(_SETTLE_TICKS):
             self._world.step()
         self._world.ticks = 0

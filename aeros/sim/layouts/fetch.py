@@ -56,7 +56,7 @@ FRESH: Final = 30.0
 """Age up to which a detection counts, s."""
 
 REACH: Final = (0.50, 0.70)
-"""From the arm's base, level: where it takes things up, m.  Nearer ones on the floor are beside the carriage."""
+"""From the arm's base, level: where it takes things up, m; nearer ones on the floor are at the carriage."""
 
 FLOOR: Final = ((-0.5, 1.6), (-1.4, 0.6))
 """Where the arm's base may be in x and in y, m: the site's `floor`."""

@@ -67,7 +67,7 @@ class Fetch:
         return {"can": self._can, "decoy": self._decoy}[name]
 
     def look(self, camera: str, through: Through = as_it_is) -> Mapping[str, Any]:
-        """What a picture by `mast` or `hand` camera shows of the can; room around it is seen from the mast."""
+        """What a picture by `mast` or `hand` camera shows of the can, found by colour and depth."""
         state = self._robot.sense()
         eye = camera_at(camera, state.base_position, state.tool_position, self._robot.tool_command()[1])
         found = through(camera, find_red(self._world.render(eye), eye, CAN))
