@@ -39,7 +39,7 @@ _COMMANDS = {
     "resume": "let actions begin again",
     "stop": "bring what moves to rest and end the run",
     "new": "start a module that is proved and runs as it stands",
-    "schema": "print the JSON Schema of manifests, site, people and faults files, or reports",
+    "schema": "print the JSON Schema of manifests, site, people, faults and scene files, or reports",
 }
 """What each command does; the module of its name has the rest, and is imported only to run it."""
 

@@ -13,6 +13,7 @@ from aeros.spec.doubles import as_doubles
 from aeros.spec.model import Task
 
 if TYPE_CHECKING:
+    from aeros.sim.bodies import Body
     from aeros.sim.faults.injector import Happening
     from aeros.sim.faults.model import Fault
     from aeros.sim.people import Person
@@ -55,6 +56,26 @@ def faults_of(
     return read_faults(name_or_path, known)
 
 
+def bodies_of(plant: str, name_or_path: str | None, task: Task, seed: int) -> Sequence[Body]:
+    """What is to stand and lie about on `plant` besides the task's own things.
+
+    Raises UserError for a file that does not say so, and where any of it would be in something's place.
+    """
+    if name_or_path is None:
+        return ()
+    if plant != "physics":
+        raise PlantRefusedError(
+            f"`--scene` needs the physics plant: on the {plant} plant nothing is in the way"
+        )
+    with _importing_physics():
+        from aeros.sim.physics import make_plant
+        from aeros.sim.scene_file import read_bodies
+    known, _ = _scene(task.scene)
+    bodies = read_bodies(name_or_path)
+    make_plant(known, seed, bodies=bodies).close()
+    return bodies
+
+
 def film_of(plant: str, path: Path) -> Spectator:
     """Who films `plant`, and writes that to `path` when it is closed.  Refuses what would fail then."""
     _needs_physics("--record", plant)
@@ -95,13 +116,14 @@ def open_plant(
     people: Sequence[Person] = (),
     faults: Sequence[Fault] = (),
     tell: Callable[[Happening], None] | None = None,
+    bodies: Sequence[Body] = (),
 ) -> Iterator[Plant]:
     """The plant `name`, ready for `task`, closed again however the block ends.
 
     tell: hears of each of the `faults` as it happens.
     """
     if name == "physics":
-        plant = _physics(task.scene, seed, spectators, people, faults, tell)
+        plant = _physics(task.scene, seed, spectators, people, faults, tell, bodies)
     elif name == "kinematic":
         plant = _kinematic(task.scene, seed)
     else:
@@ -140,13 +162,16 @@ def _physics(
     people: Sequence[Person],
     faults: Sequence[Fault],
     tell: Callable[[Happening], None] | None,
+    bodies: Sequence[Body],
 ) -> Plant:
     known_scene, _ = _scene(scene)
     from aeros.sim.faults.injector import Injector
     from aeros.sim.physics import make_plant
 
     disturbance = None if tell is None else Injector(faults, seed, tell)
-    return make_plant(known_scene, seed, spectators=spectators, people=people, disturbance=disturbance)
+    return make_plant(
+        known_scene, seed, spectators=spectators, people=people, disturbance=disturbance, bodies=bodies
+    )
 
 
 def _scene(scene: str | None) -> tuple[str, Scene]:

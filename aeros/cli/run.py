@@ -10,7 +10,7 @@ from contextlib import ExitStack, contextmanager
 from datetime import datetime
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from aeros.agent.composing import CompositionPlanner
 from aeros.agent.errors import RefusedError
@@ -24,6 +24,7 @@ from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.plants import (
     PLANTS,
     PlantRefusedError,
+    bodies_of,
     faults_of,
     film_of,
     open_plant,
@@ -50,6 +51,7 @@ from aeros.spec.model import Ecm
 from aeros.spec.reports import Report
 
 if TYPE_CHECKING:
+    from aeros.sim.bodies import Body
     from aeros.sim.faults.model import Fault
     from aeros.sim.people import Person
     from aeros.sim.physics import Spectator
@@ -74,6 +76,7 @@ examples:
   aeros run "make dumplings" --faults wrapper_bumped --seed 4
   aeros run "make dumplings" --record dumplings.mp4 --mcap dumplings.mcap
   aeros run "make dumplings" --view --no-record
+  aeros run "fetch the object" --scene shelf_behind
   aeros run "make dumplings" --bag runs/demo-bag
   aeros run "make dumplings" --audit-key .aeros/audit.key --anchor /mnt/other/demo.anchor
 """
@@ -141,6 +144,11 @@ def add_to(commands: Subparsers) -> None:
         metavar="FILE|NAME",
         help="let things go wrong (physics): a faults file, or one that comes with AEROS",
     )
+    parser.add_argument(
+        "--scene",
+        metavar="FILE|NAME",
+        help="let more stand and lie about (physics): a scene file, or one that comes with AEROS",
+    )
     film = parser.add_mutually_exclusive_group()
     film.add_argument(
         "--record",
@@ -201,6 +209,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
         routed = route(arguments.instruction, configuration.modules)
         planner = _planner(arguments.composition, configuration.modules[routed.module])
         faults = faults_of(arguments.plant, arguments.faults, configuration, routed.task)
+        bodies = bodies_of(arguments.plant, arguments.scene, routed.task, arguments.seed)
+        around = _Around(people, faults, bodies)
         with _watched(arguments, routed.task.id) as (out, spectators), governor:
             return _run(
                 arguments,
@@ -209,9 +219,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
                 report,
                 routed,
                 planner,
+                around,
                 spectators,
-                people,
-                faults,
                 out,
                 signing,
             )
@@ -259,6 +268,14 @@ def _key_in(state: Path) -> Path | None:
     return path if path.exists() else None
 
 
+class _Around(NamedTuple):
+    """What is in a simulated scene besides the task's own things, and what goes wrong there."""
+
+    people: Sequence[Person]
+    faults: Sequence[Fault]
+    bodies: Sequence[Body]
+
+
 def _run(
     arguments: argparse.Namespace,
     configuration: Configuration,
@@ -266,9 +283,8 @@ def _run(
     proof: Report,
     routed: Routed,
     planner: Planner,
+    around: _Around,
     spectators: Sequence[Spectator],
-    people: Sequence[Person],
-    faults: Sequence[Fault],
     out: Path,
     signing: Signing | None,
 ) -> Exit:
@@ -288,11 +304,12 @@ def _run(
             routed.task,
             arguments.seed,
             spectators,
-            people,
-            faults,
+            around.people,
+            around.faults,
             lambda one: trace.tell(
                 Event(one.event, one.text, {"fault": one.fault, "opportunity": one.opportunity}, one.time)
             ),
+            around.bodies,
         ) as opened,
     ):
         plant = opened if feed is None else WatchedPlant(opened, feed)

@@ -1,4 +1,4 @@
-"""`aeros schema`: prints the JSON Schema of manifests, site, people and faults files, or reports."""
+"""`aeros schema`: prints the JSON Schema of manifests, site, people, faults and scene files, or reports."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ examples:
   aeros schema site > .vscode/site.schema.json    likewise for a site file
   aeros schema people > .vscode/people.schema.json  and for who walks about in `aeros run --person`
   aeros schema faults > faults.schema.json        likewise for a faults file
+  aeros schema scene > scene.schema.json          likewise for a scene file
   aeros schema report                             what `aeros verify --format json` prints
 """
 

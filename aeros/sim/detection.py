@@ -1,4 +1,4 @@
-"""Finding an object in a picture by its colour and depth, without asking the simulator.
+"""Finding an object in a picture by its colour and depth, and room around it, without asking the simulator.
 
 A pixel's point: p_W = eye + depth · (forward + x·right + y·up), where x and y are the pixel's place on
 the image plane at distance 1.  Units: m.  Frame: W.
@@ -6,8 +6,8 @@ the image plane at distance 1.  Units: m.  Frame: W.
 
 from __future__ import annotations
 
-from math import radians, tan
-from typing import Final
+from math import atan2, cos, pi, radians, sin, tan
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,23 +27,85 @@ BRIGHTNESS: Final = 60
 FACE: Final = 0.004
 """Depth below the highest point that still belongs to the top face, m."""
 
+HAND: Final = (0.06, 0.115)
+"""Half of the room that hand and flange take, along and across the hand's x axis, m: and a centimetre."""
 
-def find_red(image: Image, camera: Camera, height: float) -> Triple | None:
-    """Middle of the one red upright object of known `height` (m) in `image`, in W; None when not seen.
+OVER: Final = 0.02
+"""How far over what is gripped the hand passes, m; lower things are between or beside its fingers."""
 
-    The top face gives the middle in x and y: the visible side is the camera's side, so the middle of
-    all points would be biased towards the camera.  Assumes an upright object whose top is in sight.
+_WAYS: Final = (0.0, pi / 2.0)
+"""Headings of a hand for what can be gripped at any."""
+
+
+class Sight(NamedTuple):
+    """What a picture shows of an upright or lying cylinder, in W.
+
+    place: its middle, m.
+    axis: heading of its axis where it lies, rad in [-π/2, π/2); None where it stands.
+    grip: heading of a hand that has room to close on it across its axis, rad; None where there is no room.
     """
+
+    place: Triple
+    axis: float | None = None
+    grip: float | None = 0.0
+
+
+def find_red(image: Image, camera: Camera, size: tuple[float, float]) -> Sight | None:
+    """The one red cylinder of known `size` (radius and height, m) in `image`; None when not seen.
+
+    What is highest of it tells how it is: a disc, and it stands; a strip as long as it, and it lies.
+    That also gives the middle: the visible side is the camera's side, so the middle of all points would be
+    biased towards the camera.  Assumes that its upper side is in sight.
+    """
+    radius, height = size
     rgb = image.rgb.astype(np.float64)
     others = np.maximum(rgb[:, :, 1], rgb[:, :, 2])
     red = (rgb[:, :, 0] > BRIGHTNESS) & (rgb[:, :, 0] > DOMINANCE * others)
     if int(red.sum()) < PIXELS_MIN:
         return None
-    points = _points(image.depth, camera)[red]
+    everything = _points(image.depth, camera)
+    points = everything[red]
     top = float(points[:, 2].max())
     face = points[points[:, 2] > top - FACE]
-    x, y = (face[:, :2].min(axis=0) + face[:, :2].max(axis=0)) / 2.0
-    return (float(x), float(y), float(np.median(face[:, 2])) - height / 2.0)
+    level = float(np.median(face[:, 2]))
+    along = _longest(face[:, :2])
+    low, high = _extent(face[:, :2], along)
+    lies = float((high - low)[0]) > (2.0 * radius + height) / 2.0
+    heading = atan2(along[1], along[0]) if lies else 0.0
+    if not lies:
+        along = np.array((1.0, 0.0))
+        low, high = _extent(face[:, :2], along)
+    u, v = (low + high) / 2.0
+    x, y = u * along + v * np.array((-along[1], along[0]))
+    place = (float(x), float(y), level - (radius if lies else height / 2.0))
+    axis = (heading + pi / 2.0) % pi - pi / 2.0 if lies else None
+    ways = (axis,) if axis is not None else _WAYS
+    free = (way for way in ways if _has_room(everything, place, way, top))
+    return Sight(place, axis, next(free, None))
+
+
+def _longest(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The direction, of length 1, in which `points` (n, 2) spread most."""
+    away = points - points.mean(axis=0)
+    _, vectors = np.linalg.eigh(away.T @ away)
+    longest: NDArray[np.float64] = vectors[:, -1]
+    return longest
+
+
+def _extent(points: NDArray[np.float64], along: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Least and greatest of `points` (n, 2) along and across a direction: (2, 2)."""
+    turned = points @ np.array((along, (-along[1], along[0]))).T
+    return np.array((turned.min(axis=0), turned.max(axis=0)))
+
+
+def _has_room(points: NDArray[np.float64], place: Triple, yaw: float, top: float) -> bool:
+    """Whether nothing stands higher than `top` where a hand at `yaw` over `place` would be."""
+    ahead = (cos(yaw), sin(yaw))
+    away = points[:, :, :2] - np.array(place[:2])
+    inside = (np.abs(away @ np.array(ahead)) < HAND[0]) & (
+        np.abs(away @ np.array((-ahead[1], ahead[0]))) < HAND[1]
+    )
+    return not bool((inside & (points[:, :, 2] > top + OVER)).any())
 
 
 def _points(depth: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:

@@ -16,7 +16,8 @@ from aeros.sim.geometry import Triple
 from aeros.sim.kinematics import FLANGE_TO_TOOL
 from aeros.sim.limits import FINGER_GAP_MAX, FINGER_SPEED, QD_MAX, TAU_MAX, Vector
 from aeros.sim.robot import Robot, RobotOptions, RobotState
-from aeros.sim.world import World
+from aeros.sim.world import World, load_model
+from aeros.spec.texts import read_source
 
 _GAIN: Final = 0.3
 """Position gain of all arm and base motors (of 1): tracks within 0.006 rad."""
@@ -205,8 +206,7 @@ def _load(world: World, options: RobotOptions) -> int:
     Its soft finger pads (30 kN/m) stay: force control through rigid pads bounces.
     """
     folder = os.path.join(DATA, "franka_panda")
-    with open(os.path.join(folder, "panda.urdf"), encoding="utf-8") as stock:
-        text = stock.read()
+    text = read_source(os.path.join(folder, "panda.urdf")).text
     text = text.replace("package://", folder + "/").replace("<friction_anchor/>", "")
     text = text.replace('xyz="0 0 0.105"', f'xyz="0 0 {FLANGE_TO_TOOL}"')
     if options.carriage:
@@ -217,8 +217,7 @@ def _load(world: World, options: RobotOptions) -> int:
         path = os.path.join(scratch, "panda.urdf")
         with open(path, "w", encoding="utf-8") as edited:
             edited.write(text)
-        body: int = bullet.loadURDF(path, options.base, useFixedBase=True, physicsClientId=world.client)
-    return body
+        return load_model(path, options.base, fixed=True, client=world.client)
 
 
 def _joint_indices(body: int, client: int) -> dict[str, int]:

@@ -11,6 +11,7 @@ from contextlib import ExitStack
 from typing import Any, Final, Protocol
 
 from aeros.runtime.ports import Readings
+from aeros.sim.bodies import Body, place, refuse_overlaps
 from aeros.sim.geometry import Camera
 from aeros.sim.motions import BlockedError
 from aeros.sim.panda import Panda
@@ -23,6 +24,7 @@ from aeros.sim.sensing import SCANNER_RANGE, SensorModel, Sensors, Truth
 from aeros.sim.ticking import LOOK_TICKS, TickingPlant
 from aeros.sim.undisturbed import Stage, Undisturbed
 from aeros.sim.world import World
+from aeros.spec.errors import UserError
 
 _BLOCKED: Final = 0.05
 """Distance of a joint from its set point that no unhindered motion shows (0.005 seen at most), rad."""
@@ -52,6 +54,8 @@ class PhysicsPlant(TickingPlant):
     people: who walks about in it.
     sensors: between what is true in the scene and what `observe` and the monitor get.
     disturbance: what goes wrong once the clock runs; nothing by default.
+    bodies: what stands and lies about besides what the scene puts there.
+    Raises UserError where any two bodies overlap.
     """
 
     def __init__(
@@ -64,6 +68,7 @@ class PhysicsPlant(TickingPlant):
         sensors: Mapping[str, SensorModel] | None = None,
         referee: Referee | None = None,
         disturbance: Undisturbed | None = None,
+        bodies: Sequence[Body] = (),
     ) -> None:
         self._scene = scene
         self._spectators = spectators
@@ -72,6 +77,13 @@ class PhysicsPlant(TickingPlant):
         self._world = World()
         robot = Panda(self._world, scene.robot)
         scene.build(self._world, robot, Chance(seed))
+        placed = {place(self._world, body): body for body in bodies}
+        names = {scene.thing(name): f"the scene's `{name}`" for name in scene.things}
+        try:
+            refuse_overlaps(self._world, placed, {**names, robot.body: "the robot"})
+        except UserError:
+            self._world.close()
+            raise
         for _ in range(_SETTLE_TICKS):
             self._world.step()
         self._world.ticks = 0
@@ -163,11 +175,12 @@ def make_plant(
     sensors: Mapping[str, SensorModel] | None = None,
     referee: Referee | None = None,
     disturbance: Undisturbed | None = None,
+    bodies: Sequence[Body] = (),
 ) -> PhysicsPlant:
     """A plant with scene `scene_name`, laid out by `seed`.
 
-    The same scene, people, sensors, seed and actions repeat bit for bit.  Raises KeyError for an unknown
-    scene.
+    The same scene, people, sensors, bodies, seed and actions repeat bit for bit.  Raises KeyError for an
+    unknown scene, UserError where bodies overlap.
     """
     return PhysicsPlant(
         SCENES[scene_name](),
@@ -177,4 +190,5 @@ def make_plant(
         sensors=sensors,
         referee=referee,
         disturbance=disturbance,
+        bodies=bodies,
     )

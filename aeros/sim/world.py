@@ -8,6 +8,8 @@ of either lose grasps.  `deterministicOverlappingPairs` makes a rebuilt world re
 from __future__ import annotations
 
 import math
+import os
+from itertools import combinations
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -16,11 +18,27 @@ from numpy.typing import NDArray
 from aeros.sim.bullet import bullet
 from aeros.sim.geometry import UPRIGHT, Camera, Pose, Quaternion, Triple
 from aeros.sim.profile import TICK
+from aeros.spec.diagnostics import Diagnostic
+from aeros.spec.errors import UserError
 
 Colour = tuple[float, float, float, float]
 
 GRAVITY: Final = 9.81
 """Standard acceleration, m/s², rounded as PyBullet's examples do."""
+
+
+def load_model(
+    path: str, position: Triple, orientation: Quaternion = UPRIGHT, *, fixed: bool, client: int
+) -> int:
+    """The body that a URDF file describes; raises UserError where there is no such file, or no such body."""
+    if not os.path.isfile(path):
+        missing = f"there is no model `{path}`"
+        raise UserError([Diagnostic("AE002", missing, help=("install AEROS again if it came with it",))])
+    try:
+        body: int = bullet.loadURDF(path, position, orientation, useFixedBase=fixed, physicsClientId=client)
+    except bullet.error as error:
+        raise UserError([Diagnostic("AE141", f"PyBullet makes no body of `{path}`: {error}")]) from error
+    return body
 
 
 class Contact(NamedTuple):
@@ -135,10 +153,8 @@ class World:
         fixed: bool = False,
         friction: float = 0.6,
     ) -> int:
-        """A body read from a URDF file; every link gets `friction`."""
-        body: int = bullet.loadURDF(
-            path, position, orientation, useFixedBase=fixed, physicsClientId=self.client
-        )
+        """A body read from a URDF file; every link gets `friction`.  Raises UserError where it cannot be."""
+        body = load_model(path, position, orientation, fixed=fixed, client=self.client)
         for link in range(-1, bullet.getNumJoints(body, physicsClientId=self.client)):
             self.set_friction(body, link, friction)
         return body
@@ -156,6 +172,14 @@ class World:
             frictionAnchor=0,
             physicsClientId=self.client,
         )
+
+    def set_rolling_resistance(self, body: int, lever: float) -> None:
+        """Let a body lose speed as it rolls: normal force times `lever` (m) is the torque that brakes it.
+
+        Over a radius that is the coefficient of rolling resistance.  Bullet multiplies it by the other
+        body's friction.
+        """
+        bullet.changeDynamics(body, -1, rollingFriction=lever, physicsClientId=self.client)
 
     def set_joint_friction(self, body: int, joint: int, torque: float) -> None:
         """Give a joint dry friction of `torque` (N·m): a motor that resists motion with at most that."""
@@ -200,6 +224,18 @@ class World:
             selection["linkIndexA"] = link
         points = bullet.getContactPoints(**selection, physicsClientId=self.client)
         return [Contact(p[3], p[4], p[2], p[6], p[7], p[9]) for p in points or ()]
+
+    def overlaps(self, deeper_than: float) -> list[tuple[int, int, float]]:
+        """Every two bodies that are deeper in each other than this, with that depth, m."""
+        count = bullet.getNumBodies(physicsClientId=self.client)
+        bodies = [bullet.getBodyUniqueId(number, physicsClientId=self.client) for number in range(count)]
+        found = []
+        for one, other in combinations(bodies, 2):
+            points = bullet.getClosestPoints(one, other, 0.0, physicsClientId=self.client)
+            depth = max((-point[8] for point in points), default=0.0)
+            if depth > deeper_than:
+                found.append((one, other, depth))
+        return found
 
     def contact_force(self, body: int, other: int) -> float:
         """Sum of normal forces between two bodies, N."""

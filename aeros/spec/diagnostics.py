@@ -81,6 +81,8 @@ _TABLE: Final = (
     Code("AE132", "malformed-license", "form", "a licence is not an SPDX expression"),
     Code("AE133", "undeclared-action", "form", "skill code asks for an action its envelope does not hold"),
     Code("AE134", "reaching-code", "form", "skill code reaches for more than actions and observations"),
+    Code("AE140", "overlapping-bodies", "form", "two bodies of a scene are in each other's place"),
+    Code("AE141", "unusable-model", "form", "a file that is to describe a body describes none"),
     # AE2xx: the expression language
     Code("AE201", "expression-syntax", "form", "an expression cannot be parsed"),
     Code("AE202", "unknown-name", "form", "an expression uses a name that is not declared"),

@@ -10,7 +10,7 @@ from __future__ import annotations
 import inspect
 from typing import Any, Final, get_args, get_origin
 
-from aeros.spec.declared import ecm, faults, people, site
+from aeros.spec.declared import ecm, faults, people, scene, site
 from aeros.spec.hints import fields_of, kind_of, options_of, parted, words_of
 from aeros.spec.located import PATTERNS, Boolean, Bounds, Entries, Integer, Length, Number, Pattern
 from aeros.spec.nodes import ScalarNode, SequenceNode
@@ -20,6 +20,7 @@ FILES: Final[dict[str, type]] = {
     "site": site.Site,
     "people": people.People,
     "faults": faults.Faults,
+    "scene": scene.Scene,
 }
 """The declared files, by the name of their schema."""
 
@@ -28,6 +29,7 @@ _TITLES: Final = {
     "site": "AEROS site file",
     "people": "AEROS people file",
     "faults": "AEROS faults file",
+    "scene": "AEROS scene file",
 }
 
 

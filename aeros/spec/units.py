@@ -60,9 +60,9 @@ class Unit:
 NUMBER = Dimension()
 LENGTH = Dimension((1, 0, 0, 0))
 TIME = Dimension((0, 0, 1, 0))
-_MASS = Dimension((0, 1, 0, 0))
+MASS = Dimension((0, 1, 0, 0))
 ANGLE = Dimension((0, 0, 0, 1))
-FORCE = _MASS * LENGTH * TIME**-2
+FORCE = MASS * LENGTH * TIME**-2
 _NAMES = {
     NUMBER: "1",
     FORCE: "N",
@@ -84,8 +84,8 @@ _ATOMS: dict[str, tuple[Fraction, Dimension]] = {
     "us": (Fraction(1, 10**6), TIME),
     "h": (Fraction(3600), TIME),
     "Hz": (Fraction(1), TIME**-1),
-    "kg": (Fraction(1), _MASS),
-    "g": (Fraction(1, 1000), _MASS),
+    "kg": (Fraction(1), MASS),
+    "g": (Fraction(1, 1000), MASS),
     "N": (Fraction(1), FORCE),
     "kN": (Fraction(1000), FORCE),
     "mN": (Fraction(1, 1000), FORCE),

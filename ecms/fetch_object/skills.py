@@ -41,6 +41,9 @@ CLEARANCE = 0.08
 GRASP = 0.012
 """How far above its middle the object is gripped, m."""
 
+LOWER = 0.018
+"""How much lower the middle of the object is where it lies, m."""
+
 OPEN = 0.08
 """Fingers wide open, m."""
 
@@ -60,47 +63,79 @@ def navigate(observed: Observation, inputs: Inputs) -> SkillBody:
 
 def detect(observed: Observation, inputs: Inputs) -> SkillBody:
     """Move the arm out of sight and look from the mast."""
-    yield act("move_tool", target=_from_base(observed, ASIDE), yaw=0.0, speed=SPEED)
-    yield act("look", camera="mast")
+    yield from _look(observed)
 
 
 def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Look again from above with the hand camera, grip the object and lift it."""
+    """Look again from above with the hand camera, grip the object and lift it, if a hand has room there."""
+    if not observed["object_free"]:
+        return
     yield act("grip", width=OPEN, force=GRIP_FORCE)
-    yield from _over(observed, observed["object_position"], LOOK_HEIGHT)
+    yaw = observed["object_yaw"]
+    yield from _over(observed, observed["object_position"], LOOK_HEIGHT, yaw)
     observed = yield act("look", camera="hand")
-    x, y, z = observed["object_position"]
-    yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=0.0, speed=NEAR_SPEED)
-    yield act("move_tool", target=(x, y, z + GRASP), yaw=0.0, speed=NEAR_SPEED)
+    (x, y, z), yaw = observed["object_position"], observed["object_yaw"]
+    grip = z + (0.0 if observed["object_lying"] else GRASP)
+    yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=yaw, speed=NEAR_SPEED)
+    yield act("move_tool", target=(x, y, grip), yaw=yaw, speed=NEAR_SPEED)
     yield act("grip", width=CLOSED, force=GRIP_FORCE)
-    yield act("move_tool", target=(x, y, z + GRASP + LIFT), yaw=0.0, speed=NEAR_SPEED)
+    yield act("move_tool", target=(x, y, grip + LIFT), yaw=yaw, speed=NEAR_SPEED)
 
 
 def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Carry the object to the other stand, put it down where it belongs and draw back."""
+    """Carry the object to the other stand, put it down where it belongs and draw back; stop if it is lost."""
     observed = yield from _carry(observed)
+    if observed.get("object_grasped") is False:
+        return
     x, y, z = observed["delivery_position"]
     observed = yield act("move_base", x=x - REACH, y=y, speed=BASE_SPEED)
-    yield from _over(observed, (x, y, z), GRASP + CLEARANCE)
-    yield act("move_tool", target=(x, y, z + GRASP + 0.001), yaw=0.0, speed=NEAR_SPEED)
+    if observed.get("object_grasped") is False:
+        return
+    grip = z - LOWER if observed.get("object_lying") is True else z + GRASP
+    yield from _over(observed, (x, y, grip), CLEARANCE)
+    yield act("move_tool", target=(x, y, grip + 0.001), yaw=0.0, speed=NEAR_SPEED)
     yield act("grip", width=OPEN, force=GRIP_FORCE)
     yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=0.0, speed=NEAR_SPEED)
 
 
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Let go, rise, go back to the station if away from it, and look from the mast again."""
+    """Let go, rise, look for the object, here or along the way to where it belongs, and drive to it."""
     yield act("grip", width=OPEN, force=GRIP_FORCE)
     observed = yield from _carry(observed)
-    if not observed["robot_at_target"]:
-        x, y, _ = observed["station_position"]
-        observed = yield act("move_base", x=x, y=y, speed=BASE_SPEED)
-    yield from detect(observed, inputs)
+    observed = yield from _look(observed)
+    for x, y in _along_the_way(observed):
+        if observed.get("object_detected") is True:
+            break
+        yield act("move_base", x=x, y=y, speed=BASE_SPEED)
+        observed = yield act("look", camera="mast")
+    yield from _go_there(observed)
+
+
+def _go_there(observed: Observation) -> Task:
+    """Drive to the station, if the base is not there, and look again."""
+    if observed.get("robot_at_target") is True:
+        return observed
+    x, y, _ = observed["station_position"]
+    yield act("move_base", x=x, y=y, speed=BASE_SPEED)
+    return (yield act("look", camera="mast"))
+
+
+def _along_the_way(observed: Observation) -> tuple[tuple[float, float], ...]:
+    """Where the base looks for what was lost on the way: between station and delivery, and at both."""
+    (x, y, _), (u, v, _) = observed["station_position"], observed["delivery_position"]
+    return ((x + u - REACH) / 2, (y + v) / 2), (u - REACH, v), (x, y)
 
 
 def _from_base(observed: Observation, offset: Place) -> Place:
     """Where a point given from the arm's base is in the world."""
     x, y, z = observed["base_position"]
     return (x + offset[0], y + offset[1], z + offset[2])
+
+
+def _look(observed: Observation) -> Task:
+    """Move the arm out of sight and look from the mast."""
+    yield act("move_tool", target=_from_base(observed, ASIDE), yaw=0.0, speed=SPEED)
+    return (yield act("look", camera="mast"))
 
 
 def _carry(observed: Observation) -> Task:
@@ -112,9 +147,9 @@ def _carry(observed: Observation) -> Task:
     return (yield act("move_tool", target=target, yaw=0.0, speed=SPEED))
 
 
-def _over(observed: Observation, place: Place, height: float) -> Task:
-    """Go over `place` at carrying height, then down to `height` above it."""
+def _over(observed: Observation, place: Place, height: float, yaw: float = 0.0) -> Task:
+    """Go over `place` at carrying height, then down to `height` above it, turned by `yaw`."""
     x, y, z = place
     carrying = observed["base_position"][2] + CARRY[2]
-    yield act("move_tool", target=(x, y, carrying), yaw=0.0, speed=SPEED)
-    return (yield act("move_tool", target=(x, y, z + height), yaw=0.0, speed=SPEED))
+    yield act("move_tool", target=(x, y, carrying), yaw=yaw, speed=SPEED)
+    return (yield act("move_tool", target=(x, y, z + height), yaw=yaw, speed=SPEED))

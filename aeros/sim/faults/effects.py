@@ -27,7 +27,7 @@ from aeros.sim.faults.model import (
     Slip,
     Weaken,
 )
-from aeros.sim.geometry import Triple
+from aeros.sim.geometry import Triple, plus
 from aeros.sim.profile import TICK
 from aeros.sim.scenes.scene import Detected
 from aeros.sim.undisturbed import Stage
@@ -67,7 +67,7 @@ def seen(kind: Seen, source: Generator, found: Detected) -> Detected:
     match kind:
         case Misplace(by, direction) if found is not None:
             way = _level(source) if direction is None else direction
-            return (found[0] + by * way[0], found[1] + by * way[1], found[2] + by * way[2])
+            return found._replace(place=plus(found.place, (by * way[0], by * way[1], by * way[2])))
         case Misplace() | Miss():
             return None
 

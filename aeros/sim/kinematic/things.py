@@ -116,6 +116,11 @@ class Things:
         """Whether the fingers hold it, or what it lies on."""
         return any(self._things[number] is thing for number in self._held)
 
+    def is_lifted(self, thing: Thing) -> bool:
+        """Whether `thing` touches nothing under it."""
+        place = thing.pose.position
+        return place[2] - thing.foot > self._support(place, thing) + 1e-6
+
     @property
     def is_held(self) -> bool:
         """Whether the fingers hold anything."""

@@ -34,6 +34,9 @@ DELIVERY: Final = (1.70, -1.10)
 CAN: Final = (0.022, 0.08)
 """Radius and height of the can, m."""
 
+ROLLING: Final = 0.001
+"""Lever of the can's rolling resistance, m."""
+
 DECOY: Final[Triple] = (0.04, 0.04, 0.05)
 """Edges of the decoy, m."""
 
@@ -52,8 +55,11 @@ ARRIVED: Final = 0.03
 FRESH: Final = 30.0
 """Age up to which a detection counts, s."""
 
-LIFTED: Final = 0.05
-"""Height over its stand from which the can counts as lifted, m."""
+REACH: Final = (0.50, 0.70)
+"""From the arm's base, level: where it takes things up, m; nearer ones on the floor are at the carriage."""
+
+FLOOR: Final = ((-0.5, 1.6), (-1.4, 0.6))
+"""Where the arm's base may be in x and in y, m: the site's `floor`."""
 
 DELIVERED: Final = 0.03
 """Distance from where it belongs within which the can is delivered, m."""
@@ -115,33 +121,63 @@ def camera_at(name: str, base: Triple, tool: Triple, yaw: float) -> Camera:
 
 
 class Felt(NamedTuple):
-    """What is measured of the can: its middle, whether it rests, and how many fingers touch it."""
+    """What is measured of the can: its middle, whether it rests, is held, and how many fingers touch it."""
 
     can: Triple
     at_rest: bool
+    held: bool
     fingers: int
 
 
+class Seen(NamedTuple):
+    """Where the last picture showed the can, and when, s."""
+
+    place: Triple
+    time: float
+
+
+def station_for(station: Triple, seen: Seen | None) -> Triple:
+    """Where the arm's base is to be for the can: the station, unless it was seen out of reach from there."""
+    if seen is None or REACH[0] <= dist(seen.place[:2], station[:2]) <= REACH[1]:
+        return station
+    (west, east), (south, north) = FLOOR
+    x, y = seen.place[0] - AHEAD, seen.place[1]
+    return (min(east, max(west, x)), min(north, max(south, y)), station[2])
+
+
 def measured_in_room(
-    station: Triple, delivery: Triple, base: Triple, felt: Felt, age_of_detection: float | None
+    laid: Layout, base: Triple, felt: Felt, seen: Seen | None, time: float
 ) -> dict[str, Any]:
     """Station and place to deliver to, and the task's predicates.
 
     object_detected holds for `FRESH` seconds after a picture in which the can was found, and while
     it is felt in the hand: an interrupted delivery need not look for what it carries.
-    delivery_position is where the can's middle belongs.
-    age_of_detection: since the last picture, s; None where the can was not in it.
+    delivery_position is where the can's middle belongs; one that has fallen over may lie there.
+    seen: in the last picture, None where the can was not in it, or has been held since.
     """
-    seen = age_of_detection is not None and age_of_detection <= FRESH
-    lifted = felt.can[2] - STAND[2] - CAN[1] / 2 > LIFTED
-    grasped = lifted and felt.fingers == 2
+    fresh = seen if seen is not None and time - seen.time <= FRESH else None
+    station, delivery = station_for(laid.station, fresh), laid.delivery
     dx, dy, dz = minus(felt.can, delivery)
-    near = hypot(dx, dy) < DELIVERED and abs(dz) < 0.01
+    lies = CAN[0] - CAN[1] / 2
+    near = hypot(dx, dy) < DELIVERED and min(abs(dz), abs(dz - lies)) < 0.01
     return {
         "station_position": station,
         "delivery_position": delivery,
         "robot_at_target": dist(base[:2], station[:2]) < ARRIVED,
-        "object_detected": seen or grasped,
-        "object_grasped": grasped,
+        "object_detected": fresh is not None or felt.held,
+        "object_grasped": felt.held,
         "object_delivered": near and felt.at_rest and not felt.fingers,
     }
+
+
+def seen_by(camera: str, place: Triple, axis: float | None, grip: float | None) -> dict[str, Any]:
+    """What a picture by `camera` says of the can, by vocabulary name.
+
+    axis: heading of a can that lies.  grip: of a hand that has room to close on it; only the mast sees that.
+    """
+    found: dict[str, Any] = {"object_position": place, "object_lying": axis is not None}
+    if axis is not None:
+        found["object_yaw"] = axis
+    if camera == "mast":
+        found |= {"object_free": grip is not None, "object_yaw": axis or grip or 0.0}
+    return found

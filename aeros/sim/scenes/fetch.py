@@ -13,11 +13,14 @@ from aeros.sim.layouts.fetch import (
     CAN,
     DECOY,
     ROBOT,
+    ROLLING,
     STAND,
     Felt,
+    Seen,
     camera_at,
     lay_room,
     measured_in_room,
+    seen_by,
 )
 from aeros.sim.panda import Panda
 from aeros.sim.randomness import Chance
@@ -37,15 +40,15 @@ class Fetch:
         """Place both stands, the can and the decoy by chance."""
         self._world = world
         self._robot = robot
-        self._seen_at: float | None = None
+        self._seen: Seen | None = None
         world.add_box((6.0, 6.0, 0.05), (1.0, 0.0, -0.025), colour=(0.75, 0.74, 0.70, 1.0))
-        laid = lay_room(chance)
-        self._station, self._delivery = laid.station, laid.delivery
+        self._laid = laid = lay_room(chance)
         pick, place = laid.stands
         world.add_box(STAND, pick, colour=(0.78, 0.70, 0.58, 1.0))
         red, blue = (0.80, 0.10, 0.08, 1.0), (0.15, 0.30, 0.75, 1.0)
         self._decoy = world.add_box(DECOY, laid.decoy, mass=0.1, colour=blue)
         self._can = world.add_cylinder(*CAN, laid.can, mass=0.15, colour=red)
+        world.set_rolling_resistance(self._can, ROLLING)
         world.add_box(STAND, place, colour=(0.78, 0.70, 0.58, 1.0))
 
     def tick(self) -> None:
@@ -53,23 +56,31 @@ class Fetch:
 
     def measure(self) -> Mapping[str, Any]:
         """See `measured_in_room`."""
-        age = None if self._seen_at is None else self._world.time - self._seen_at
-        at_rest = self._world.speed(self._can) < AT_REST
-        felt = Felt(self._world.pose(self._can).position, at_rest, len(self._finger_links()))
         base = self._robot.sense().base_position
-        return measured_in_room(self._station, self._delivery, base, felt, age)
+        felt = self._felt()
+        if felt.held:
+            self._seen = None
+        return measured_in_room(self._laid, base, felt, self._seen, self._world.time)
 
     def thing(self, name: str) -> int:
         """See `Scene`."""
         return {"can": self._can, "decoy": self._decoy}[name]
 
     def look(self, camera: str, through: Through = as_it_is) -> Mapping[str, Any]:
-        """Where the can's middle is, estimated from a picture by `mast` or `hand` camera."""
+        """What a picture by `mast` or `hand` camera shows of the can, found by colour and depth."""
         state = self._robot.sense()
         eye = camera_at(camera, state.base_position, state.tool_position, self._robot.tool_command()[1])
-        found = through(camera, find_red(self._world.render(eye), eye, CAN[1]))
-        self._seen_at = None if found is None else self._world.time
-        return {} if found is None else {"object_position": found}
+        found = through(camera, find_red(self._world.render(eye), eye, CAN))
+        self._seen = None if found is None else Seen(found.place, self._world.time)
+        return {} if found is None else seen_by(camera, found.place, found.axis, found.grip)
+
+    def _felt(self) -> Felt:
+        """What is measured of the can; it is held where both fingers touch it and nothing else does."""
+        fingers = len(self._finger_links())
+        others = any(contact.body_b != self._robot.body for contact in self._world.contacts(self._can))
+        at_rest = self._world.speed(self._can) < AT_REST
+        held = fingers == 2 and not others
+        return Felt(self._world.pose(self._can).position, at_rest, held, fingers)
 
     def _finger_links(self) -> set[int]:
         """Which finger links touch the can."""

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
-from aeros.sim.geometry import Camera, Triple
+from aeros.sim.detection import Sight
+from aeros.sim.geometry import Camera
 from aeros.sim.panda import Panda
 from aeros.sim.randomness import Chance
 from aeros.sim.robot import RobotOptions
 from aeros.sim.world import World
 
-Detected = Triple | None
-"""Where in W a picture shows what is looked for, m; None when it does not."""
+Detected = Sight | None
+"""What a picture shows of what is looked for; None when it does not."""
 
 Through = Callable[[str, Detected], Detected]
 """What a camera's evaluation passes through, given the camera's name, before anyone hears of it."""

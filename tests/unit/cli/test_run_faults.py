@@ -63,6 +63,22 @@ RECOVERED = {
         ["navigate arrived", "detect seen", "grasp missed", "recover ready", "grasp grasped",
          "deliver delivered"],
     ),
+    "an object that falls over on its stand is taken up as it lies": (
+        "fetch the object",
+        1,
+        "{at: {skill: fetch_object.grasp, once: holding, after: 2500 ms}, rate: 1, at_most: 1, "
+        "slip: {friction: 0, lasts: 1 s}}",
+        ["navigate arrived", "detect seen", "grasp missed", "recover ready", "grasp grasped",
+         "deliver delivered"],
+    ),
+    "an object that is dropped on the way is found on the floor": (
+        "fetch the object",
+        0,
+        "{at: {skill: fetch_object.deliver, after: 6 s}, rate: 1, at_most: 1, "
+        "slip: {friction: 0, lasts: 1 s}}",
+        ["navigate arrived", "detect seen", "grasp grasped", "deliver dropped", "navigate arrived",
+         "detect not_seen", "recover ready", "grasp grasped", "deliver delivered"],
+    ),
     "an object that is not seen is looked for again": (
         "fetch the object",
         0,

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import dist
+from math import cos, dist, pi, sin
 from typing import Any
 
 import numpy as np
 import pytest
 
 from aeros.sim.detection import find_red
-from aeros.sim.geometry import Camera
+from aeros.sim.geometry import UPRIGHT, Camera
 from aeros.sim.layouts.fetch import CAN, FRESH
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.scenes.fetch import Fetch
@@ -102,19 +102,42 @@ def test_a_camera_that_is_not_there_is_refused() -> None:
     assert ended.reason == "unknown camera: `ceiling`"
 
 
+CAMERA = Camera((0.0, 0.2, 0.8), (0.6, 0.0, 0.0))
+RED, BLUE = (0.80, 0.10, 0.08, 1.0), (0.15, 0.30, 0.75, 1.0)
+
+
 @pytest.mark.parametrize("place", [(0.6, 0.0), (0.5, 0.15), (0.7, -0.1)])
-def test_a_red_can_is_found_within_5_mm_and_a_blue_box_is_not(place: tuple[float, float]) -> None:
+@pytest.mark.parametrize("axis", [None, 0.0, 0.8, -1.3])
+def test_a_red_can_is_found_within_5_mm_however_it_lies_and_a_blue_box_is_not(
+    place: tuple[float, float], axis: float | None
+) -> None:
     radius, height = CAN
     world = World()
-    camera = Camera((0.0, 0.2, 0.8), (0.6, 0.0, 0.0))
     x, y = place
-    world.add_box((0.04, 0.04, 0.05), (x, y - 0.15, 0.025), colour=(0.15, 0.30, 0.75, 1.0))
-    assert find_red(world.render(camera), camera, height) is None
-    world.add_cylinder(radius, height, (x, y, height / 2), colour=(0.80, 0.10, 0.08, 1.0))
-    found = find_red(world.render(camera), camera, height)
+    world.add_box((0.04, 0.04, 0.05), (x, y - 0.15, 0.025), colour=BLUE)
+    assert find_red(world.render(CAMERA), CAMERA, CAN) is None
+    middle = (x, y, height / 2 if axis is None else radius)
+    half = ((axis or 0.0) / 2, pi / 4)
+    lying = (-sin(half[0]) * sin(half[1]), cos(half[0]) * sin(half[1]), sin(half[0]) * cos(half[1]),
+             cos(half[0]) * cos(half[1]))  # fmt: skip
+    world.add_cylinder(radius, height, middle, UPRIGHT if axis is None else lying, colour=RED)
+    found = find_red(world.render(CAMERA), CAMERA, CAN)
     world.close()
     assert found is not None
-    assert dist(found, (x, y, height / 2)) < 0.005
+    assert dist(found.place, middle) < 0.005
+    assert found.axis == (None if axis is None else pytest.approx(axis, abs=0.12))
+    assert found.grip == pytest.approx(axis or 0.0, abs=0.12)
+
+
+@pytest.mark.parametrize(("gap", "grip"), [(0.03, None), (0.10, 0.0)])
+def test_a_hand_has_no_room_at_a_wall(gap: float, grip: float | None) -> None:
+    world = World()
+    world.add_box((0.2, 0.6, 0.3), (0.6 + CAN[0] + gap + 0.1, 0.0, 0.15))
+    world.add_cylinder(*CAN, (0.6, 0.0, CAN[1] / 2), colour=RED)
+    found = find_red(world.render(CAMERA), CAMERA, CAN)
+    world.close()
+    assert found is not None
+    assert found.grip == grip
 
 
 def test_a_few_red_pixels_are_not_an_object() -> None:
@@ -122,6 +145,6 @@ def test_a_few_red_pixels_are_not_an_object() -> None:
     rgb = np.full((camera.height, camera.width, 3), 128, dtype=np.uint8)
     rgb[100:104, 100:106] = (200, 10, 10)
     picture = Image(rgb, np.ones((camera.height, camera.width)))
-    assert find_red(picture, camera, 0.08) is None
+    assert find_red(picture, camera, CAN) is None
     rgb[100:110, 100:110] = (200, 10, 10)
-    assert find_red(picture, camera, 0.08) is not None
+    assert find_red(picture, camera, CAN) is not None

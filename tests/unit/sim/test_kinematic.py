@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aeros.runtime.ports import Plant, Trajectory
+from aeros.runtime.ports import Completion, Plant, Trajectory
 from aeros.sim.geometry import Pose, turned
 from aeros.sim.kinematic.chain import posture
 from aeros.sim.kinematic.plant import KinematicPlant, make_plant
@@ -261,3 +261,14 @@ def test_it_has_each_scene_of_the_physics_plant_laid_out_alike() -> None:
                 # Things settle in physics, by 2 mm or a few hundredths of a radian; torques hold weight.
                 if name != "joint_torque":
                     assert ours[name] == pytest.approx(theirs[name], abs=0.03), name
+
+
+def test_a_target_out_of_reach_is_refused_with_a_reason_before_anything_moves() -> None:
+    plant = make_plant("bare", 0)
+    before = plant.observe()
+    far = act("move_tool", target=(0.9, 0.4, 0.3), yaw=0.0, speed=0.2)
+    refused = plant.plan(far)
+    assert isinstance(refused, Completion)
+    assert (refused.reason or "").startswith("unreachable: ")
+    assert plant.begin(far) == refused
+    assert plant.observe() == before

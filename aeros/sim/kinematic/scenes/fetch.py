@@ -18,9 +18,11 @@ from aeros.sim.layouts.fetch import (
     ROBOT,
     STAND,
     Felt,
+    Seen,
     camera_at,
     lay_room,
     measured_in_room,
+    seen_by,
 )
 from aeros.sim.randomness import Chance
 from aeros.sim.robot import RobotState
@@ -34,9 +36,8 @@ class Fetch:
 
     def lay(self, chance: Chance) -> Things:
         """Can and decoy on their stand, and the stand to deliver to, by chance."""
-        laid = lay_room(chance)
-        self._station, self._delivery = laid.station, laid.delivery
-        self._seen_at: float | None = None
+        self._laid = laid = lay_room(chance)
+        self._seen: Seen | None = None
         (radius, height), (x, y, z) = CAN, (edge / 2 for edge in DECOY)
         low, high = (-radius, -radius, -height / 2), (radius, radius, height / 2)
         self._can = Round(Pose(laid.can, turned(0.0)), low, high, height / 2)
@@ -50,15 +51,17 @@ class Fetch:
 
     def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
         """See `measured_in_room`."""
-        age = None if self._seen_at is None else time - self._seen_at
-        fingers = 2 if self._things.holds(self._can) else 0
-        felt = Felt(self._can.pose.position, self._can.speed < AT_REST, fingers)
-        return measured_in_room(self._station, self._delivery, state.base_position, felt, age)
+        held = self._things.holds(self._can)
+        if held:
+            self._seen = None
+        place, at_rest = self._can.pose.position, self._can.speed < AT_REST
+        felt = Felt(place, at_rest, held and self._things.is_lifted(self._can), 2 if held else 0)
+        return measured_in_room(self._laid, state.base_position, felt, self._seen, time)
 
     def look(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
         """Where the can's middle is, if the middle of its top is in the picture."""
         middle = self._can.pose.position
         eye = camera_at(camera, state.base_position, state.tool_position, yaw)
         seen = in_view(eye, plus(middle, (0.0, 0.0, CAN[1] / 2)))
-        self._seen_at = time if seen else None
-        return {"object_position": middle} if seen else {}
+        self._seen = Seen(middle, time) if seen else None
+        return seen_by(camera, middle, None, 0.0) if seen else {}
