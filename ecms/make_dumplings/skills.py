@@ -2,10 +2,12 @@
 
 All lengths in metres, in the world frame; at yaw 0 the fingers close along y.  Each leg below is a
 tuple of actions computed from one observation.  Nothing here decides whether a step succeeded: what
-is measured afterwards does.
+is measured afterwards does.  A skill may be broken off anywhere, as when a person comes near, so it begins
+with where things are now, and goes on with what it holds.
 """
 
-from math import atan2, cos, hypot, pi, sin
+from collections.abc import Generator
+from math import atan2, cos, dist, hypot, pi, sin
 
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 
@@ -69,78 +71,105 @@ SQUEEZE_FORCE = 4.0
 COOKING_TIME = 5.5
 """Time in the pot, s."""
 
+HELD_WITHIN = 0.02
+"""Distance of the tool from where a thing is gripped within which the thing that it holds is that one, m."""
+
+POT_REACH = 0.08
+"""From the pot's middle to its walls, m."""
+
 
 def prepare(observed: Observation, inputs: Inputs) -> SkillBody:
     """Bring the wrapper onto the open press and the filling onto the wrapper, whichever is missing."""
     if not observed["dough_on_workspace"]:
-        for action in _open_press(observed):
-            observed = yield action
-        for action in _lay_wrapper(observed):
-            observed = yield action
+        observed = yield from _open_press(observed)
+        observed = yield from _lay_wrapper(observed)
     if not observed["filling_on_workspace"]:
-        for action in _take_filling(observed):
-            observed = yield action
-        # Looked for anew: the wrapper may have been moved while the filling was fetched.
-        for action in _put(_on_plate(observed, FILLING_HEIGHT), HALF_OPEN):
-            observed = yield action
+        observed = yield from _lay_filling(observed)
 
 
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:
     """Lift the wrapper, with what lies on it, and put it where it belongs on the open press."""
-    for action in _open_press(observed):
-        observed = yield action
-    for action in _lay_wrapper(observed):
-        observed = yield action
+    observed = yield from _open_press(observed)
+    yield from _lay_wrapper(observed)
 
 
 def wrap(observed: Observation, inputs: Inputs) -> SkillBody:
     """Fold the lid over by its handle, squeeze, and open the press again."""
-    lid = _lid_angle(observed)
+    observed = yield from _take_handle(observed)
     closed = _handle_at(observed, LID_CLOSED)
     pressed = (closed[0], closed[1], _hinge(observed)[2])
-    for action in (
-        *_grasp(observed, observed["press_handle_position"], 0.0, 0.036, HANDLE_FORCE),
-        *_swing(observed, lid, LID_CLOSED),
-        act("slide", target=pressed, force=SQUEEZE_FORCE, speed=0.02),
-        act("wait", duration=0.3),
-        *_swing(observed, LID_CLOSED, 0.0),
-        *_release(_handle_at(observed, 0.0), OPEN),
-    ):
-        observed = yield action
+    yield from _do(
+        observed,
+        (
+            *_swing(observed, _lid_angle(observed), LID_CLOSED),
+            act("slide", target=pressed, force=SQUEEZE_FORCE, speed=0.02),
+            act("wait", duration=0.3),
+            *_swing(observed, LID_CLOSED, 0.0),
+            *_release(_handle_at(observed, 0.0), OPEN),
+        ),
+    )
 
 
 def boil(observed: Observation, inputs: Inputs) -> SkillBody:
     """Carry the dumpling to the pot, drop it in and let it cook."""
-    middle = _on_plate(observed, DUMPLING_GRASP)
-    yaw = observed["wrapper_yaw"]
+    observed = yield from _open_press(observed)
     x, y, z = observed["pot_position"]
-    for action in (
-        *_grasp(observed, middle, yaw, 0.046, DOUGH_FORCE),
-        *_rise(middle, yaw),
-        *_put((x, y, z + DROP_HEIGHT), OPEN),
-        act("wait", duration=COOKING_TIME),
-    ):
+    if _is_in_pot(observed):
+        observed = yield from _do(observed, _release(observed["tool_position"], OPEN))
+    else:
+        middle, yaw = _on_plate(observed, DUMPLING_GRASP), observed["wrapper_yaw"]
+        observed = yield from _take(observed, middle, yaw, 0.046)
+        observed = yield from _do(observed, _put((x, y, z + DROP_HEIGHT), OPEN))
+    yield act("wait", duration=COOKING_TIME)
+
+
+def _do(observed: Observation, leg: Leg) -> Generator[Action, Observation, Observation]:
+    """Ask for one action after the other; what is measured at their end."""
+    for action in leg:
         observed = yield action
+    return observed
 
 
-def _lay_wrapper(observed: Observation) -> Leg:
+def _holds(observed: Observation, place: Place) -> bool:
+    """Whether what is at `place` is between the fingers, as when what was begun had to be broken off."""
+    return observed["holding"] is True and dist(observed["tool_position"], place) < HELD_WITHIN
+
+
+def _take(
+    observed: Observation, place: Place, yaw: float, width: float, opened: float = OPEN
+) -> Generator[Action, Observation, Observation]:
+    """Grip what is at `place` and lift it; what is held already is only lifted."""
+    if not _holds(observed, place):
+        return (
+            yield from _do(
+                observed,
+                (*_grasp(observed, place, yaw, width, DOUGH_FORCE, opened), *_rise(place, yaw)),
+            )
+        )
+    x, y, z = observed["tool_position"]
+    up = act("move_tool", target=(x, y, max(z, TRAVEL_HEIGHT)), yaw=yaw, speed=NEAR_SPEED)
+    return (yield up)
+
+
+def _lay_wrapper(observed: Observation) -> Generator[Action, Observation, Observation]:
     """Grip the wrapper across its hinge and set it down on the press."""
-    place, yaw = observed["wrapper_position"], observed["wrapper_yaw"]
-    return (
-        *_grasp(observed, place, yaw, 0.046, DOUGH_FORCE),
-        *_rise(place, yaw),
-        *_put(observed["press_position"], OPEN),
-    )
+    observed = yield from _take(observed, observed["wrapper_position"], observed["wrapper_yaw"], 0.046)
+    return (yield from _do(observed, _put(observed["press_position"], OPEN)))
 
 
-def _take_filling(observed: Observation) -> Leg:
-    """Grip the filling and lift it."""
+def _lay_filling(observed: Observation) -> Generator[Action, Observation, Observation]:
+    """Grip the filling and set it down on the wrapper."""
     x, y, z = observed["filling_position"]
-    place = (x, y, z + FILLING_GRASP)
-    return (
-        *_grasp(observed, place, 0.0, 0.012, DOUGH_FORCE, HALF_OPEN),
-        *_rise(place, 0.0),
-    )
+    observed = yield from _take(observed, (x, y, z + FILLING_GRASP), 0.0, 0.012, HALF_OPEN)
+    # Looked for anew: the wrapper may have been moved while the filling was fetched.
+    return (yield from _do(observed, _put(_on_plate(observed, FILLING_HEIGHT), HALF_OPEN)))
+
+
+def _is_in_pot(observed: Observation) -> bool:
+    """Whether the dumpling's hinge is lower than the pot's rim, and over its floor."""
+    x, y, z = observed["wrapper_position"]
+    rim = observed["pot_position"]
+    return z < rim[2] and abs(x - rim[0]) < POT_REACH and abs(y - rim[1]) < POT_REACH
 
 
 def _on_plate(observed: Observation, height: float) -> Place:
@@ -150,16 +179,21 @@ def _on_plate(observed: Observation, height: float) -> Place:
     return (x + PLATE_MIDDLE * cos(yaw), y + PLATE_MIDDLE * sin(yaw), z + height)
 
 
-def _open_press(observed: Observation) -> Leg:
+def _open_press(observed: Observation) -> Generator[Action, Observation, Observation]:
     """Swing the lid open when it is not."""
-    lid = _lid_angle(observed)
-    if lid < 0.2:
-        return ()
-    return (
-        *_grasp(observed, observed["press_handle_position"], 0.0, 0.036, HANDLE_FORCE),
-        *_swing(observed, lid, 0.0),
-        *_release(_handle_at(observed, 0.0), OPEN),
-    )
+    if _lid_angle(observed) < 0.2:
+        return observed
+    observed = yield from _take_handle(observed)
+    opening = _swing(observed, _lid_angle(observed), 0.0)
+    return (yield from _do(observed, (*opening, *_release(_handle_at(observed, 0.0), OPEN))))
+
+
+def _take_handle(observed: Observation) -> Generator[Action, Observation, Observation]:
+    """Grip the lid's handle, unless it is held already."""
+    handle = observed["press_handle_position"]
+    if _holds(observed, handle):
+        return observed
+    return (yield from _do(observed, _grasp(observed, handle, 0.0, 0.036, HANDLE_FORCE)))
 
 
 def _hinge(observed: Observation) -> Place:
