@@ -7,7 +7,7 @@ with where things are now, and goes on with what it holds.
 """
 
 from collections.abc import Generator
-from math import atan2, cos, dist, hypot, pi, sin
+from math import atan2, copysign, cos, dist, hypot, pi, sin
 
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 
@@ -72,7 +72,40 @@ COOKING_TIME = 5.5
 """Time in the pot, s."""
 
 HELD_WITHIN = 0.02
-"""Distance of the tool from where a thing is gripped within which the thing that it holds is that one, m."""
+"""Distance of the tool from where a thing is gripped within which it is that thing that it holds, m."""
+
+THINNEST = 0.005
+"""Gap of the fingers, m, above which it is something that they press on, and not each other."""
+
+FINGERTIP = 0.009
+"""From the tool centre point down to the fingertips, m."""
+
+PLATE_TOP = 0.003
+"""From the middle of a plate up to its top, m."""
+
+FILLING_TOP = 0.0085
+"""From the middle of the filling up to its top, m."""
+
+HAND_HALF = (0.037, 0.107)
+"""Half the thickness and half the width of the hand, with 5 mm to spare, m."""
+
+HAND_HEIGHT = 0.035
+"""How far below its place on the press a thing is gripped with the hand beside the press, at least, m."""
+
+PRESS_BACK, PRESS_FRONT, PRESS_HALF = -0.084, 0.045, 0.022
+"""From the press's hinge to the ends of handle and bed along x, and to their sides, m."""
+
+DRAG_AT = 0.013
+"""From the wrapper's middle line towards its outer side, where it is dragged, m: the hand clears the press."""
+
+DRAG_SPEED = 0.05
+"""Peak speed of dragging, m/s."""
+
+ABOVE = 0.006
+"""Height over a surface from which fingers come down on it by force control, m."""
+
+WRAPPER_FREE, FILLING_FREE = (-0.13, 0.11), (-0.17, 0.12)
+"""Where, from the press and to either side, there is room for a hand that grips, m."""
 
 POT_REACH = 0.08
 """From the pot's middle to its walls, m."""
@@ -88,9 +121,9 @@ def prepare(observed: Observation, inputs: Inputs) -> SkillBody:
 
 
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Lift the wrapper, with what lies on it, and put it where it belongs on the open press."""
+    """Move the wrapper, with what lies on it, to where it belongs on the open press."""
     observed = yield from _open_press(observed)
-    yield from _lay_wrapper(observed)
+    yield from _realign_wrapper(observed)
 
 
 def wrap(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -132,7 +165,8 @@ def _do(observed: Observation, leg: Leg) -> Generator[Action, Observation, Obser
 
 def _holds(observed: Observation, place: Place) -> bool:
     """Whether what is at `place` is between the fingers, as when what was begun had to be broken off."""
-    return observed["holding"] is True and dist(observed["tool_position"], place) < HELD_WITHIN
+    between = observed["holding"] is True and observed["finger_gap"] > THINNEST
+    return between and dist(observed["tool_position"], place) < HELD_WITHIN
 
 
 def _take(
@@ -152,31 +186,100 @@ def _take(
 
 
 def _lay_wrapper(observed: Observation) -> Generator[Action, Observation, Observation]:
-    """Grip the wrapper across its hinge and set it down on the press."""
+    """Grip the wrapper across its hinge, wherever it lies, and set it down on the press."""
+    place, yaw, press = observed["wrapper_position"], observed["wrapper_yaw"], observed["press_position"]
+    if not _holds(observed, place) and _is_crowded(observed, place, yaw):
+        out = copysign(DRAG_AT, place[1] - press[1])
+        x, y, z = _beside(place, yaw, -PLATE_MIDDLE, out)
+        observed = yield from _do(observed, _drag(observed, (x, y, z + PLATE_TOP), place, WRAPPER_FREE))
     observed = yield from _take(observed, observed["wrapper_position"], observed["wrapper_yaw"], 0.046)
-    return (yield from _do(observed, _put(observed["press_position"], OPEN)))
+    return (yield from _do(observed, _put(press, OPEN)))
+
+
+def _realign_wrapper(observed: Observation) -> Generator[Action, Observation, Observation]:
+    """Grip the wrapper that lies on the press, and move it to where it belongs."""
+    place, yaw, press = observed["wrapper_position"], observed["wrapper_yaw"], observed["press_position"]
+    if _holds(observed, place):
+        observed = yield from _take(observed, place, yaw, 0.046)
+        return (yield from _do(observed, _put(press, OPEN)))
+    # Not lifted: an edge of it may be under the handle's bar.
+    along = act("move_tool", target=press, yaw=0.0, speed=NEAR_SPEED)
+    grasp = _grasp(observed, place, yaw, 0.046, DOUGH_FORCE)
+    return (yield from _do(observed, (*grasp, along, *_release(press, OPEN))))
 
 
 def _lay_filling(observed: Observation) -> Generator[Action, Observation, Observation]:
     """Grip the filling and set it down on the wrapper."""
-    x, y, z = observed["filling_position"]
-    observed = yield from _take(observed, (x, y, z + FILLING_GRASP), 0.0, 0.012, HALF_OPEN)
-    # Looked for anew: the wrapper may have been moved while the filling was fetched.
-    return (yield from _do(observed, _put(_on_plate(observed, FILLING_HEIGHT), HALF_OPEN)))
+    place = observed["filling_position"]
+    if not _holds(observed, _filling_grasp(place)) and _is_crowded(observed, place, 0.0):
+        x, y, z = place
+        observed = yield from _do(observed, _drag(observed, (x, y, z + FILLING_TOP), place, FILLING_FREE))
+        place = observed["filling_position"]
+    grasp = _filling_grasp(place)
+    observed = yield from _take(observed, grasp, 0.0, 0.012, HALF_OPEN)
+    # Looked for anew: the wrapper may have been moved while the filling was fetched, or knocked off.
+    goal = _on_plate(observed, FILLING_HEIGHT) if observed["dough_on_workspace"] else grasp
+    return (yield from _do(observed, _put(goal, HALF_OPEN)))
+
+
+def _filling_grasp(place: Place) -> Place:
+    """Where a filling whose middle is at `place` is gripped."""
+    return (place[0], place[1], place[2] + FILLING_GRASP)
+
+
+def _beside(place: Place, yaw: float, along: float, across: float) -> Place:
+    """The place `along` the x axis and `across` along the y axis of what is at `place`, turned by `yaw`."""
+    x, y, z = place
+    return (x + along * cos(yaw) - across * sin(yaw), y + along * sin(yaw) + across * cos(yaw), z)
+
+
+def _is_crowded(observed: Observation, place: Place, yaw: float) -> bool:
+    """Whether the hand, gripping what lies at `place`, would hit the press."""
+    x, y, z = observed["press_position"]
+    if place[2] > z - HAND_HEIGHT:
+        return False
+    for step in range(13):
+        for side in (-1.0, 0.0, 1.0):
+            dx = x + PRESS_BACK + (PRESS_FRONT - PRESS_BACK) * step / 12.0 - place[0]
+            dy = y + side * PRESS_HALF - place[1]
+            thick, wide = abs(dx * cos(yaw) + dy * sin(yaw)), abs(dy * cos(yaw) - dx * sin(yaw))
+            if thick < HAND_HALF[0] and wide < HAND_HALF[1]:
+                return True
+    return False
+
+
+def _drag(observed: Observation, contact: Place, thing: Place, free: tuple[float, float]) -> Leg:
+    """Press closed fingers on `contact`, and drag `thing` from beside the press to `free` of it."""
+    press = observed["press_position"]
+    goal = (press[0] + free[0], press[1] + copysign(free[1], thing[1] - press[1]))
+    x, y, z = contact[0], contact[1], contact[2] + FINGERTIP
+    end = (x + goal[0] - thing[0], y + goal[1] - thing[1], z)
+    here = observed["tool_position"]
+    up = (here[0], here[1], max(here[2], TRAVEL_HEIGHT))
+    return (
+        act("grip", width=OPEN, force=DOUGH_FORCE),
+        act("move_tool", target=up, yaw=pi / 2.0, speed=SPEED),
+        act("grip", width=0.0, force=DOUGH_FORCE),
+        act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=pi / 2.0, speed=SPEED),
+        act("move_tool", target=(x, y, z + CLEARANCE), yaw=pi / 2.0, speed=SPEED),
+        act("move_tool", target=(x, y, z + ABOVE), yaw=pi / 2.0, speed=NEAR_SPEED),
+        act("slide", target=end, force=SQUEEZE_FORCE, speed=DRAG_SPEED),
+        act("move_tool", target=(end[0], end[1], TRAVEL_HEIGHT), yaw=pi / 2.0, speed=NEAR_SPEED),
+    )
 
 
 def _is_in_pot(observed: Observation) -> bool:
     """Whether the dumpling's hinge is lower than the pot's rim, and over its floor."""
     x, y, z = observed["wrapper_position"]
     rim = observed["pot_position"]
-    return z < rim[2] and abs(x - rim[0]) < POT_REACH and abs(y - rim[1]) < POT_REACH
+    within: bool = z < rim[2] and abs(x - rim[0]) < POT_REACH and abs(y - rim[1]) < POT_REACH
+    return within
 
 
 def _on_plate(observed: Observation, height: float) -> Place:
     """The place `height` above the middle of the wrapper's plate that lies on the bed."""
-    x, y, z = observed["wrapper_position"]
-    yaw = observed["wrapper_yaw"]
-    return (x + PLATE_MIDDLE * cos(yaw), y + PLATE_MIDDLE * sin(yaw), z + height)
+    x, y, z = _beside(observed["wrapper_position"], observed["wrapper_yaw"], PLATE_MIDDLE, 0.0)
+    return (x, y, z + height)
 
 
 def _open_press(observed: Observation) -> Generator[Action, Observation, Observation]:
