@@ -72,7 +72,7 @@ COOKING_TIME = 5.5
 """Time in the pot, s."""
 
 HELD_WITHIN = 0.02
-"""Distance of the tool from where a thing is gripped within which it is that thing that it holds, m."""
+"""Distance of the tool from where a thing is gripped within which that thing is held, m."""
 
 THINNEST = 0.005
 """Gap of the fingers, m, above which it is something that they press on, and not each other."""
@@ -97,6 +97,18 @@ PRESS_BACK, PRESS_FRONT, PRESS_HALF = -0.084, 0.045, 0.022
 
 DRAG_AT = 0.013
 """From the wrapper's middle line towards its outer side, where it is dragged, m: the hand clears the press."""
+
+LEANING = 0.008
+"""Height of the wrapper's middle, m, above which it does not lie flat on the bench."""
+
+PUSH_AT = 0.06
+"""From the middle of the press to where a wrapper that leans on its side is pushed, m."""
+
+PUSH_FROM = 0.075
+"""From the wrapper's hinge back to where the fingers come down to push it, m: half of it is 43 mm long."""
+
+FINGERS_HALF = 0.015
+"""Half the thickness of both fingers when they are closed, m."""
 
 DRAG_SPEED = 0.05
 """Peak speed of dragging, m/s."""
@@ -188,6 +200,9 @@ def _take(
 def _lay_wrapper(observed: Observation) -> Generator[Action, Observation, Observation]:
     """Grip the wrapper across its hinge, wherever it lies, and set it down on the press."""
     place, yaw, press = observed["wrapper_position"], observed["wrapper_yaw"], observed["press_position"]
+    if not _holds(observed, place) and place[2] > LEANING and _is_crowded(observed, place, yaw):
+        observed = yield from _do(observed, _push_along(observed, place))
+        place, yaw = observed["wrapper_position"], observed["wrapper_yaw"]
     if not _holds(observed, place) and _is_crowded(observed, place, yaw):
         out = copysign(DRAG_AT, place[1] - press[1])
         x, y, z = _beside(place, yaw, -PLATE_MIDDLE, out)
@@ -254,6 +269,29 @@ def _drag(observed: Observation, contact: Place, thing: Place, free: tuple[float
     goal = (press[0] + free[0], press[1] + copysign(free[1], thing[1] - press[1]))
     x, y, z = contact[0], contact[1], contact[2] + FINGERTIP
     end = (x + goal[0] - thing[0], y + goal[1] - thing[1], z)
+    return (
+        *_reach_closed(observed, (x, y, z + ABOVE)),
+        act("slide", target=end, force=SQUEEZE_FORCE, speed=DRAG_SPEED),
+        act("move_tool", target=(end[0], end[1], TRAVEL_HEIGHT), yaw=pi / 2.0, speed=NEAR_SPEED),
+    )
+
+
+def _push_along(observed: Observation, thing: Place) -> Leg:
+    """Push a wrapper that leans on the press along its side, past its end: there it falls flat."""
+    press = observed["press_position"]
+    y = press[1] + copysign(PUSH_AT, thing[1] - press[1])
+    begin = (max(thing[0] - PUSH_FROM, press[0] - PUSH_FROM - PRESS_FRONT), y, LOWEST)
+    end = (press[0] + PRESS_FRONT - FINGERS_HALF, y, LOWEST)
+    return (
+        *_reach_closed(observed, begin),
+        act("move_tool", target=end, yaw=pi / 2.0, speed=NEAR_SPEED),
+        act("move_tool", target=(end[0], end[1], TRAVEL_HEIGHT), yaw=pi / 2.0, speed=NEAR_SPEED),
+    )
+
+
+def _reach_closed(observed: Observation, place: Place) -> Leg:
+    """Come down on `place` with closed fingers, the hand along the press's side."""
+    x, y, z = place
     here = observed["tool_position"]
     up = (here[0], here[1], max(here[2], TRAVEL_HEIGHT))
     return (
@@ -262,9 +300,7 @@ def _drag(observed: Observation, contact: Place, thing: Place, free: tuple[float
         act("grip", width=0.0, force=DOUGH_FORCE),
         act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=pi / 2.0, speed=SPEED),
         act("move_tool", target=(x, y, z + CLEARANCE), yaw=pi / 2.0, speed=SPEED),
-        act("move_tool", target=(x, y, z + ABOVE), yaw=pi / 2.0, speed=NEAR_SPEED),
-        act("slide", target=end, force=SQUEEZE_FORCE, speed=DRAG_SPEED),
-        act("move_tool", target=(end[0], end[1], TRAVEL_HEIGHT), yaw=pi / 2.0, speed=NEAR_SPEED),
+        act("move_tool", target=place, yaw=pi / 2.0, speed=NEAR_SPEED),
     )
 
 
