@@ -96,7 +96,7 @@ PRESS_BACK, PRESS_FRONT, PRESS_HALF = -0.084, 0.045, 0.022
 """From the press's hinge to the ends of handle and bed along x, and to their sides, m."""
 
 DRAG_AT = 0.013
-"""From the wrapper's middle line towards its outer side, where it is dragged, m: the hand clears the press."""
+"""From the wrapper's middle line to where it is dragged by, outwards: the hand clears the press, m."""
 
 LEANING = 0.008
 """Height of the wrapper's middle, m, above which it does not lie flat on the bench."""
@@ -110,8 +110,8 @@ PUSH_FROM = 0.075
 FINGERS_HALF = 0.015
 """Half the thickness of both fingers when they are closed, m."""
 
-DRAG_SPEED = 0.05
-"""Peak speed of dragging, m/s."""
+DRAG_SPEED = 0.04
+"""Peak speed of dragging, m/s: under the 50 mm/s of the envelope, which 0.05 as a double is not."""
 
 ABOVE = 0.006
 """Height over a surface from which fingers come down on it by force control, m."""
