@@ -116,6 +116,9 @@ DRAG_SPEED = 0.04
 ABOVE = 0.006
 """Height over a surface from which fingers come down on it by force control, m."""
 
+SEARCH_LESS = 0.018
+"""How far above the surface a slide on it aims, m: it looks 20 mm deeper, and the hand is to stay off the bench."""
+
 WRAPPER_FREE, FILLING_FREE = (-0.13, 0.11), (-0.17, 0.12)
 """Where, from the press and to either side, there is room for a hand that grips, m."""
 
@@ -268,7 +271,7 @@ def _drag(observed: Observation, contact: Place, thing: Place, free: tuple[float
     press = observed["press_position"]
     goal = (press[0] + free[0], press[1] + copysign(free[1], thing[1] - press[1]))
     x, y, z = contact[0], contact[1], contact[2] + FINGERTIP
-    end = (x + goal[0] - thing[0], y + goal[1] - thing[1], z)
+    end = (x + goal[0] - thing[0], y + goal[1] - thing[1], z + SEARCH_LESS)
     return (
         *_reach_closed(observed, (x, y, z + ABOVE)),
         act("slide", target=end, force=SQUEEZE_FORCE, speed=DRAG_SPEED),
