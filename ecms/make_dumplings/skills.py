@@ -77,15 +77,6 @@ HELD_WITHIN = 0.02
 THINNEST = 0.005
 """Gap of the fingers, m, above which it is something that they press on, and not each other."""
 
-FINGERTIP = 0.009
-"""From the tool centre point down to the fingertips, m."""
-
-PLATE_TOP = 0.003
-"""From the middle of a plate up to its top, m."""
-
-FILLING_TOP = 0.0085
-"""From the middle of the filling up to its top, m."""
-
 HAND_HALF = (0.037, 0.107)
 """Half the thickness and half the width of the hand, with 5 mm to spare, m."""
 
@@ -95,32 +86,26 @@ HAND_HEIGHT = 0.035
 PRESS_BACK, PRESS_FRONT, PRESS_HALF = -0.084, 0.045, 0.022
 """From the press's hinge to the ends of handle and bed along x, and to their sides, m."""
 
-DRAG_AT = 0.013
-"""From the wrapper's middle line to where it is dragged by, outwards: the hand clears the press, m."""
+STANDING = 0.024
+"""Height of the wrapper's middle, m, above which it stands on its edge: half of that is 28 mm."""
 
-LEANING = 0.008
-"""Height of the wrapper's middle, m, above which it does not lie flat on the bench."""
+TOPPLE_HEIGHT = 0.047
+"""Height of the tool, m, at which fingers reach a standing wrapper (56 mm) and the hand is over the press."""
+
+TOPPLE_WAY = 0.05
+"""How far from a standing wrapper fingers come down to push it over, m."""
+
+TOPPLE_FROM = -0.025
+"""From the press to where, along x, the hand over it clears the handle, m."""
 
 PUSH_AT = 0.06
-"""From the middle of the press to where a wrapper that leans on its side is pushed, m."""
+"""From the middle of the press to where the hand, along its side, clears it, m."""
 
 PUSH_FROM = 0.075
 """From the wrapper's hinge back to where the fingers come down to push it, m: half of it is 43 mm long."""
 
 FINGERS_HALF = 0.015
 """Half the thickness of both fingers when they are closed, m."""
-
-DRAG_SPEED = 0.04
-"""Peak speed of dragging, m/s: under the 50 mm/s of the envelope, which 0.05 as a double is not."""
-
-ABOVE = 0.006
-"""Height over a surface from which fingers come down on it by force control, m."""
-
-SEARCH_LESS = 0.018
-"""How far above the surface a slide on it aims, m: it looks 20 mm deeper, and the hand is to stay off the bench."""
-
-WRAPPER_FREE, FILLING_FREE = (-0.13, 0.11), (-0.17, 0.12)
-"""Where, from the press and to either side, there is room for a hand that grips, m."""
 
 POT_REACH = 0.08
 """From the pot's middle to its walls, m."""
@@ -189,12 +174,8 @@ def _take(
 ) -> Generator[Action, Observation, Observation]:
     """Grip what is at `place` and lift it; what is held already is only lifted."""
     if not _holds(observed, place):
-        return (
-            yield from _do(
-                observed,
-                (*_grasp(observed, place, yaw, width, DOUGH_FORCE, opened), *_rise(place, yaw)),
-            )
-        )
+        grasp = _grasp(observed, place, yaw, width, DOUGH_FORCE, opened)
+        return (yield from _do(observed, (*grasp, *_rise(place, yaw))))
     x, y, z = observed["tool_position"]
     up = act("move_tool", target=(x, y, max(z, TRAVEL_HEIGHT)), yaw=yaw, speed=NEAR_SPEED)
     return (yield up)
@@ -203,13 +184,11 @@ def _take(
 def _lay_wrapper(observed: Observation) -> Generator[Action, Observation, Observation]:
     """Grip the wrapper across its hinge, wherever it lies, and set it down on the press."""
     place, yaw, press = observed["wrapper_position"], observed["wrapper_yaw"], observed["press_position"]
-    if not _holds(observed, place) and place[2] > LEANING and _is_crowded(observed, place, yaw):
-        observed = yield from _do(observed, _push_along(observed, place))
-        place, yaw = observed["wrapper_position"], observed["wrapper_yaw"]
     if not _holds(observed, place) and _is_crowded(observed, place, yaw):
-        out = copysign(DRAG_AT, place[1] - press[1])
-        x, y, z = _beside(place, yaw, -PLATE_MIDDLE, out)
-        observed = yield from _do(observed, _drag(observed, (x, y, z + PLATE_TOP), place, WRAPPER_FREE))
+        if place[2] > STANDING:
+            observed = yield from _do(observed, _topple(observed, place))
+            place = observed["wrapper_position"]
+        observed = yield from _do(observed, _push_along(observed, place))
     observed = yield from _take(observed, observed["wrapper_position"], observed["wrapper_yaw"], 0.046)
     return (yield from _do(observed, _put(press, OPEN)))
 
@@ -228,27 +207,12 @@ def _realign_wrapper(observed: Observation) -> Generator[Action, Observation, Ob
 
 def _lay_filling(observed: Observation) -> Generator[Action, Observation, Observation]:
     """Grip the filling and set it down on the wrapper."""
-    place = observed["filling_position"]
-    if not _holds(observed, _filling_grasp(place)) and _is_crowded(observed, place, 0.0):
-        x, y, z = place
-        observed = yield from _do(observed, _drag(observed, (x, y, z + FILLING_TOP), place, FILLING_FREE))
-        place = observed["filling_position"]
-    grasp = _filling_grasp(place)
+    x, y, z = observed["filling_position"]
+    grasp = (x, y, z + FILLING_GRASP)
     observed = yield from _take(observed, grasp, 0.0, 0.012, HALF_OPEN)
     # Looked for anew: the wrapper may have been moved while the filling was fetched, or knocked off.
     goal = _on_plate(observed, FILLING_HEIGHT) if observed["dough_on_workspace"] else grasp
     return (yield from _do(observed, _put(goal, HALF_OPEN)))
-
-
-def _filling_grasp(place: Place) -> Place:
-    """Where a filling whose middle is at `place` is gripped."""
-    return (place[0], place[1], place[2] + FILLING_GRASP)
-
-
-def _beside(place: Place, yaw: float, along: float, across: float) -> Place:
-    """The place `along` the x axis and `across` along the y axis of what is at `place`, turned by `yaw`."""
-    x, y, z = place
-    return (x + along * cos(yaw) - across * sin(yaw), y + along * sin(yaw) + across * cos(yaw), z)
 
 
 def _is_crowded(observed: Observation, place: Place, yaw: float) -> bool:
@@ -266,44 +230,45 @@ def _is_crowded(observed: Observation, place: Place, yaw: float) -> bool:
     return False
 
 
-def _drag(observed: Observation, contact: Place, thing: Place, free: tuple[float, float]) -> Leg:
-    """Press closed fingers on `contact`, and drag `thing` from beside the press to `free` of it."""
-    press = observed["press_position"]
-    goal = (press[0] + free[0], press[1] + copysign(free[1], thing[1] - press[1]))
-    x, y, z = contact[0], contact[1], contact[2] + FINGERTIP
-    end = (x + goal[0] - thing[0], y + goal[1] - thing[1], z + SEARCH_LESS)
-    return (
-        *_reach_closed(observed, (x, y, z + ABOVE)),
-        act("slide", target=end, force=SQUEEZE_FORCE, speed=DRAG_SPEED),
-        act("move_tool", target=(end[0], end[1], TRAVEL_HEIGHT), yaw=pi / 2.0, speed=NEAR_SPEED),
-    )
-
-
 def _push_along(observed: Observation, thing: Place) -> Leg:
-    """Push a wrapper that leans on the press along its side, past its end: there it falls flat."""
+    """Push a wrapper that lies or leans beside the press past its end, where the hand has room to grip it."""
     press = observed["press_position"]
-    y = press[1] + copysign(PUSH_AT, thing[1] - press[1])
+    aside = thing[1] - press[1]
+    y = press[1] + copysign(max(abs(aside), PUSH_AT), aside)
     begin = (max(thing[0] - PUSH_FROM, press[0] - PUSH_FROM - PRESS_FRONT), y, LOWEST)
     end = (press[0] + PRESS_FRONT - FINGERS_HALF, y, LOWEST)
     return (
-        *_reach_closed(observed, begin),
+        *_reach_closed(observed, begin, pi / 2.0),
         act("move_tool", target=end, yaw=pi / 2.0, speed=NEAR_SPEED),
         act("move_tool", target=(end[0], end[1], TRAVEL_HEIGHT), yaw=pi / 2.0, speed=NEAR_SPEED),
     )
 
 
-def _reach_closed(observed: Observation, place: Place) -> Leg:
-    """Come down on `place` with closed fingers, the hand along the press's side."""
+def _topple(observed: Observation, thing: Place) -> Leg:
+    """Push over a wrapper that stands on its edge, towards the press that it fell from: right side up."""
+    press = observed["press_position"]
+    x = max(thing[0], press[0] + TOPPLE_FROM)
+    out = copysign(TOPPLE_WAY, thing[1] - press[1])
+    return (
+        *_reach_closed(observed, (x, thing[1] + out, TOPPLE_HEIGHT), 0.0),
+        act("move_tool", target=(x, thing[1], TOPPLE_HEIGHT), yaw=0.0, speed=NEAR_SPEED),
+        act("move_tool", target=(x, thing[1] + out, TOPPLE_HEIGHT), yaw=0.0, speed=NEAR_SPEED),
+        act("move_tool", target=(x, thing[1] + out, TRAVEL_HEIGHT), yaw=0.0, speed=SPEED),
+    )
+
+
+def _reach_closed(observed: Observation, place: Place, yaw: float) -> Leg:
+    """Come down on `place` with closed fingers; at a yaw of π/2 the hand is along the press's side."""
     x, y, z = place
     here = observed["tool_position"]
     up = (here[0], here[1], max(here[2], TRAVEL_HEIGHT))
     return (
         act("grip", width=OPEN, force=DOUGH_FORCE),
-        act("move_tool", target=up, yaw=pi / 2.0, speed=SPEED),
+        act("move_tool", target=up, yaw=yaw, speed=SPEED),
         act("grip", width=0.0, force=DOUGH_FORCE),
-        act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=pi / 2.0, speed=SPEED),
-        act("move_tool", target=(x, y, z + CLEARANCE), yaw=pi / 2.0, speed=SPEED),
-        act("move_tool", target=place, yaw=pi / 2.0, speed=NEAR_SPEED),
+        act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=SPEED),
+        act("move_tool", target=(x, y, z + CLEARANCE), yaw=yaw, speed=SPEED),
+        act("move_tool", target=place, yaw=yaw, speed=NEAR_SPEED),
     )
 
 
@@ -317,8 +282,9 @@ def _is_in_pot(observed: Observation) -> bool:
 
 def _on_plate(observed: Observation, height: float) -> Place:
     """The place `height` above the middle of the wrapper's plate that lies on the bed."""
-    x, y, z = _beside(observed["wrapper_position"], observed["wrapper_yaw"], PLATE_MIDDLE, 0.0)
-    return (x, y, z + height)
+    x, y, z = observed["wrapper_position"]
+    yaw = observed["wrapper_yaw"]
+    return (x + PLATE_MIDDLE * cos(yaw), y + PLATE_MIDDLE * sin(yaw), z + height)
 
 
 def _open_press(observed: Observation) -> Generator[Action, Observation, Observation]:

@@ -6,6 +6,9 @@ import pytest
 
 from aeros.runtime.decision import Reason
 from aeros.runtime.passing import may_pass
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_site
 from tests.unit.runtime.bench import Request, codes, configuration, gate, request, without
 
 
@@ -30,5 +33,6 @@ def test_a_denial_may_pass_if_everything_it_says_is_about_the_state(asked: Reque
 
 @pytest.mark.parametrize(("about", "passing"), [("joint_position", True), ("target", False)])
 def test_joints_that_are_elsewhere_may_come_to_rest_but_a_plan_stays_wrong(about: str, passing: bool) -> None:
-    site, _ = load_site(reference_site())
+    site = load_site(reference_site(), Diagnostics())
+    assert site is not None
     assert may_pass([Reason("AE761", about, "elsewhere")], "move_tool", site) is passing
