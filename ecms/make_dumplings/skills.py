@@ -98,6 +98,15 @@ TOPPLE_WAY = 0.05
 TOPPLE_FROM = -0.025
 """From the press to where, along x, the hand over it clears the handle, m."""
 
+ON_PRESS = 0.06
+"""Distance of the wrapper from its place, m, within which it is still on the press."""
+
+OVERHANGING = 0.02
+"""Distance of the wrapper from the press's middle, across, beyond which a finger would hit the bed, m."""
+
+HALF_WIDTH = 0.028
+"""Half the width of the wrapper, m."""
+
 PUSH_AT = 0.06
 """From the middle of the press to where the hand, along its side, clears it, m."""
 
@@ -184,6 +193,8 @@ def _take(
 def _lay_wrapper(observed: Observation) -> Generator[Action, Observation, Observation]:
     """Grip the wrapper across its hinge, wherever it lies, and set it down on the press."""
     place, yaw, press = observed["wrapper_position"], observed["wrapper_yaw"], observed["press_position"]
+    if not _holds(observed, place) and dist(place, press) < ON_PRESS:
+        return (yield from _realign_wrapper(observed))
     if not _holds(observed, place) and _is_crowded(observed, place, yaw):
         if place[2] > STANDING:
             observed = yield from _do(observed, _topple(observed, place))
@@ -199,17 +210,34 @@ def _realign_wrapper(observed: Observation) -> Generator[Action, Observation, Ob
     if _holds(observed, place):
         observed = yield from _take(observed, place, yaw, 0.046)
         return (yield from _do(observed, _put(press, OPEN)))
+    if abs(place[1] - press[1]) > OVERHANGING:
+        observed = yield from _do(observed, _nudge(observed, place))
+        place, yaw = observed["wrapper_position"], observed["wrapper_yaw"]
     # Not lifted: an edge of it may be under the handle's bar.
     along = act("move_tool", target=press, yaw=0.0, speed=NEAR_SPEED)
     grasp = _grasp(observed, place, yaw, 0.046, DOUGH_FORCE)
     return (yield from _do(observed, (*grasp, along, *_release(press, OPEN))))
 
 
+def _nudge(observed: Observation, thing: Place) -> Leg:
+    """Push a wrapper that hangs over the press's side back by its outer edge: a finger would hit the bed."""
+    _, y, z = observed["press_position"]
+    edge = copysign(HALF_WIDTH + FINGERS_HALF, thing[1] - y)
+    begin, end = (thing[0], thing[1] + 1.5 * edge, z), (thing[0], y + edge, z)
+    return (
+        *_reach_closed(observed, begin, 0.0),
+        act("move_tool", target=end, yaw=0.0, speed=NEAR_SPEED),
+        act("move_tool", target=(end[0], end[1], TRAVEL_HEIGHT), yaw=0.0, speed=NEAR_SPEED),
+    )
+
+
 def _lay_filling(observed: Observation) -> Generator[Action, Observation, Observation]:
     """Grip the filling and set it down on the wrapper."""
     x, y, z = observed["filling_position"]
     grasp = (x, y, z + FILLING_GRASP)
-    observed = yield from _take(observed, grasp, 0.0, 0.012, HALF_OPEN)
+    # It is square: where the press is in the way of the hand, it is gripped by its other sides.
+    yaw = pi / 2.0 if _is_crowded(observed, grasp, 0.0) else 0.0
+    observed = yield from _take(observed, grasp, yaw, 0.012, HALF_OPEN)
     # Looked for anew: the wrapper may have been moved while the filling was fetched, or knocked off.
     goal = _on_plate(observed, FILLING_HEIGHT) if observed["dough_on_workspace"] else grasp
     return (yield from _do(observed, _put(goal, HALF_OPEN)))
