@@ -146,7 +146,8 @@ class Panda(Robot):
             torque=tuple([s[3] for s in arm]),
             tool_position=tool[4],
             tool_speed=float((vx * vx + vy * vy + vz * vz) ** 0.5),
-            finger_gap=left[0] + right[0],
+            # Closed fingers press each other a hair past 0, and nothing measures a negative gap.
+            finger_gap=max(0.0, left[0] + right[0]),
             finger_speed=max(abs(left[1]), abs(right[1])),
             base_position=self._base_position([s[0] for s in states[9:]]),
             base_velocity=(states[9][1], states[10][1], 0.0) if self._drive else (0.0, 0.0, 0.0),

@@ -2,10 +2,12 @@
 
 All lengths in metres, in the world frame; at yaw 0 the fingers close along y.  Each leg below is a
 tuple of actions computed from one observation.  Nothing here decides whether a step succeeded: what
-is measured afterwards does.
+is measured afterwards does.  A skill may be broken off anywhere, as when a person comes near, so it begins
+with where things are now, and goes on with what it holds.
 """
 
-from math import atan2, cos, hypot, pi, sin
+from collections.abc import Generator
+from math import atan2, copysign, cos, dist, hypot, pi, sin
 
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 
@@ -69,78 +71,241 @@ SQUEEZE_FORCE = 4.0
 COOKING_TIME = 5.5
 """Time in the pot, s."""
 
+HELD_WITHIN = 0.02
+"""Distance of the tool from where a thing is gripped within which that thing is held, m."""
+
+THINNEST = 0.005
+"""Gap of the fingers, m, above which it is something that they press on, and not each other."""
+
+HAND_HALF = (0.037, 0.107)
+"""Half the thickness and half the width of the hand, with 5 mm to spare, m."""
+
+HAND_HEIGHT = 0.035
+"""How far below its place on the press a thing is gripped with the hand beside the press, at least, m."""
+
+PRESS_BACK, PRESS_FRONT, PRESS_HALF = -0.084, 0.045, 0.022
+"""From the press's hinge to the ends of handle and bed along x, and to their sides, m."""
+
+STANDING = 0.024
+"""Height of the wrapper's middle, m, above which it stands on its edge: half of that is 28 mm."""
+
+TOPPLE_HEIGHT = 0.047
+"""Height of the tool, m, at which fingers reach a standing wrapper (56 mm) and the hand is over the press."""
+
+TOPPLE_WAY = 0.05
+"""How far from a standing wrapper fingers come down to push it over, m."""
+
+TOPPLE_FROM = -0.025
+"""From the press to where, along x, the hand over it clears the handle, m."""
+
+ON_PRESS = 0.06
+"""Distance of the wrapper from its place, m, within which it is still on the press."""
+
+OVERHANGING = 0.02
+"""Distance of the wrapper from the press's middle, across, beyond which a finger would hit the bed, m."""
+
+HALF_WIDTH = 0.028
+"""Half the width of the wrapper, m."""
+
+PUSH_AT = 0.06
+"""From the middle of the press to where the hand, along its side, clears it, m."""
+
+PUSH_FROM = 0.075
+"""From the wrapper's hinge back to where the fingers come down to push it, m: half of it is 43 mm long."""
+
+FINGERS_HALF = 0.015
+"""Half the thickness of both fingers when they are closed, m."""
+
+POT_REACH = 0.08
+"""From the pot's middle to its walls, m."""
+
 
 def prepare(observed: Observation, inputs: Inputs) -> SkillBody:
     """Bring the wrapper onto the open press and the filling onto the wrapper, whichever is missing."""
     if not observed["dough_on_workspace"]:
-        for action in _open_press(observed):
-            observed = yield action
-        for action in _lay_wrapper(observed):
-            observed = yield action
+        observed = yield from _open_press(observed)
+        observed = yield from _lay_wrapper(observed)
     if not observed["filling_on_workspace"]:
-        for action in _take_filling(observed):
-            observed = yield action
-        # Looked for anew: the wrapper may have been moved while the filling was fetched.
-        for action in _put(_on_plate(observed, FILLING_HEIGHT), HALF_OPEN):
-            observed = yield action
+        observed = yield from _lay_filling(observed)
 
 
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Lift the wrapper, with what lies on it, and put it where it belongs on the open press."""
-    for action in _open_press(observed):
-        observed = yield action
-    for action in _lay_wrapper(observed):
-        observed = yield action
+    """Move the wrapper, with what lies on it, to where it belongs on the open press."""
+    observed = yield from _open_press(observed)
+    yield from _realign_wrapper(observed)
 
 
 def wrap(observed: Observation, inputs: Inputs) -> SkillBody:
     """Fold the lid over by its handle, squeeze, and open the press again."""
-    lid = _lid_angle(observed)
+    observed = yield from _take_handle(observed)
     closed = _handle_at(observed, LID_CLOSED)
     pressed = (closed[0], closed[1], _hinge(observed)[2])
-    for action in (
-        *_grasp(observed, observed["press_handle_position"], 0.0, 0.036, HANDLE_FORCE),
-        *_swing(observed, lid, LID_CLOSED),
-        act("slide", target=pressed, force=SQUEEZE_FORCE, speed=0.02),
-        act("wait", duration=0.3),
-        *_swing(observed, LID_CLOSED, 0.0),
-        *_release(_handle_at(observed, 0.0), OPEN),
-    ):
-        observed = yield action
+    yield from _do(
+        observed,
+        (
+            *_swing(observed, _lid_angle(observed), LID_CLOSED),
+            act("slide", target=pressed, force=SQUEEZE_FORCE, speed=0.02),
+            act("wait", duration=0.3),
+            *_swing(observed, LID_CLOSED, 0.0),
+            *_release(_handle_at(observed, 0.0), OPEN),
+        ),
+    )
 
 
 def boil(observed: Observation, inputs: Inputs) -> SkillBody:
     """Carry the dumpling to the pot, drop it in and let it cook."""
-    middle = _on_plate(observed, DUMPLING_GRASP)
-    yaw = observed["wrapper_yaw"]
+    observed = yield from _open_press(observed)
     x, y, z = observed["pot_position"]
-    for action in (
-        *_grasp(observed, middle, yaw, 0.046, DOUGH_FORCE),
-        *_rise(middle, yaw),
-        *_put((x, y, z + DROP_HEIGHT), OPEN),
-        act("wait", duration=COOKING_TIME),
-    ):
+    if _is_in_pot(observed):
+        observed = yield from _do(observed, _release(observed["tool_position"], OPEN))
+    else:
+        middle, yaw = _on_plate(observed, DUMPLING_GRASP), observed["wrapper_yaw"]
+        observed = yield from _take(observed, middle, yaw, 0.046)
+        observed = yield from _do(observed, _put((x, y, z + DROP_HEIGHT), OPEN))
+    yield act("wait", duration=COOKING_TIME)
+
+
+def _do(observed: Observation, leg: Leg) -> Generator[Action, Observation, Observation]:
+    """Ask for one action after the other; what is measured at their end."""
+    for action in leg:
         observed = yield action
+    return observed
 
 
-def _lay_wrapper(observed: Observation) -> Leg:
-    """Grip the wrapper across its hinge and set it down on the press."""
-    place, yaw = observed["wrapper_position"], observed["wrapper_yaw"]
+def _holds(observed: Observation, place: Place) -> bool:
+    """Whether what is at `place` is between the fingers, as when what was begun had to be broken off."""
+    between = observed["holding"] is True and observed["finger_gap"] > THINNEST
+    return between and dist(observed["tool_position"], place) < HELD_WITHIN
+
+
+def _take(
+    observed: Observation, place: Place, yaw: float, width: float, opened: float = OPEN
+) -> Generator[Action, Observation, Observation]:
+    """Grip what is at `place` and lift it; what is held already is only lifted."""
+    if not _holds(observed, place):
+        grasp = _grasp(observed, place, yaw, width, DOUGH_FORCE, opened)
+        return (yield from _do(observed, (*grasp, *_rise(place, yaw))))
+    x, y, z = observed["tool_position"]
+    up = act("move_tool", target=(x, y, max(z, TRAVEL_HEIGHT)), yaw=yaw, speed=NEAR_SPEED)
+    return (yield up)
+
+
+def _lay_wrapper(observed: Observation) -> Generator[Action, Observation, Observation]:
+    """Grip the wrapper across its hinge, wherever it lies, and set it down on the press."""
+    place, yaw, press = observed["wrapper_position"], observed["wrapper_yaw"], observed["press_position"]
+    if not _holds(observed, place) and dist(place, press) < ON_PRESS:
+        return (yield from _realign_wrapper(observed))
+    if not _holds(observed, place) and _is_crowded(observed, place, yaw):
+        if place[2] > STANDING:
+            observed = yield from _do(observed, _topple(observed, place))
+            place = observed["wrapper_position"]
+        observed = yield from _do(observed, _push_along(observed, place))
+    observed = yield from _take(observed, observed["wrapper_position"], observed["wrapper_yaw"], 0.046)
+    return (yield from _do(observed, _put(press, OPEN)))
+
+
+def _realign_wrapper(observed: Observation) -> Generator[Action, Observation, Observation]:
+    """Grip the wrapper that lies on the press, and move it to where it belongs."""
+    place, yaw, press = observed["wrapper_position"], observed["wrapper_yaw"], observed["press_position"]
+    if _holds(observed, place):
+        observed = yield from _take(observed, place, yaw, 0.046)
+        return (yield from _do(observed, _put(press, OPEN)))
+    if abs(place[1] - press[1]) > OVERHANGING:
+        observed = yield from _do(observed, _nudge(observed, place))
+        place, yaw = observed["wrapper_position"], observed["wrapper_yaw"]
+    # Not lifted: an edge of it may be under the handle's bar.
+    along = act("move_tool", target=press, yaw=0.0, speed=NEAR_SPEED)
+    grasp = _grasp(observed, place, yaw, 0.046, DOUGH_FORCE)
+    return (yield from _do(observed, (*grasp, along, *_release(press, OPEN))))
+
+
+def _nudge(observed: Observation, thing: Place) -> Leg:
+    """Push a wrapper that hangs over the press's side back by its outer edge: a finger would hit the bed."""
+    _, y, z = observed["press_position"]
+    edge = copysign(HALF_WIDTH + FINGERS_HALF, thing[1] - y)
+    begin, end = (thing[0], thing[1] + 1.5 * edge, z), (thing[0], y + edge, z)
     return (
-        *_grasp(observed, place, yaw, 0.046, DOUGH_FORCE),
-        *_rise(place, yaw),
-        *_put(observed["press_position"], OPEN),
+        *_reach_closed(observed, begin, 0.0),
+        act("move_tool", target=end, yaw=0.0, speed=NEAR_SPEED),
+        act("move_tool", target=(end[0], end[1], TRAVEL_HEIGHT), yaw=0.0, speed=NEAR_SPEED),
     )
 
 
-def _take_filling(observed: Observation) -> Leg:
-    """Grip the filling and lift it."""
+def _lay_filling(observed: Observation) -> Generator[Action, Observation, Observation]:
+    """Grip the filling and set it down on the wrapper."""
     x, y, z = observed["filling_position"]
-    place = (x, y, z + FILLING_GRASP)
+    grasp = (x, y, z + FILLING_GRASP)
+    # It is square: where the press is in the way of the hand, it is gripped by its other sides.
+    yaw = pi / 2.0 if _is_crowded(observed, grasp, 0.0) else 0.0
+    observed = yield from _take(observed, grasp, yaw, 0.012, HALF_OPEN)
+    # Looked for anew: the wrapper may have been moved while the filling was fetched, or knocked off.
+    goal = _on_plate(observed, FILLING_HEIGHT) if observed["dough_on_workspace"] else grasp
+    return (yield from _do(observed, _put(goal, HALF_OPEN)))
+
+
+def _is_crowded(observed: Observation, place: Place, yaw: float) -> bool:
+    """Whether the hand, gripping what lies at `place`, would hit the press."""
+    x, y, z = observed["press_position"]
+    if place[2] > z - HAND_HEIGHT:
+        return False
+    for step in range(13):
+        for side in (-1.0, 0.0, 1.0):
+            dx = x + PRESS_BACK + (PRESS_FRONT - PRESS_BACK) * step / 12.0 - place[0]
+            dy = y + side * PRESS_HALF - place[1]
+            thick, wide = abs(dx * cos(yaw) + dy * sin(yaw)), abs(dy * cos(yaw) - dx * sin(yaw))
+            if thick < HAND_HALF[0] and wide < HAND_HALF[1]:
+                return True
+    return False
+
+
+def _push_along(observed: Observation, thing: Place) -> Leg:
+    """Push a wrapper that lies or leans beside the press past its end, where the hand has room to grip it."""
+    press = observed["press_position"]
+    aside = thing[1] - press[1]
+    y = press[1] + copysign(max(abs(aside), PUSH_AT), aside)
+    begin = (max(thing[0] - PUSH_FROM, press[0] - PUSH_FROM - PRESS_FRONT), y, LOWEST)
+    end = (press[0] + PRESS_FRONT - FINGERS_HALF, y, LOWEST)
     return (
-        *_grasp(observed, place, 0.0, 0.012, DOUGH_FORCE, HALF_OPEN),
-        *_rise(place, 0.0),
+        *_reach_closed(observed, begin, pi / 2.0),
+        act("move_tool", target=end, yaw=pi / 2.0, speed=NEAR_SPEED),
+        act("move_tool", target=(end[0], end[1], TRAVEL_HEIGHT), yaw=pi / 2.0, speed=NEAR_SPEED),
     )
+
+
+def _topple(observed: Observation, thing: Place) -> Leg:
+    """Push over a wrapper that stands on its edge, towards the press that it fell from: right side up."""
+    press = observed["press_position"]
+    x = max(thing[0], press[0] + TOPPLE_FROM)
+    out = copysign(TOPPLE_WAY, thing[1] - press[1])
+    return (
+        *_reach_closed(observed, (x, thing[1] + out, TOPPLE_HEIGHT), 0.0),
+        act("move_tool", target=(x, thing[1], TOPPLE_HEIGHT), yaw=0.0, speed=NEAR_SPEED),
+        act("move_tool", target=(x, thing[1] + out, TOPPLE_HEIGHT), yaw=0.0, speed=NEAR_SPEED),
+        act("move_tool", target=(x, thing[1] + out, TRAVEL_HEIGHT), yaw=0.0, speed=SPEED),
+    )
+
+
+def _reach_closed(observed: Observation, place: Place, yaw: float) -> Leg:
+    """Come down on `place` with closed fingers; at a yaw of π/2 the hand is along the press's side."""
+    x, y, z = place
+    here = observed["tool_position"]
+    up = (here[0], here[1], max(here[2], TRAVEL_HEIGHT))
+    return (
+        act("grip", width=OPEN, force=DOUGH_FORCE),
+        act("move_tool", target=up, yaw=yaw, speed=SPEED),
+        act("grip", width=0.0, force=DOUGH_FORCE),
+        act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=SPEED),
+        act("move_tool", target=(x, y, z + CLEARANCE), yaw=yaw, speed=SPEED),
+        act("move_tool", target=place, yaw=yaw, speed=NEAR_SPEED),
+    )
+
+
+def _is_in_pot(observed: Observation) -> bool:
+    """Whether the dumpling's hinge is lower than the pot's rim, and over its floor."""
+    x, y, z = observed["wrapper_position"]
+    rim = observed["pot_position"]
+    within: bool = z < rim[2] and abs(x - rim[0]) < POT_REACH and abs(y - rim[1]) < POT_REACH
+    return within
 
 
 def _on_plate(observed: Observation, height: float) -> Place:
@@ -150,16 +315,21 @@ def _on_plate(observed: Observation, height: float) -> Place:
     return (x + PLATE_MIDDLE * cos(yaw), y + PLATE_MIDDLE * sin(yaw), z + height)
 
 
-def _open_press(observed: Observation) -> Leg:
+def _open_press(observed: Observation) -> Generator[Action, Observation, Observation]:
     """Swing the lid open when it is not."""
-    lid = _lid_angle(observed)
-    if lid < 0.2:
-        return ()
-    return (
-        *_grasp(observed, observed["press_handle_position"], 0.0, 0.036, HANDLE_FORCE),
-        *_swing(observed, lid, 0.0),
-        *_release(_handle_at(observed, 0.0), OPEN),
-    )
+    if _lid_angle(observed) < 0.2:
+        return observed
+    observed = yield from _take_handle(observed)
+    opening = _swing(observed, _lid_angle(observed), 0.0)
+    return (yield from _do(observed, (*opening, *_release(_handle_at(observed, 0.0), OPEN))))
+
+
+def _take_handle(observed: Observation) -> Generator[Action, Observation, Observation]:
+    """Grip the lid's handle, unless it is held already."""
+    handle = observed["press_handle_position"]
+    if _holds(observed, handle):
+        return observed
+    return (yield from _do(observed, _grasp(observed, handle, 0.0, 0.036, HANDLE_FORCE)))
 
 
 def _hinge(observed: Observation) -> Place:

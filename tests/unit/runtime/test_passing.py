@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from aeros.runtime.decision import Reason
 from aeros.runtime.passing import may_pass
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_site
 from tests.unit.runtime.bench import Request, codes, configuration, gate, request, without
 
 
@@ -25,3 +29,10 @@ def test_a_denial_may_pass_if_everything_it_says_is_about_the_state(asked: Reque
     decision = asked.decided_by(gate())
     assert decision.action is None, codes(decision)
     assert may_pass(decision.reasons, asked.action.kind, configuration().site) is passing
+
+
+@pytest.mark.parametrize(("about", "passing"), [("joint_position", True), ("target", False)])
+def test_joints_that_are_elsewhere_may_come_to_rest_but_a_plan_stays_wrong(about: str, passing: bool) -> None:
+    site = load_site(reference_site(), Diagnostics())
+    assert site is not None
+    assert may_pass([Reason("AE761", about, "elsewhere")], "move_tool", site) is passing

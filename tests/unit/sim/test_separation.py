@@ -100,6 +100,31 @@ def test_the_robot_stops_for_a_person_and_goes_on_to_its_goal(
     assert code == Exit.PROVED
 
 
+TWICE = """\
+schema: aeros/people/1
+description: Someone comes while the wrapper is carried, and again while the lid is held by its handle.
+people:
+  cook:
+    floor: -750 mm
+    path:
+      - {at: [3 m, -1 m], stay: 8.5 s}
+      - {at: [1.35 m, 0 m], speed: 1.4 m/s, stay: 3 s}
+      - {at: [3 m, -1 m], speed: 1.4 m/s, stay: 22 s}
+      - {at: [1.35 m, 0 m], speed: 1.4 m/s, stay: 3 s}
+      - {at: [3 m, -1 m], speed: 1.4 m/s}
+"""
+
+
+def test_what_the_hand_holds_when_a_person_comes_is_not_let_go(run: Run, tmp_path: Path) -> None:
+    people = tmp_path / "twice.yaml"
+    people.write_text(TWICE)
+    code, referee, records = run("make dumplings", str(people), "--seed", "101")
+    ended = [record["details"] for record in records if record["event"] == "step-ended"]
+    assert [one["skill"] for one in ended if one["reason"] == "monitor:arm-separation"] == ["prepare", "wrap"]
+    assert referee.breaches() == []
+    assert code == Exit.PROVED
+
+
 def test_a_robot_that_is_looked_on_from_beside_drives_at_reduced_speed(run: Run) -> None:
     _, referee, records = run("fetch the object", "across_the_room", "--timeout", "7")
     verdicts = [record["details"]["verdict"] for record in records if record["event"] == "decision"]
