@@ -28,6 +28,7 @@ _MOST_RECORDS: Final = 10_000
 _PAUSE: Final = 0.001  # s, until room is looked for again
 
 _PATIENCE: Final = 5.0  # s, for what is still in the queue at the end
+_PATIENCE_WHOLE: Final = 60.0  # s, where it is to be whole: on a busy machine too
 
 
 class _State(NamedTuple):
@@ -73,9 +74,10 @@ class Feed:
     def close(self) -> None:
         """Say what is in the queue, for some seconds at most, and nothing more; safe to call twice."""
         self._queue.put(None)
-        self._thread.join(_PATIENCE)
+        patience = _PATIENCE_WHOLE if self._is_whole else _PATIENCE
+        self._thread.join(patience)
         if self._thread.is_alive():
-            self._miss(f"not all was said within {_PATIENCE:g} s")
+            self._miss(f"not all was said within {patience:g} s")
 
     def __enter__(self) -> Self:
         return self
