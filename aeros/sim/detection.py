@@ -39,14 +39,14 @@ def find_red(image: Image, camera: Camera, height: float) -> Triple | None:
     red = (rgb[:, :, 0] > BRIGHTNESS) & (rgb[:, :, 0] > DOMINANCE * others)
     if int(red.sum()) < PIXELS_MIN:
         return None
-    points = _points(image.depth, camera)[red]
+    points = points_of(image.depth, camera)[red]
     top = float(points[:, 2].max())
     face = points[points[:, 2] > top - FACE]
     x, y = (face[:, :2].min(axis=0) + face[:, :2].max(axis=0)) / 2.0
     return (float(x), float(y), float(np.median(face[:, 2])) - height / 2.0)
 
 
-def _points(depth: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
+def points_of(depth: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
     """The point in W of every pixel, (height, width, 3)."""
     eye = np.array(camera.eye)
     forward = np.array(camera.target) - eye

@@ -1,4 +1,4 @@
-"""Cleaning a table: sweep a sponge over it with force control, put clutter into a bin.
+"""Cleaning a table: sweep a sponge over it with force control, put clutter into a bin, look at it.
 
 All lengths in metres, in the world frame; at yaw 0 the fingers close along y.  Nothing here decides
 whether a step succeeded: what is measured afterwards does.
@@ -56,6 +56,9 @@ CLUTTER_GRASP = 0.004
 DROP_HEIGHT = 0.045
 """Height of the tool over the bin's rim when it lets go, m."""
 
+DRAWN_IN = (0.30, 0.0, 0.45)
+"""Where the tool is out of the mast camera's sight of the table, m."""
+
 DROPS = (-0.045, 0.045)
 """Where along the bin successive pieces are let go, m from its middle."""
 
@@ -85,6 +88,15 @@ def organize(observed: Observation, inputs: Inputs) -> SkillBody:
     if not _sponge_at_rest(observed):
         observed = yield from _take_sponge(observed)
         yield from _return_sponge(observed)
+
+
+def verify(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Draw the arm in, over everything that stands on the table, and look at the table."""
+    x, y, z = observed["tool_position"]
+    if z < TRAVEL_HEIGHT - 0.005:
+        yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=SPEED)
+    yield act("move_tool", target=DRAWN_IN, yaw=0.0, speed=SPEED)
+    yield act("look", camera="mast")
 
 
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from math import dist, pi
 from typing import Any, Final, NamedTuple
 
-from aeros.sim.geometry import Pose, Triple, turned, yaw_of
+from aeros.sim.geometry import Camera, Pose, Triple, turned, yaw_of
 from aeros.sim.randomness import Chance
 
 AREA: Final = ((0.35, -0.15), (0.65, 0.15))
@@ -42,6 +42,15 @@ WIPED: Final = 0.95
 
 PRESSING: Final = 1.0
 """Force of the sponge on the table above which it wipes, N."""
+
+RETURNED: Final = 0.03
+"""Distance from its rest within which the sponge is at it, m."""
+
+CAMERAS: Final[tuple[str, ...]] = ("mast",)
+
+MAST: Final = Camera(eye=(0.95, -0.05, 1.0), target=(0.45, -0.08, 0.0), field_of_view=55.0)
+"""The camera on a mast across the table from the robot: it sees area, rest, bin and the clutter's places,
+and an arm that is drawn in hides none of them."""
 
 AT_REST: Final = 0.01
 """Speed below which a thing rests, m/s."""
@@ -82,7 +91,7 @@ def measured_on_table(
     wiped: share of cells.  let_go: whether the sponge is still and nothing of the robot touches it.
     """
     loose = [pose for pose in clutter if not _in_bin(pose.position)]
-    at_rest = dist(sponge.position, rest) < 0.03 and let_go
+    at_rest = dist(sponge.position, rest) < RETURNED and let_go
     values: dict[str, Any] = {
         "sponge_position": sponge.position,
         "sponge_yaw": _half_turn(yaw_of(sponge.orientation)),
