@@ -12,8 +12,8 @@ import pytest
 from tests.repo.tree import ROOT
 
 
-def _run(name: str) -> Any:
-    command = [sys.executable, "-m", f"benchmarks.{name}", "--quick", "--format", "json"]
+def _run(name: str, *more: str) -> Any:
+    command = [sys.executable, "-m", f"benchmarks.{name}", "--quick", "--format", "json", *more]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
@@ -23,6 +23,12 @@ def test_the_benchmark_of_verify_runs() -> None:
     found = _run("verify")
     assert set(found["reference"]) == {"python -c pass", "python -c 'import z3'", "cold", "warm"}
     assert [row["modules"] for row in found["synthetic"]] == [2, 4]
+
+
+def test_the_benchmark_of_random_starts_counts_what_runs_record() -> None:
+    found = _run("starts", "--plant", "symbolic")
+    assert (found["runs"], len(found["each"])) == (1, 1)
+    assert found["steps"] == len(found["each"][0]["way"])
 
 
 def test_the_benchmark_of_the_closed_loop_runs() -> None:
@@ -50,6 +56,7 @@ def test_the_benchmark_of_the_monitors_runs_and_aeros_knows_nothing_of_what_is_m
     [
         ("verify", "benchmarks.md"),
         ("closed_loop", "benchmarks.md"),
+        ("starts", "starts.md"),
         ("gate", "benchmarks-gate.md"),
         ("monitors", "benchmarks-gate.md"),
     ],

@@ -1,0 +1,167 @@
+"""How often a task reaches its goal from random starts: `python -m benchmarks.starts "make dumplings"`.
+
+Each run is `aeros run` in a process and with a memory of its own, on the physics plant unless --plant says
+otherwise, without film; seeds are 0, 1, and so on from --first, and each lays out another start (which,
+docs/starts.md says).  With --faults or --person things go wrong or somebody walks about.  What the run
+itself measured, decided and recorded is counted; processor time is of the whole process, its start included.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from math import sqrt
+from pathlib import Path
+from typing import Any, Final
+
+from benchmarks.command import parser_of, print_json
+
+_ROOT: Final = Path(__file__).parents[1]
+
+_NORMAL_95: Final = 1.959964
+"""Two-sided 95 % quantile of the normal distribution."""
+
+
+def wilson(reached: int, runs: int) -> tuple[float, float]:
+    """Wilson's 95 % interval of the chance that was met with `reached` times in `runs`."""
+    share, z2 = reached / runs, _NORMAL_95**2
+    middle = (share + z2 / (2 * runs)) / (1 + z2 / runs)
+    half = _NORMAL_95 / (1 + z2 / runs) * sqrt(share * (1 - share) / runs + z2 / (4 * runs * runs))
+    return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def run_once(instruction: str, options: Sequence[str], seed: int) -> dict[str, Any]:
+    """What came of one run."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "out"
+        where = ("--out", str(out), "--state", str(Path(folder) / "state"))
+        command = [sys.executable, "-m", "aeros", "run", instruction, "--seed", str(seed), *options, *where]
+        began = time.perf_counter()
+        with (Path(folder) / "said").open("w+", encoding="utf-8") as said:
+            process = subprocess.Popen(command, cwd=_ROOT, stdout=said, stderr=said)
+            _, status, used = os.wait4(process.pid, 0)
+            process.returncode = os.waitstatus_to_exitcode(status)
+            real = time.perf_counter() - began
+            said.seek(0)
+            words = said.read()
+        processor = {"seed": seed, "processor_s": used.ru_utime + used.ru_stime, "real_s": real}
+        trace = _lines(out / "trace.jsonl")
+        if not trace:
+            raise SystemExit(f"seed {seed} did not run:\n{words}")
+        return processor | found_in(trace, _lines(out / "audit.jsonl"), words)
+
+
+def found_in(trace: Sequence[dict[str, Any]], audit: Iterable[dict[str, Any]], words: str) -> dict[str, Any]:
+    """The figures of one run from its trace and its audit log.
+
+    stops: steps that the monitor ended.  faults: that began.  way: each step that ended, and how.
+    words: what the run printed, whose end is the reason where it broke off.
+    """
+    last = trace[-1]
+    ended = last["details"] if last["kind"] == "run-ended" else {"reached": False, "reason": words[-500:]}
+    records = list(audit)
+    verdicts = [one["details"]["verdict"] for one in records if one["event"] == "decision"]
+    reasons = [one["details"]["reason"] for one in records if one["event"] == "step-ended"]
+    return {
+        "reached": ended["reached"],
+        "reason": ended["reason"],
+        "steps": ended.get("steps"),
+        "retries": ended.get("retries"),
+        "recoveries": ended.get("recoveries"),
+        "replans": ended.get("replans"),
+        "denied": verdicts.count("DENY"),
+        "attenuated": verdicts.count("ATTENUATE"),
+        "stops": sum(reason.startswith("monitor:") for reason in reasons),
+        "faults": sum(one["kind"] == "fault" for one in trace),
+        "simulated_s": last["time"],
+        "way": [one["text"] for one in trace if one["kind"] in ("step-ended", "step-not-started")],
+    }
+
+
+def _lines(path: Path) -> list[dict[str, Any]]:
+    """The records of a log; none where it is missing."""
+    return (
+        [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()] if path.exists() else []
+    )
+
+
+def spelled(run: dict[str, Any]) -> str:
+    """One run in a line, or in a few where it failed."""
+    counts = ", ".join(
+        f"{run[name]} {name}" for name in ("steps", "replans", "denied", "stops", "faults") if run[name]
+    )
+    times = f"{run['simulated_s']:.1f} s simulated, {run['processor_s']:.1f} s of processor"
+    line = f"{run['seed']:5}  {'reached' if run['reached'] else 'FAILED ':7}  {counts}; {times}"
+    if run["reached"]:
+        return line
+    return "\n         ".join((line, str(run["reason"]), *run["way"]))
+
+
+def together(runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """What all runs come to."""
+    reached = sum(run["reached"] for run in runs)
+    found: dict[str, Any] = {
+        "runs": len(runs),
+        "reached": reached,
+        "wilson_95": wilson(reached, len(runs)),
+        "failed_seeds": [run["seed"] for run in runs if not run["reached"]],
+    }
+    for name in ("steps", "retries", "recoveries", "replans", "denied", "attenuated", "stops", "faults"):
+        found[name] = sum(run[name] or 0 for run in runs)
+    for name in ("simulated_s", "processor_s", "real_s"):
+        found[name] = sum(run[name] for run in runs)
+    return found
+
+
+def spelled_together(found: dict[str, Any]) -> str:
+    """What all runs come to, in words."""
+    low, high = (100 * end for end in found["wilson_95"])
+    runs = found["runs"]
+    return (
+        f"{found['reached']} of {runs} reached the goal: {100 * found['reached'] / runs:.0f} %, "
+        f"95 % interval {low:.1f} to {high:.1f} %\n"
+        f"{found['steps']} steps, {found['retries']} retries, {found['recoveries']} recoveries, "
+        f"{found['replans']} re-plans, {found['denied']} denials, {found['attenuated']} attenuated, "
+        f"{found['stops']} protective stops, {found['faults']} faults\n"
+        f"each {found['simulated_s'] / runs:.1f} s simulated, "
+        f"{found['processor_s'] / runs:.1f} s of processor, {found['real_s'] / runs:.1f} s by the clock"
+    )
+
+
+def main() -> None:
+    """Run, print what comes of each as it ends, and what they come to."""
+    parser = parser_of(__doc__, quick="one run")
+    parser.add_argument("instruction", nargs="?", default="make dumplings")
+    parser.add_argument("--runs", type=int, default=100)
+    parser.add_argument("--first", type=int, default=0, help="the first seed")
+    parser.add_argument("--jobs", type=int, default=1, help="runs at the same time")
+    for option in ("plant", "faults", "person"):
+        parser.add_argument(f"--{option}", help="as of `aeros run`")
+    arguments = parser.parse_args()
+    options = ["--no-record"]
+    for option in ("plant", "faults", "person"):
+        if (given := getattr(arguments, option)) is not None:
+            options += [f"--{option}", given]
+    seeds = range(arguments.first, arguments.first + (1 if arguments.quick else arguments.runs))
+    runs = []
+    with ThreadPoolExecutor(arguments.jobs) as threads:
+        for run in threads.map(partial(run_once, arguments.instruction, options), seeds):
+            runs.append(run)
+            if arguments.format == "text":
+                print(spelled(run), flush=True)
+    found = together(runs)
+    if arguments.format == "json":
+        print_json({"instruction": arguments.instruction, "options": options, **found, "each": runs})
+    else:
+        print(spelled_together(found))
+
+
+if __name__ == "__main__":
+    main()
