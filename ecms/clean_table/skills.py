@@ -5,7 +5,7 @@ whether a step succeeded: what is measured afterwards does.
 """
 
 from collections.abc import Generator
-from math import hypot
+from math import hypot, pi
 
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 
@@ -52,6 +52,12 @@ HOVER = 0.012
 
 CLUTTER_GRASP = 0.004
 """How far above the middle of clutter it is gripped, m: fingertips stay clear of the table."""
+
+BIN_SIDES = (0.095, 0.085)
+"""From the bin's middle to the outside of its walls along x and y, m."""
+
+HAND_REACH = 0.12
+"""How far the hand reaches along the fingers' way from what they grip, and a margin, m."""
 
 DROP_HEIGHT = 0.045
 """Height of the tool over the bin's rim when it lets go, m."""
@@ -134,12 +140,29 @@ def _return_sponge(observed: Observation) -> Task:
 def _bin_clutter(observed: Observation, offset: float) -> Task:
     """Grip the next piece of clutter and let it go over the bin, `offset` along x from its middle."""
     x, y, z = observed["clutter_position"]
-    observed = yield from _grasp(observed, (x, y, z + CLUTTER_GRASP), observed["clutter_yaw"], 0.02)
-    observed = yield from _rise(observed, 0.0)
+    yaw = _along_the_bin(observed)
+    observed = yield from _grasp(observed, (x, y, z + CLUTTER_GRASP), yaw, 0.02)
+    observed = yield from _rise(observed, yaw)
+    if not observed["holding"]:
+        return observed
     x, y, z = observed["bin_position"]
     observed = yield from _approach(observed, (x + offset, y, z + DROP_HEIGHT), 0.0)
     observed = yield from _release(observed)
     return (yield act("wait", duration=0.5))
+
+
+def _along_the_bin(observed: Observation) -> float:
+    """The yaw to grip the next piece at: the fingers close along a wall of the bin that they are near.
+
+    A piece can be gripped across or along, so a quarter of a turn leaves it as good a grip.
+    """
+    (x, y, _), middle, yaw = observed["clutter_position"], observed["bin_position"], observed["clutter_yaw"]
+    outside = (abs(x - middle[0]) - BIN_SIDES[0], abs(y - middle[1]) - BIN_SIDES[1])
+    near = max(outside) < HAND_REACH
+    across = outside[1] > outside[0]
+    if near and across == (abs(yaw) < pi / 4):
+        return yaw - pi / 2 if yaw > -pi / 4 else yaw + pi / 2
+    return yaw
 
 
 def _grasp(observed: Observation, place: Place, yaw: float, width: float) -> Task:
