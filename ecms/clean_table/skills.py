@@ -33,6 +33,9 @@ OPEN = 0.08
 GRIP_FORCE = 10.0
 """N."""
 
+PATIENCE = 40
+"""How often a skill waits a quarter of a second for a reading that is missing or too old."""
+
 SPONGE_GRASP = 0.032
 """How far above the foam's middle the sponge is gripped, m: on its block, fingertips 8 mm off the foam."""
 
@@ -71,6 +74,7 @@ DROPS = (-0.045, 0.045)
 
 def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
     """Take the sponge, sweep it over the area in overlapping strokes and put it back."""
+    observed = yield from _sense(observed, *SPONGE)
     if not _holds_sponge(observed):
         observed = yield from _take_sponge(observed)
     height = SPONGE_GRASP + FOAM_HALF_HEIGHT
@@ -86,11 +90,14 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
 
 def organize(observed: Observation, inputs: Inputs) -> SkillBody:
     """Put every piece of clutter into the bin, then the sponge to its rest if it is not there."""
+    observed = yield from _sense(observed, *SPONGE)
     if _holds_sponge(observed):
         observed = yield from _return_sponge(observed)
     for offset in DROPS * 2:
+        observed = yield from _sense(observed, "clutter_on_table")
         if observed["clutter_on_table"]:
             observed = yield from _bin_clutter(observed, offset)
+    observed = yield from _sense(observed, *SPONGE)
     if not _sponge_at_rest(observed):
         observed = yield from _take_sponge(observed)
         yield from _return_sponge(observed)
@@ -98,6 +105,7 @@ def organize(observed: Observation, inputs: Inputs) -> SkillBody:
 
 def verify(observed: Observation, inputs: Inputs) -> SkillBody:
     """Draw the arm in, over everything that stands on the table, and look at the table."""
+    observed = yield from _sense(observed, "tool_position")
     x, y, z = observed["tool_position"]
     if z < TRAVEL_HEIGHT - 0.005:
         yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=SPEED)
@@ -107,9 +115,23 @@ def verify(observed: Observation, inputs: Inputs) -> SkillBody:
 
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:
     """Bring the sponge back to its rest, from the hand or from where it fell, and rise."""
+    observed = yield from _sense(observed, *SPONGE)
     if not _holds_sponge(observed):
         observed = yield from _take_sponge(observed)
     yield from _return_sponge(observed)
+
+
+def _sense(observed: Observation, *names: str) -> Task:
+    """What is observed once all of `names` are; what stays unknown ends the skill where it is read."""
+    for _ in range(PATIENCE):
+        if all(name in observed for name in names):
+            break
+        observed = yield act("wait", duration=0.25)
+    return observed
+
+
+SPONGE = ("holding", "tool_position", "sponge_position", "sponge_yaw", "sponge_rest_position")
+"""What is read of the sponge, and whether it is in the hand."""
 
 
 def _holds_sponge(observed: Observation) -> bool:
@@ -125,6 +147,7 @@ def _sponge_at_rest(observed: Observation) -> bool:
 
 def _take_sponge(observed: Observation) -> Task:
     """Grip the sponge across and lift it."""
+    observed = yield from _sense(observed, *SPONGE)
     x, y, z = observed["sponge_position"]
     observed = yield from _grasp(observed, (x, y, z + SPONGE_GRASP), observed["sponge_yaw"], 0.02)
     return (yield from _rise(observed, 0.0))
@@ -132,6 +155,7 @@ def _take_sponge(observed: Observation) -> Task:
 
 def _return_sponge(observed: Observation) -> Task:
     """Set the held sponge down on its rest, let go and rise."""
+    observed = yield from _sense(observed, "sponge_rest_position")
     x, y, z = observed["sponge_rest_position"]
     observed = yield from _approach(observed, (x, y, z + SPONGE_GRASP + 0.001), 0.0)
     return (yield from _release(observed))
@@ -139,10 +163,12 @@ def _return_sponge(observed: Observation) -> Task:
 
 def _bin_clutter(observed: Observation, offset: float) -> Task:
     """Grip the next piece of clutter and let it go over the bin, `offset` along x from its middle."""
+    observed = yield from _sense(observed, "clutter_position", "clutter_yaw", "bin_position")
     x, y, z = observed["clutter_position"]
     yaw = _along_the_bin(observed)
     observed = yield from _grasp(observed, (x, y, z + CLUTTER_GRASP), yaw, 0.02)
     observed = yield from _rise(observed, yaw)
+    observed = yield from _sense(observed, "holding", "bin_position")
     if not observed["holding"]:
         return observed
     x, y, z = observed["bin_position"]
@@ -174,6 +200,7 @@ def _grasp(observed: Observation, place: Place, yaw: float, width: float) -> Tas
 
 def _approach(observed: Observation, place: Place, yaw: float) -> Task:
     """Rise, go over `place`, come down to it, slowly at the end."""
+    observed = yield from _sense(observed, "tool_position")
     x, y, z = place
     here = observed["tool_position"]
     if here[2] < TRAVEL_HEIGHT - 0.005 and hypot(x - here[0], y - here[1]) > 0.005:
@@ -191,6 +218,7 @@ def _release(observed: Observation) -> Task:
 
 def _rise(observed: Observation, yaw: float) -> Task:
     """Lift the tool straight up to travelling height, slowly at first."""
+    observed = yield from _sense(observed, "tool_position")
     x, y, z = observed["tool_position"]
     yield act("move_tool", target=(x, y, min(z + CLEARANCE, TRAVEL_HEIGHT)), yaw=yaw, speed=NEAR_SPEED)
     return (yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=SPEED))
