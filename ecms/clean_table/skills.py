@@ -74,7 +74,7 @@ DROPS = (-0.045, 0.045)
 
 def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
     """Take the sponge, sweep it over the area in overlapping strokes and put it back."""
-    observed = yield from _sense(observed, *SPONGE)
+    observed = yield from _bin_what_is_held(observed)
     if not _holds_sponge(observed):
         observed = yield from _take_sponge(observed)
     height = SPONGE_GRASP + FOAM_HALF_HEIGHT
@@ -90,7 +90,7 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
 
 def organize(observed: Observation, inputs: Inputs) -> SkillBody:
     """Put every piece of clutter into the bin, then the sponge to its rest if it is not there."""
-    observed = yield from _sense(observed, *SPONGE)
+    observed = yield from _bin_what_is_held(observed)
     if _holds_sponge(observed):
         observed = yield from _return_sponge(observed)
     for offset in DROPS * 2:
@@ -115,7 +115,7 @@ def verify(observed: Observation, inputs: Inputs) -> SkillBody:
 
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:
     """Bring the sponge back to its rest, from the hand or from where it fell, and rise."""
-    observed = yield from _sense(observed, *SPONGE)
+    observed = yield from _bin_what_is_held(observed)
     if not _holds_sponge(observed):
         observed = yield from _take_sponge(observed)
     yield from _return_sponge(observed)
@@ -161,6 +161,16 @@ def _return_sponge(observed: Observation) -> Task:
     return (yield from _release(observed))
 
 
+def _bin_what_is_held(observed: Observation) -> Task:
+    """If the hand came to rest with a piece of clutter, go on with it, so that it is not dropped."""
+    observed = yield from _sense(observed, *SPONGE)
+    if not observed["holding"] or _holds_sponge(observed):
+        return observed
+    observed = yield from _rise(observed, 0.0)
+    observed = yield from _drop_in_bin(observed, 0.0)
+    return (yield from _sense(observed, *SPONGE))
+
+
 def _bin_clutter(observed: Observation, offset: float) -> Task:
     """Grip the next piece of clutter and let it go over the bin, `offset` along x from its middle."""
     observed = yield from _sense(observed, "clutter_position", "clutter_yaw", "bin_position")
@@ -168,9 +178,13 @@ def _bin_clutter(observed: Observation, offset: float) -> Task:
     yaw = _along_the_bin(observed)
     observed = yield from _grasp(observed, (x, y, z + CLUTTER_GRASP), yaw, 0.02)
     observed = yield from _rise(observed, yaw)
-    observed = yield from _sense(observed, "holding", "bin_position")
-    if not observed["holding"]:
-        return observed
+    observed = yield from _sense(observed, "holding")
+    return (yield from _drop_in_bin(observed, offset)) if observed["holding"] else observed
+
+
+def _drop_in_bin(observed: Observation, offset: float) -> Task:
+    """Let what is held go over the bin, `offset` along x from its middle, and let it come to rest."""
+    observed = yield from _sense(observed, "bin_position")
     x, y, z = observed["bin_position"]
     observed = yield from _approach(observed, (x + offset, y, z + DROP_HEIGHT), 0.0)
     observed = yield from _release(observed)
