@@ -190,6 +190,10 @@ class World:
             physicsClientId=self.client,
         )
 
+    def set_rolling_resistance(self, body: int, coefficient: float) -> None:
+        """Let a body resist rolling: with `coefficient` (m) times the pair's friction and the load on it."""
+        bullet.changeDynamics(body, -1, rollingFriction=coefficient, physicsClientId=self.client)
+
     def set_joint_friction(self, body: int, joint: int, torque: float) -> None:
         """Give a joint dry friction of `torque` (N·m): a motor that resists motion with at most that."""
         bullet.setJointMotorControl2(

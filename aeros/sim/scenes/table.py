@@ -47,6 +47,10 @@ SWIVEL_FRICTION: Final = 0.004
 """Dry friction of the sponge's swivel, N·m: the block stands up by itself, and 4 N lay the foam flat."""
 
 
+CAN_ROLLING: Final = 0.001
+"""Rolling resistance of the can, m: without any, one that fell over rolls off the table."""
+
+
 class Table:
     """The table."""
 
@@ -73,6 +77,7 @@ class Table:
         blue, green = (0.20, 0.35, 0.80, 1.0), (0.25, 0.60, 0.30, 1.0)
         cube = world.add_box((CUBE, CUBE, CUBE), *laid.cube, mass=0.08, colour=blue)
         can = world.add_cylinder(*CAN, *laid.can, mass=0.08, colour=green)
+        world.set_rolling_resistance(can, CAN_ROLLING)
         self._clutter = (cube, can)
 
     def tick(self) -> None:
