@@ -5,7 +5,7 @@ whether a step succeeded: what is measured afterwards does.
 """
 
 from collections.abc import Generator
-from math import hypot, pi
+from math import cos, hypot, pi, sin
 
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 
@@ -61,6 +61,18 @@ BIN_SIDES = (0.095, 0.085)
 
 HAND_REACH = 0.12
 """How far the hand reaches along the fingers' way from what they grip, and a margin, m."""
+
+HAND_HALF = (0.040, 0.105)
+"""Half the hand's thickness and half its length along the fingers' way, with a margin, m."""
+
+PAD = 0.009
+"""Fingertips reach this far below the tool, m."""
+
+DRAG_OFFSET = 0.010
+"""What is dragged is pressed on this far off its middle, away from the bin, m: the hand clears the wall."""
+
+DRAG_SPEED = 0.05
+"""Peak speed of dragging, m/s."""
 
 DROP_HEIGHT = 0.045
 """Height of the tool over the bin's rim when it lets go, m."""
@@ -173,7 +185,10 @@ def _bin_what_is_held(observed: Observation) -> Task:
 
 def _bin_clutter(observed: Observation, offset: float) -> Task:
     """Grip the next piece of clutter and let it go over the bin, `offset` along x from its middle."""
-    observed = yield from _sense(observed, "clutter_position", "clutter_yaw", "bin_position")
+    observed = yield from _sense(observed, *CLUTTER)
+    if _room_missing(observed) > 0.0:
+        observed = yield from _drag_from_the_bin(observed)
+        observed = yield from _sense(observed, *CLUTTER)
     x, y, z = observed["clutter_position"]
     yaw = _along_the_bin(observed)
     observed = yield from _grasp(observed, (x, y, z + CLUTTER_GRASP), yaw, 0.02)
@@ -191,13 +206,44 @@ def _drop_in_bin(observed: Observation, offset: float) -> Task:
     return (yield act("wait", duration=0.5))
 
 
+CLUTTER = ("clutter_position", "clutter_yaw", "bin_position")
+"""What is read of the next piece of clutter."""
+
+
+def _outside(observed: Observation) -> tuple[float, float]:
+    """How far the next piece is outside the bin's walls along x and along y; negative where it is not."""
+    (x, y, _), middle = observed["clutter_position"], observed["bin_position"]
+    return (abs(x - middle[0]) - BIN_SIDES[0], abs(y - middle[1]) - BIN_SIDES[1])
+
+
+def _room_missing(observed: Observation) -> float:
+    """How much nearer to a wall of the bin the next piece is than a hand along that wall has room, m."""
+    turn = abs(observed["clutter_yaw"])
+    return HAND_HALF[0] * cos(turn) + HAND_HALF[1] * sin(turn) - max(_outside(observed))
+
+
+def _drag_from_the_bin(observed: Observation) -> Task:
+    """Press closed fingers on the next piece and draw it off the bin's wall, until a hand has room."""
+    (x, y, z), middle, outside = observed["clutter_position"], observed["bin_position"], _outside(observed)
+    if outside[1] > outside[0]:
+        away, yaw = (0.0, 1.0 if y > middle[1] else -1.0), -pi / 2
+    else:
+        away, yaw = (1.0 if x > middle[0] else -1.0, 0.0), 0.0
+    way = _room_missing(observed) + 0.02
+    x, y, top = x + DRAG_OFFSET * away[0], y + DRAG_OFFSET * away[1], 2.0 * z + PAD
+    yield act("grip", width=0.0, force=GRIP_FORCE)
+    yield from _approach(observed, (x, y, top + 0.006), yaw)
+    place = (x + way * away[0], y + way * away[1], top)
+    observed = yield act("slide", target=place, force=WIPE_FORCE, speed=DRAG_SPEED)
+    return (yield from _rise(observed, yaw))
+
+
 def _along_the_bin(observed: Observation) -> float:
     """The yaw to grip the next piece at: the fingers close along a wall of the bin that they are near.
 
     A piece can be gripped across or along, so a quarter of a turn leaves it as good a grip.
     """
-    (x, y, _), middle, yaw = observed["clutter_position"], observed["bin_position"], observed["clutter_yaw"]
-    outside = (abs(x - middle[0]) - BIN_SIDES[0], abs(y - middle[1]) - BIN_SIDES[1])
+    outside, yaw = _outside(observed), observed["clutter_yaw"]
     near = max(outside) < HAND_REACH
     across = outside[1] > outside[0]
     if near and across == (abs(yaw) < pi / 4):

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from aeros.sim.geometry import Pose, turned
+from aeros.sim.geometry import Pose, Triple, turned
 from aeros.sim.layouts.dirt import DirtMap
 from aeros.sim.layouts.table import Layout, lay_table
 from aeros.sim.physics import PhysicsPlant, make_plant
@@ -104,13 +104,16 @@ def test_carrying_the_sponge_over_the_dirt_wipes_nothing(run_skill: RunSkill) ->
     assert after["wiped_fraction"] == 0.0
 
 
+@pytest.mark.parametrize("cube", [((0.41, -0.35, 0.021), 0.1), ((0.493, -0.39, 0.021), -0.288)])
 def test_clutter_at_the_bin_is_reached_and_a_can_that_lies_is_gripped(
-    run_skill: RunSkill, monkeypatch: pytest.MonkeyPatch
+    cube: tuple[Triple, float], run_skill: RunSkill, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    place, yaw = cube
+
     def fallen(chance: Chance) -> Layout:
         laid = lay_table(chance)
         lying = Pose((0.57, -0.24, 0.021), (0.0, 2**-0.5, 0.0, 2**-0.5))
-        return laid._replace(cube=Pose((0.41, -0.38, 0.021), turned(0.1)), can=lying)
+        return laid._replace(cube=Pose(place, turned(yaw)), can=lying)
 
     monkeypatch.setattr(table, "lay_table", fallen)
     plant = make_plant("table", 0)
