@@ -130,7 +130,7 @@ class World:
         return body
 
     def add_picture(self, low: tuple[float, float], high: tuple[float, float], height: float) -> int:
-        """A level rectangle between two corners (x, y), m, at `height`: to be seen, and to be touched by nothing.
+        """A level rectangle between two corners (x, y), m, at `height`, to be seen and not to be felt.
 
         It shows what `paint` was given last.
         """

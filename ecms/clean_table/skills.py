@@ -243,7 +243,8 @@ def _along_the_bin(observed: Observation) -> float:
 
     A piece can be gripped across or along, so a quarter of a turn leaves it as good a grip.
     """
-    outside, yaw = _outside(observed), observed["clutter_yaw"]
+    outside = _outside(observed)
+    yaw: float = observed["clutter_yaw"]
     near = max(outside) < HAND_REACH
     across = outside[1] > outside[0]
     if near and across == (abs(yaw) < pi / 4):

@@ -127,7 +127,7 @@ def _half_turn(yaw: float) -> float:
 
 
 def _grip_yaw(piece: Pose) -> float:
-    """A heading at which fingers meet a cube's or a cylinder's sides, whichever of them it lies on, in [-π/4, π/4).
+    """A heading at which fingers meet the sides of a cube or a cylinder, however it lies, in [-π/4, π/4).
 
     A cylinder that stands has sides at every heading; one that lies has them along its axis and across.
     """

@@ -1,7 +1,8 @@
-"""A table to clean, in physics: friction holds sponge and clutter, contact wipes.
+"""A table to clean, in physics: friction holds sponge and clutter, contact wipes, a picture verifies.
 
 A cell of the dirt map is wiped in the tick in which the sponge's face is over it, nearer than 1.5 mm,
-and presses on the table with more than 1 N; dirt and where it is gone are seen.  Not modelled: dirt that sticks or spreads, a soft sponge.
+and presses on the table with more than 1 N.  Dirt is painted where the map has it, for cameras to see.
+Not modelled: dirt that sticks or spreads, a soft sponge.
 """
 
 from __future__ import annotations

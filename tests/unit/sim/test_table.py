@@ -10,8 +10,9 @@ from typing import Any
 import pytest
 
 from aeros.sim.geometry import Pose, Triple, turned
+from aeros.sim.inspection import inspect_table
 from aeros.sim.layouts.dirt import DirtMap
-from aeros.sim.layouts.table import Layout, lay_table
+from aeros.sim.layouts.table import MAST, Layout, lay_table
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.randomness import Chance
 from aeros.sim.scenes import table
@@ -43,7 +44,7 @@ class Onlooker(Undisturbed):
 
     def clean(self) -> float:
         """The share of the area that is clean in a picture from the mast."""
-        return table.inspect_table(self.stage.world.render(table.MAST), table.MAST).clean
+        return inspect_table(self.stage.world.render(MAST), MAST).clean
 
 
 def observed(plant: PhysicsPlant) -> dict[str, Any]:
