@@ -30,6 +30,9 @@ CLEARANCE = 0.06
 OPEN = 0.08
 """Fingers wide open, m."""
 
+CLOSED = 0.01
+"""Fingers nearly closed, to press with, m."""
+
 GRIP_FORCE = 10.0
 """N."""
 
@@ -231,7 +234,7 @@ def _drag_from_the_bin(observed: Observation) -> Task:
         away, yaw = (1.0 if x > middle[0] else -1.0, 0.0), 0.0
     way = _room_missing(observed) + 0.02
     x, y, top = x + DRAG_OFFSET * away[0], y + DRAG_OFFSET * away[1], 2.0 * z + PAD
-    yield act("grip", width=0.0, force=GRIP_FORCE)
+    yield act("grip", width=CLOSED, force=GRIP_FORCE)
     yield from _approach(observed, (x, y, top + 0.006), yaw)
     place = (x + way * away[0], y + way * away[1], top)
     observed = yield act("slide", target=place, force=WIPE_FORCE, speed=DRAG_SPEED)
@@ -247,9 +250,7 @@ def _along_the_bin(observed: Observation) -> float:
     yaw: float = observed["clutter_yaw"]
     near = max(outside) < HAND_REACH
     across = outside[1] > outside[0]
-    if near and across == (abs(yaw) < pi / 4):
-        return yaw - pi / 2 if yaw > -pi / 4 else yaw + pi / 2
-    return yaw
+    return yaw - pi / 2 if near and across else yaw
 
 
 def _grasp(observed: Observation, place: Place, yaw: float, width: float) -> Task:
