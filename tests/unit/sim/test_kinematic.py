@@ -29,7 +29,7 @@ RunSkill = Callable[..., str | None]
 
 TASKS = (
     ("make_dumplings", "dumpling_bench", ("prepare", "wrap", "boil"), "dumpling_cooked"),
-    ("clean_table", "table", ("wipe", "organize"), "table_organized"),
+    ("clean_table", "table", ("wipe", "organize", "verify"), "table_verified"),
     ("fetch_object", "fetch", ("navigate", "detect", "grasp", "deliver"), "object_delivered"),
 )
 
