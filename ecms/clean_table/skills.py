@@ -74,6 +74,12 @@ PAD = 0.009
 DRAG_OFFSET = 0.010
 """What is dragged is pressed on this far off its middle, away from the bin, m: the hand clears the wall."""
 
+DRAG_FORCE = 7.5
+"""N on what is dragged: it follows by the friction of the fingertips."""
+
+DRAGS = 3
+"""How often a piece is dragged at most, as it may slip from under the fingers."""
+
 DRAG_SPEED = 0.05
 """Peak speed of dragging, m/s."""
 
@@ -189,9 +195,10 @@ def _bin_what_is_held(observed: Observation) -> Task:
 def _bin_clutter(observed: Observation, offset: float) -> Task:
     """Grip the next piece of clutter and let it go over the bin, `offset` along x from its middle."""
     observed = yield from _sense(observed, *CLUTTER)
-    if _room_missing(observed) > 0.0:
-        observed = yield from _drag_from_the_bin(observed)
-        observed = yield from _sense(observed, *CLUTTER)
+    for _ in range(DRAGS):
+        if _room_missing(observed) > 0.0:
+            observed = yield from _drag_from_the_bin(observed)
+            observed = yield from _sense(observed, *CLUTTER)
     x, y, z = observed["clutter_position"]
     yaw = _along_the_bin(observed)
     observed = yield from _grasp(observed, (x, y, z + CLUTTER_GRASP), yaw, 0.02)
@@ -237,7 +244,7 @@ def _drag_from_the_bin(observed: Observation) -> Task:
     yield act("grip", width=CLOSED, force=GRIP_FORCE)
     yield from _approach(observed, (x, y, top + 0.006), yaw)
     place = (x + way * away[0], y + way * away[1], top)
-    observed = yield act("slide", target=place, force=WIPE_FORCE, speed=DRAG_SPEED)
+    observed = yield act("slide", target=place, force=DRAG_FORCE, speed=DRAG_SPEED)
     return (yield from _rise(observed, yaw))
 
 
