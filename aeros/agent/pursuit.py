@@ -7,7 +7,7 @@
     measured as true when its turn comes is left out, unknown leaves it in.
 3.  A plan fails with the first step that failed for good.  It is also over when it is rejected, or
     exhausted without the goal.  Then the agent plans again, which is what `replans` counts; after
-    `site.limits.replans` of them it gives up.
+    `site.limits.replans` of them it gives up.  After a plan that took less than `PAUSE` it lets that go by.
 4.  A plan that ended with a denial on account of what is measured, such as a person nearby, is no re-plan:
     the agent lets `PAUSE` go by and plans again, until that has not helped for `PATIENCE`.
 5.  It gives up at once when the gate denies the same request a second time for any other reason, when two
@@ -83,6 +83,7 @@ class Pursuit:
         """None once the goal is measured, else why it will not be."""
         cap = self._runtime.site.limits.replans
         while not self._goal_is_measured():
+            began = self._runtime.now()
             end = self._follow_a_plan()
             if self._goal_is_measured():
                 break
@@ -102,11 +103,17 @@ class Pursuit:
             self._journal.tell(
                 "re-plan", f"re-plan {self._replans}: {end.reason}", number=self._replans, reason=end.reason
             )
+            if self._runtime.now() - began < PAUSE:
+                # What failed at once, as with a sensor that is silent for a while, would do so again.
+                self._rest()
         return None
 
     def _wait(self, reason: str) -> None:
         self._waited += PAUSE
         self._journal.tell("waiting", f"waits {PAUSE:g} s: {reason}", seconds=PAUSE, reason=reason)
+        self._rest()
+
+    def _rest(self) -> None:
         self._attempts.rest(min(self._until, self._runtime.now() + PAUSE))
 
     def _follow_a_plan(self) -> End:

@@ -63,7 +63,7 @@ def find_red(image: Image, camera: Camera, size: tuple[float, float]) -> Sight |
     red = (rgb[:, :, 0] > BRIGHTNESS) & (rgb[:, :, 0] > DOMINANCE * others)
     if int(red.sum()) < PIXELS_MIN:
         return None
-    everything = _points(image.depth, camera)
+    everything = points_of(image.depth, camera)
     points = everything[red]
     top = float(points[:, 2].max())
     face = points[points[:, 2] > top - FACE]
@@ -108,7 +108,7 @@ def _has_room(points: NDArray[np.float64], place: Triple, yaw: float, top: float
     return not bool((inside & (points[:, :, 2] > top + OVER)).any())
 
 
-def _points(depth: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
+def points_of(depth: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
     """The point in W of every pixel, (height, width, 3)."""
     eye = np.array(camera.eye)
     forward = np.array(camera.target) - eye

@@ -9,11 +9,14 @@ from __future__ import annotations
 
 import math
 import os
+import tempfile
 from itertools import combinations
+from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image as Picture
 
 from aeros.sim.bullet import bullet
 from aeros.sim.geometry import UPRIGHT, Camera, Pose, Quaternion, Triple
@@ -143,6 +146,36 @@ class World:
         )
         self.set_friction(body, -1, friction)
         return body
+
+    def add_picture(self, low: tuple[float, float], high: tuple[float, float], height: float) -> int:
+        """A level rectangle between two corners (x, y), m, at `height`, to be seen and not to be felt.
+
+        It shows what `paint` was given last.
+        """
+        (a, b), (c, d) = low, high
+        visual = bullet.createVisualShape(
+            bullet.GEOM_MESH,
+            vertices=[(a, b, height), (c, b, height), (c, d, height), (a, d, height)],
+            indices=[0, 1, 2, 0, 2, 3],
+            uvs=[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)],
+            normals=[(0.0, 0.0, 1.0)] * 4,
+            rgbaColor=(1.0, 1.0, 1.0, 1.0),
+            physicsClientId=self.client,
+        )
+        body: int = bullet.createMultiBody(0.0, -1, visual, physicsClientId=self.client)
+        return body
+
+    def paint(self, body: int, rgb: NDArray[np.uint8]) -> None:
+        """Show `rgb` (rows from the least y, columns from the least x, 3 bytes) on a picture.
+
+        The TinyRenderer sees no change of a texture that it has, and Bullet reads a file name once: so it
+        is a new texture from a new file each time.
+        """
+        with tempfile.TemporaryDirectory() as scratch:
+            path = Path(scratch, "paint.bmp")
+            Picture.fromarray(np.ascontiguousarray(rgb[::-1])).save(path)
+            texture = bullet.loadTexture(str(path), physicsClientId=self.client)
+        bullet.changeVisualShape(body, -1, textureUniqueId=texture, physicsClientId=self.client)
 
     def add_urdf(
         self,

@@ -1,11 +1,11 @@
-"""Cleaning a table: sweep a sponge over it with force control, put clutter into a bin.
+"""Cleaning a table: sweep a sponge over it with force control, put clutter into a bin, look at it.
 
 All lengths in metres, in the world frame; at yaw 0 the fingers close along y.  Nothing here decides
 whether a step succeeded: what is measured afterwards does.
 """
 
 from collections.abc import Generator
-from math import hypot
+from math import cos, hypot, pi, sin
 
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 
@@ -30,8 +30,14 @@ CLEARANCE = 0.06
 OPEN = 0.08
 """Fingers wide open, m."""
 
+CLOSED = 0.01
+"""Fingers nearly closed, to press with, m."""
+
 GRIP_FORCE = 10.0
 """N."""
+
+PATIENCE = 40
+"""How often a skill waits a quarter of a second for a reading that is missing or too old."""
 
 SPONGE_GRASP = 0.032
 """How far above the foam's middle the sponge is gripped, m: on its block, fingertips 8 mm off the foam."""
@@ -53,8 +59,35 @@ HOVER = 0.012
 CLUTTER_GRASP = 0.004
 """How far above the middle of clutter it is gripped, m: fingertips stay clear of the table."""
 
+BIN_SIDES = (0.095, 0.085)
+"""From the bin's middle to the outside of its walls along x and y, m."""
+
+HAND_REACH = 0.12
+"""How far the hand reaches along the fingers' way from what they grip, and a margin, m."""
+
+HAND_HALF = (0.040, 0.105)
+"""Half the hand's thickness and half its length along the fingers' way, with a margin, m."""
+
+PAD = 0.009
+"""Fingertips reach this far below the tool, m."""
+
+DRAG_OFFSET = 0.010
+"""What is dragged is pressed on this far off its middle, away from the bin, m: the hand clears the wall."""
+
+DRAG_FORCE = 7.5
+"""N on what is dragged: it follows by the friction of the fingertips."""
+
+DRAGS = 3
+"""How often a piece is dragged at most, as it may slip from under the fingers."""
+
+DRAG_SPEED = 0.05
+"""Peak speed of dragging, m/s."""
+
 DROP_HEIGHT = 0.045
 """Height of the tool over the bin's rim when it lets go, m."""
+
+DRAWN_IN = (0.30, 0.0, 0.45)
+"""Where the tool is out of the mast camera's sight of the table, m."""
 
 DROPS = (-0.045, 0.045)
 """Where along the bin successive pieces are let go, m from its middle."""
@@ -62,6 +95,7 @@ DROPS = (-0.045, 0.045)
 
 def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
     """Take the sponge, sweep it over the area in overlapping strokes and put it back."""
+    observed = yield from _bin_what_is_held(observed)
     if not _holds_sponge(observed):
         observed = yield from _take_sponge(observed)
     height = SPONGE_GRASP + FOAM_HALF_HEIGHT
@@ -77,21 +111,48 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
 
 def organize(observed: Observation, inputs: Inputs) -> SkillBody:
     """Put every piece of clutter into the bin, then the sponge to its rest if it is not there."""
+    observed = yield from _bin_what_is_held(observed)
     if _holds_sponge(observed):
         observed = yield from _return_sponge(observed)
     for offset in DROPS * 2:
+        observed = yield from _sense(observed, "clutter_on_table")
         if observed["clutter_on_table"]:
             observed = yield from _bin_clutter(observed, offset)
+    observed = yield from _sense(observed, *SPONGE)
     if not _sponge_at_rest(observed):
         observed = yield from _take_sponge(observed)
         yield from _return_sponge(observed)
 
 
+def verify(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Draw the arm in, over everything that stands on the table, and look at the table."""
+    observed = yield from _sense(observed, "tool_position")
+    x, y, z = observed["tool_position"]
+    if z < TRAVEL_HEIGHT - 0.005:
+        yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=SPEED)
+    yield act("move_tool", target=DRAWN_IN, yaw=0.0, speed=SPEED)
+    yield act("look", camera="mast")
+
+
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:
     """Bring the sponge back to its rest, from the hand or from where it fell, and rise."""
+    observed = yield from _bin_what_is_held(observed)
     if not _holds_sponge(observed):
         observed = yield from _take_sponge(observed)
     yield from _return_sponge(observed)
+
+
+def _sense(observed: Observation, *names: str) -> Task:
+    """What is observed once all of `names` are; what stays unknown ends the skill where it is read."""
+    for _ in range(PATIENCE):
+        if all(name in observed for name in names):
+            break
+        observed = yield act("wait", duration=0.25)
+    return observed
+
+
+SPONGE = ("holding", "tool_position", "sponge_position", "sponge_yaw", "sponge_rest_position")
+"""What is read of the sponge, and whether it is in the hand."""
 
 
 def _holds_sponge(observed: Observation) -> bool:
@@ -107,6 +168,7 @@ def _sponge_at_rest(observed: Observation) -> bool:
 
 def _take_sponge(observed: Observation) -> Task:
     """Grip the sponge across and lift it."""
+    observed = yield from _sense(observed, *SPONGE)
     x, y, z = observed["sponge_position"]
     observed = yield from _grasp(observed, (x, y, z + SPONGE_GRASP), observed["sponge_yaw"], 0.02)
     return (yield from _rise(observed, 0.0))
@@ -114,20 +176,88 @@ def _take_sponge(observed: Observation) -> Task:
 
 def _return_sponge(observed: Observation) -> Task:
     """Set the held sponge down on its rest, let go and rise."""
+    observed = yield from _sense(observed, "sponge_rest_position")
     x, y, z = observed["sponge_rest_position"]
     observed = yield from _approach(observed, (x, y, z + SPONGE_GRASP + 0.001), 0.0)
     return (yield from _release(observed))
 
 
+def _bin_what_is_held(observed: Observation) -> Task:
+    """If the hand came to rest with a piece of clutter, go on with it, so that it is not dropped."""
+    observed = yield from _sense(observed, *SPONGE)
+    if not observed["holding"] or _holds_sponge(observed):
+        return observed
+    observed = yield from _rise(observed, 0.0)
+    observed = yield from _drop_in_bin(observed, 0.0)
+    return (yield from _sense(observed, *SPONGE))
+
+
 def _bin_clutter(observed: Observation, offset: float) -> Task:
     """Grip the next piece of clutter and let it go over the bin, `offset` along x from its middle."""
+    observed = yield from _sense(observed, *CLUTTER)
+    for _ in range(DRAGS):
+        if _room_missing(observed) > 0.0:
+            observed = yield from _drag_from_the_bin(observed)
+            observed = yield from _sense(observed, *CLUTTER)
     x, y, z = observed["clutter_position"]
-    observed = yield from _grasp(observed, (x, y, z + CLUTTER_GRASP), observed["clutter_yaw"], 0.02)
-    observed = yield from _rise(observed, 0.0)
+    yaw = _along_the_bin(observed)
+    observed = yield from _grasp(observed, (x, y, z + CLUTTER_GRASP), yaw, 0.02)
+    observed = yield from _rise(observed, yaw)
+    observed = yield from _sense(observed, "holding")
+    return (yield from _drop_in_bin(observed, offset)) if observed["holding"] else observed
+
+
+def _drop_in_bin(observed: Observation, offset: float) -> Task:
+    """Let what is held go over the bin, `offset` along x from its middle, and let it come to rest."""
+    observed = yield from _sense(observed, "bin_position")
     x, y, z = observed["bin_position"]
     observed = yield from _approach(observed, (x + offset, y, z + DROP_HEIGHT), 0.0)
     observed = yield from _release(observed)
     return (yield act("wait", duration=0.5))
+
+
+CLUTTER = ("clutter_position", "clutter_yaw", "bin_position")
+"""What is read of the next piece of clutter."""
+
+
+def _outside(observed: Observation) -> tuple[float, float]:
+    """How far the next piece is outside the bin's walls along x and along y; negative where it is not."""
+    (x, y, _), middle = observed["clutter_position"], observed["bin_position"]
+    return (abs(x - middle[0]) - BIN_SIDES[0], abs(y - middle[1]) - BIN_SIDES[1])
+
+
+def _room_missing(observed: Observation) -> float:
+    """How much nearer to a wall of the bin the next piece is than a hand along that wall has room, m."""
+    turn = abs(observed["clutter_yaw"])
+    return HAND_HALF[0] * cos(turn) + HAND_HALF[1] * sin(turn) - max(_outside(observed))
+
+
+def _drag_from_the_bin(observed: Observation) -> Task:
+    """Press closed fingers on the next piece and draw it off the bin's wall, until a hand has room."""
+    (x, y, z), middle, outside = observed["clutter_position"], observed["bin_position"], _outside(observed)
+    if outside[1] > outside[0]:
+        away, yaw = (0.0, 1.0 if y > middle[1] else -1.0), -pi / 2
+    else:
+        away, yaw = (1.0 if x > middle[0] else -1.0, 0.0), 0.0
+    way = _room_missing(observed) + 0.02
+    x, y, top = x + DRAG_OFFSET * away[0], y + DRAG_OFFSET * away[1], 2.0 * z + PAD
+    yield act("grip", width=CLOSED, force=GRIP_FORCE)
+    yield from _approach(observed, (x, y, top + 0.006), yaw)
+    place = (x + way * away[0], y + way * away[1], top)
+    observed = yield act("slide", target=place, force=DRAG_FORCE, speed=DRAG_SPEED)
+    return (yield from _rise(observed, yaw))
+
+
+def _along_the_bin(observed: Observation) -> float:
+    """The yaw to grip the next piece at: the fingers close along a wall of the bin that they are near.
+
+    A piece can be gripped across or along, so a quarter of a turn leaves it as good a grip.
+    """
+    outside = _outside(observed)
+    yaw: float = observed["clutter_yaw"]
+    near = max(outside) < HAND_REACH
+    across = outside[1] > outside[0]
+    return yaw - pi / 2 if near and across else yaw
 
 
 def _grasp(observed: Observation, place: Place, yaw: float, width: float) -> Task:
@@ -139,6 +269,7 @@ def _grasp(observed: Observation, place: Place, yaw: float, width: float) -> Tas
 
 def _approach(observed: Observation, place: Place, yaw: float) -> Task:
     """Rise, go over `place`, come down to it, slowly at the end."""
+    observed = yield from _sense(observed, "tool_position")
     x, y, z = place
     here = observed["tool_position"]
     if here[2] < TRAVEL_HEIGHT - 0.005 and hypot(x - here[0], y - here[1]) > 0.005:
@@ -156,6 +287,7 @@ def _release(observed: Observation) -> Task:
 
 def _rise(observed: Observation, yaw: float) -> Task:
     """Lift the tool straight up to travelling height, slowly at first."""
+    observed = yield from _sense(observed, "tool_position")
     x, y, z = observed["tool_position"]
     yield act("move_tool", target=(x, y, min(z + CLEARANCE, TRAVEL_HEIGHT)), yaw=yaw, speed=NEAR_SPEED)
     return (yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=SPEED))

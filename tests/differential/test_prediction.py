@@ -189,5 +189,6 @@ def test_the_theory_of_retries_without_preconditions_is_met() -> None:
     for failure, success in ((30, Fraction(973, 1000)), (40, Fraction(936, 1000))):
         case = reference("clean_table", 0)
         wiped = {"wiped": 1 - Fraction(failure, 100)}
-        ecm = with_skill_probabilities(case.ecm, {"wipe": wiped, "organize": {"organized": Fraction(1)}})
+        sure = {"organize": {"organized": Fraction(1)}, "verify": {"verified": Fraction(1)}}
+        ecm = with_skill_probabilities(case.ecm, {"wipe": wiped, **sure})
         assert predicted(replace(case, ecm=ecm, task=with_retries(case.task, {"wipe": 2}))).success == success

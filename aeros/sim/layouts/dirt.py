@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aeros.sim.geometry import Pose, Triple, of_frame
 
@@ -20,8 +21,14 @@ class DirtMap:
 
     def __init__(self, low: tuple[float, float], high: tuple[float, float]) -> None:
         columns, rows = (np.arange(a + CELL / 2, b, CELL) for a, b in zip(low, high, strict=True))
+        self._shape = (len(rows), len(columns))
         self._centres = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
         self._wiped = np.zeros(len(self._centres), dtype=np.bool_)
+
+    @property
+    def wiped(self) -> NDArray[np.bool_]:
+        """Whether each cell is wiped; rows from the least y, columns from the least x."""
+        return self._wiped.reshape(self._shape)
 
     @property
     def wiped_fraction(self) -> float:

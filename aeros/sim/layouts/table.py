@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import dist, pi
+from math import atan2, dist, pi
 from typing import Any, Final, NamedTuple
 
-from aeros.sim.geometry import Pose, Triple, turned, yaw_of
+from aeros.sim.geometry import Camera, Pose, Triple, minus, of_frame, turned, yaw_of
 from aeros.sim.randomness import Chance
 
 AREA: Final = ((0.35, -0.15), (0.65, 0.15))
@@ -43,6 +43,15 @@ WIPED: Final = 0.95
 PRESSING: Final = 1.0
 """Force of the sponge on the table above which it wipes, N."""
 
+RETURNED: Final = 0.03
+"""Distance from its rest within which the sponge is at it, m."""
+
+CAMERAS: Final[tuple[str, ...]] = ("mast",)
+
+MAST: Final = Camera(eye=(0.95, -0.05, 1.0), target=(0.45, -0.08, 0.0), field_of_view=55.0)
+"""The camera on a mast across the table from the robot: it sees area, rest, bin and the clutter's places,
+and an arm that is drawn in hides none of them."""
+
 AT_REST: Final = 0.01
 """Speed below which a thing rests, m/s."""
 
@@ -78,11 +87,11 @@ def measured_on_table(
     """Poses of sponge, clutter and bin, and the task's predicates.
 
     clutter_position and clutter_yaw are of the first piece outside the bin, absent when there is
-    none.  A piece counts until it is in the bin, wherever else it is.
+    none.  A piece counts until it is in the bin, wherever else it is, and however it fell.
     wiped: share of cells.  let_go: whether the sponge is still and nothing of the robot touches it.
     """
     loose = [pose for pose in clutter if not _in_bin(pose.position)]
-    at_rest = dist(sponge.position, rest) < 0.03 and let_go
+    at_rest = dist(sponge.position, rest) < RETURNED and let_go
     values: dict[str, Any] = {
         "sponge_position": sponge.position,
         "sponge_yaw": _half_turn(yaw_of(sponge.orientation)),
@@ -96,7 +105,7 @@ def measured_on_table(
     }
     if loose:
         values["clutter_position"] = loose[0].position
-        values["clutter_yaw"] = _quarter_turn(yaw_of(loose[0].orientation))
+        values["clutter_yaw"] = _grip_yaw(loose[0])
     return values
 
 
@@ -117,6 +126,17 @@ def _half_turn(yaw: float) -> float:
     return (yaw + pi / 2) % pi - pi / 2
 
 
-def _quarter_turn(yaw: float) -> float:
-    """The same heading of a cube, in [-π/4, π/4)."""
-    return (yaw + pi / 4) % (pi / 2) - pi / 4
+def _grip_yaw(piece: Pose) -> float:
+    """A heading at which fingers meet the sides of a cube or a cylinder, however it lies, in [-π/4, π/4).
+
+    A cylinder that stands has sides at every heading; one that lies has them along its axis and across.
+    """
+    x, y, z = (minus(of_frame(piece, axis), piece.position) for axis in _AXES)
+    level = z if abs(z[2]) < _LEVEL else x if abs(x[2]) < abs(y[2]) else y
+    return (atan2(level[1], level[0]) + pi / 4) % (pi / 2) - pi / 4
+
+
+_AXES: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+_LEVEL: Final = 0.7
+"""Part of an axis along the vertical below which it lies rather than stands."""

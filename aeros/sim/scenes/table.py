@@ -1,25 +1,35 @@
-"""A table to clean, in physics: friction holds sponge and clutter, contact wipes.
+"""A table to clean, in physics: friction holds sponge and clutter, contact wipes, a picture verifies.
 
 A cell of the dirt map is wiped in the tick in which the sponge's face is over it, nearer than 1.5 mm,
-and presses on the table with more than 1 N.  Not modelled: dirt that sticks or spreads, a soft sponge.
+and presses on the table with more than 1 N.  Dirt is painted where the map has it, for cameras to see.
+Not modelled: dirt that sticks or spreads, a soft sponge.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import dist
 from typing import Any, Final
 
+import numpy as np
+
+from aeros.sim.detection import PIXELS_MIN, Sight
 from aeros.sim.geometry import Camera
+from aeros.sim.inspection import inspect_table
 from aeros.sim.layouts.dirt import DirtMap
 from aeros.sim.layouts.table import (
     AREA,
     AT_REST,
     BIN,
     BIN_INNER,
+    CAMERAS,
     CAN,
     CUBE,
+    MAST,
     PRESSING,
+    RETURNED,
     SPONGE,
+    WIPED,
     lay_table,
     measured_on_table,
 )
@@ -38,13 +48,17 @@ SWIVEL_FRICTION: Final = 0.004
 """Dry friction of the sponge's swivel, N·m: the block stands up by itself, and 4 N lay the foam flat."""
 
 
+CAN_ROLLING: Final = 0.001
+"""Rolling resistance of the can, m: without any, one that fell over rolls off the table."""
+
+
 class Table:
     """The table."""
 
     robot = RobotOptions()
     view = Camera(eye=(1.25, 0.75, 0.75), target=(0.42, -0.05, 0.05), field_of_view=45.0)
     things: tuple[str, ...] = ("sponge", "cube", "can")
-    cameras: tuple[str, ...] = ()
+    cameras = CAMERAS
 
     def build(self, world: World, robot: Panda, chance: Chance) -> None:
         """Place the sponge's rest, the sponge on it, and the clutter by chance; the bin is fixed."""
@@ -52,6 +66,8 @@ class Table:
         self._robot = robot
         self._table = add_table(world)
         self._dirt = DirtMap(*AREA)
+        self._picture = world.add_picture(*AREA, _DIRT_HEIGHT)
+        self._paint()
         add_open_box(world, BIN_INNER, BIN)
         laid = lay_table(chance)
         self._rest = laid.rest
@@ -62,12 +78,16 @@ class Table:
         blue, green = (0.20, 0.35, 0.80, 1.0), (0.25, 0.60, 0.30, 1.0)
         cube = world.add_box((CUBE, CUBE, CUBE), *laid.cube, mass=0.08, colour=blue)
         can = world.add_cylinder(*CAN, *laid.can, mass=0.08, colour=green)
+        world.set_rolling_resistance(can, CAN_ROLLING)
         self._clutter = (cube, can)
 
     def tick(self) -> None:
         """Wipe the cells under the pressed sponge."""
         if self._world.contact_force(self._sponge, self._table) > PRESSING:
+            before = self._dirt.wiped_fraction
             self._dirt.wipe(self._world.pose(self._sponge), SPONGE)
+            if self._dirt.wiped_fraction != before:
+                self._paint()
 
     def measure(self) -> Mapping[str, Any]:
         """See `measured_on_table`."""
@@ -86,9 +106,27 @@ class Table:
         return {"sponge": self._sponge, "cube": cube, "can": can}[name]
 
     def look(self, camera: str, through: Through = as_it_is) -> Mapping[str, Any]:
-        """There is no camera: poses are measured."""
-        raise KeyError(camera)
+        """Whether the `mast` camera's picture shows the area clean, the sponge at its rest, and nothing else.
 
+        A picture that shows no sponge verifies nothing.
+        """
+        seen = inspect_table(self._world.render(MAST), MAST)
+        sponge = through(camera, None if seen.sponge is None else Sight(seen.sponge))
+        returned = sponge is not None and dist(sponge.place, self._rest) < RETURNED
+        return {"table_verified": returned and seen.clean >= WIPED and seen.others < PIXELS_MIN}
+
+    def _paint(self) -> None:
+        """Let dirt be seen where it is."""
+        self._world.paint(self._picture, np.where(self._dirt.wiped[:, :, None], _CLEAN, _DIRT))
+
+
+_CLEAN: Final = np.array([199, 179, 148], dtype=np.uint8)
+"""The table's own colour."""
+
+_DIRT: Final = np.array([90, 76, 64], dtype=np.uint8)
+
+_DIRT_HEIGHT: Final = 0.0005
+"""What is painted is seen this far over the table, m."""
 
 _BLOCK: Final = 0
 """Link of the grip block, and its joint, the swivel (models/sponge.urdf)."""

@@ -23,7 +23,7 @@ from aeros.agent.pursuit import PATIENCE, PAUSE
 from aeros.agent.report import Role, RunReport
 from aeros.agent.routing import Routed, RoutingError
 from aeros.agent.world import World
-from aeros.runtime.ports import Runtime, StepResult, StepStatus
+from aeros.runtime.ports import Runtime, StepRequest, StepResult, StepStatus
 from aeros.spec.model import Ecm
 from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, module, outcome, rule, site, skill, task
 from tests.unit.agent.fake_runtime import FakeRuntime
@@ -222,6 +222,21 @@ def test_patience_comes_to_an_end_and_is_new_after_a_plan_that_ended_otherwise(t
     assert runtime.submitted.count("boil") == most + 1 + most + 1
     assert report.reason is not None
     assert report.reason.endswith("somebody is near; 60 s of waiting did not help")
+
+
+class SilentSensor(FakeRuntime):
+    """Every motion is stopped at once until 4 s have gone by."""
+
+    def submit(self, request: StepRequest) -> StepResult:
+        if self.clock >= 104.0:
+            return super().submit(request)
+        return StepResult(StepStatus.STOPPED, "monitor:input:tool_position", allowed=1)
+
+
+def test_replans_are_not_used_up_while_a_sensor_is_silent(tmp_path: Path) -> None:
+    report = run(tmp_path, SilentSensor())
+    assert report.reached
+    assert report.replans == 4
 
 
 def test_waiting_ends_with_the_time_for_the_task(tmp_path: Path) -> None:

@@ -15,6 +15,8 @@ from aeros.cli.main import main
 ROOT = Path(__file__).parents[3]
 CORPUS = ROOT / "tests" / "corpus"
 CLEAN, DUMPLINGS = str(ROOT / "ecms" / "clean_table"), str(ROOT / "ecms" / "make_dumplings")
+SURE = ("--set", "organize.left_over=0", "--set", "verify.verified=1")
+"""What follows wiping never fails."""
 
 
 def predictions(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, Any]:
@@ -26,15 +28,15 @@ def predictions(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str
 
 
 def test_the_text_says_what_was_asked_and_what_comes_of_it(capsys: pytest.CaptureFixture[str]) -> None:
-    certain = ["--set", "wipe.wiped=70%", "--set", "organize.organized=1"]
+    certain = ["--set", "wipe.wiped=70%", *SURE]
     assert main(["predict", CLEAN, *certain, "--replans", "0"]) == Exit.PROVED
     assert capsys.readouterr().out.splitlines() == [
         "clean_table.clean_table at panda_cell, at most 0 re-plans",
-        "from clutter_on_table = true, table_organized = false, table_wiped = false, "
+        "from clutter_on_table = true, table_organized = false, table_verified = false, table_wiped = false, "
         "wiping_area_clear = true",
         "success probability     0.91                = 91/100",
         "failure probability     0.09                = 9/100",
-        "expected invocations    2.51                = 251/100",
+        "expected invocations    3.42                = 171/50",
         "  of these, retries     0.3                 = 3/10",
         "  of these, recoveries  0.3                 = 3/10",
         "expected re-plans       0                   = 0",
@@ -42,9 +44,7 @@ def test_the_text_says_what_was_asked_and_what_comes_of_it(capsys: pytest.Captur
 
 
 def test_json_has_exact_fractions_and_the_start(capsys: pytest.CaptureFixture[str]) -> None:
-    found = predictions(
-        capsys, CLEAN, "--set", "wipe.streaky=3/10", "--set", "organize.left_over=0", "--replans=1"
-    )
+    found = predictions(capsys, CLEAN, "--set", "wipe.streaky=3/10", *SURE, "--replans=1")
     assert found["module"] == found["task"] == "clean_table"
     assert found["replans_at_most"] == 1
     assert found["start"]["clutter_on_table"] is True
@@ -54,7 +54,7 @@ def test_json_has_exact_fractions_and_the_start(capsys: pytest.CaptureFixture[st
 
 @pytest.mark.parametrize(("tries", "exact"), [(0, "7/10"), (2, "973/1000"), (3, "9919/10000")])
 def test_a_retry_budget_can_be_asked_for(tries: int, exact: str, capsys: pytest.CaptureFixture[str]) -> None:
-    chances = ("--set", "wipe.wiped=0.7", "--set", "organize.organized=1")
+    chances = ("--set", "wipe.wiped=0.7", *SURE)
     found = predictions(capsys, CLEAN, *chances, "--replans=0", f"--retry=wipe={tries}")
     assert found["success"]["exact"] == exact
 

@@ -53,14 +53,20 @@ RECOVERED = {
         0,
         "{at: {skill: clean_table.wipe, once: holding, after: 3 s}, rate: 1, at_most: 1, "
         "loosen: {force: 0 N, lasts: 500 ms}}",
-        ["wipe streaky", "recover returned", "wipe wiped", "organize organized"],
+        ["wipe streaky", "recover returned", "wipe wiped", "organize organized", "verify verified"],
     ),
     "an arm that lacked strength and was stopped moves on when it has it again": (
         "clean the table",
         0,
         "{at: {skill: clean_table.wipe, once: holding, after: 3 s}, rate: 1, at_most: 1, "
         "weaken: {torque: 0.2, lasts: 300 ms}}",
-        ["wipe streaky", "recover returned", "wipe wiped", "organize organized"],
+        ["wipe streaky", "recover returned", "wipe wiped", "organize organized", "verify verified"],
+    ),
+    "a table that glare hides from the camera is looked at again": (
+        "clean the table",
+        0,
+        "{at: {look: mast}, rate: 1, at_most: 1, miss: {}}",
+        ["wipe wiped", "organize organized", "verify unclean", "verify verified"],
     ),
     "an object that slips is looked for and grasped again": (
         "fetch the object",
