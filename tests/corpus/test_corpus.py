@@ -53,6 +53,8 @@ NOT_HERE = {
     "AE016": "tests/unit/spec/test_reader.py",
     "AE017": "thousands of values: tests/unit/spec/test_reader.py",
     "AE130": "a path without a module: tests/unit/cli/test_verify.py",
+    "AE140": "only a scene has bodies in it: tests/unit/sim/test_scene_file.py",
+    "AE141": "a model in a scene: tests/unit/sim/test_scene_file.py",
     "AE509": "depends on the budget, not on the files: tests/unit/cli/test_verify.py",
 }
 """Codes that `aeros verify` reports and no case shows, and where they are tested instead."""

@@ -80,7 +80,7 @@ def test_the_tests_it_makes_pass_and_fail_when_the_module_is_no_longer_proved(tm
     ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert "2 passed" in ran.stdout
     manifest = tmp_path / "tidy" / "ecm.yaml"
-    manifest.write_text(manifest.read_text().replace("speed <= 250 mm/s", "speed <= 251 mm/s"))
+    manifest.write_text(manifest.read_text().replace("speed <= 200 mm/s", "speed <= 201 mm/s"))
     ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert "1 failed, 1 passed" in ran.stdout
 
