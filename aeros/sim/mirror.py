@@ -38,13 +38,14 @@ def bodies_of(world: World) -> list[int]:
 
 
 def shapes_of(world: World, bodies: Sequence[int]) -> list[Shape]:
-    """The visible parts of `bodies`."""
+    """The visible parts of `bodies`; a picture (`World.add_picture`) is none, as its mesh is no file."""
     return [
         Shape(body, link, kind, size, mesh.decode(), Pose(position, orientation), colour)
         for number in bodies
         for body, link, kind, size, mesh, position, orientation, colour in (
             data[:8] for data in bullet.getVisualShapeData(number, physicsClientId=world.client)
         )
+        if mesh or kind != bullet.GEOM_MESH
     ]
 
 

@@ -96,7 +96,7 @@ RECOVERED = {
         "fetch the object",
         0,
         "{at: {look: mast}, rate: 1, at_most: 1, miss: {}}",
-        ["navigate arrived", "detect not_seen", "detect seen", "grasp grasped", "deliver delivered"],
+        ["navigate arrived", "detect not_seen", "recover ready", "grasp grasped", "deliver delivered"],
     ),
     "an object that seems to be elsewhere is grasped at the second try": (
         "fetch the object",
