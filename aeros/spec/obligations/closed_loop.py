@@ -2,8 +2,9 @@
 
 Claimed of the agent's loop, explored as the transition system of `aeros.spec.closed_loop`, is
 
-- dispatch: whenever a step of a plan comes to its first try, its skill's precondition holds;
-- progress: from every state that can be reached, the goal can be reached;
+- dispatch: whenever a step of a plan comes to its first try, its skill's precondition holds, and that of
+  every provider where it names a capability;
+- progress: from every state that can be reached, the goal can be reached, whichever providers are chosen;
 - each invariant of the task: it holds in every state that can be reached, the last included.
 
 A refutation is a trace of steps and outcomes from a start.
@@ -40,12 +41,14 @@ def closed_loop_obligations(ecm: Ecm, site: Site) -> Iterator[Settled]:
 
 def _undispatched(ecm: Ecm, explored: Exploration) -> Diagnostic | None:
     for node in explored.graph:
-        rule = explored.system.hindered(node)
-        if rule is not None:
-            precondition = ecm.skills[rule.skill].precondition
+        hindered = explored.system.hindered(node)
+        if hindered is not None:
+            rule, skill = hindered
+            precondition = ecm.skills[skill].precondition
+            called = f"`{skill}`" if skill == rule.skill else f"`{skill}`, which provides `{rule.skill}`,"
             return Diagnostic(
                 "AE801",
-                f"the rules of `{explored.system.task.id}` call `{rule.skill}` "
+                f"the rules of `{explored.system.task.id}` call {called} "
                 "where its precondition does not hold",
                 Label(rule.span, "called here"),
                 () if precondition is None else (Label(precondition.span, "does not hold then"),),

@@ -93,7 +93,8 @@ def test_a_step_that_does_not_fit_now_is_not_dispatched(
     tmp_path: Path, module: str, name: str, inputs: dict[str, Any], why: str
 ) -> None:
     with open_memory(tmp_path / "memory.sqlite3", Identity(uuid4(), "chef", "", 1)) as memory:
-        dispatcher = Dispatcher(FakeRuntime(), memory)
+        dispatcher = Dispatcher(FakeRuntime(), memory, "dumpling.make_dumplings")
         with pytest.raises(UndispatchableError, match=why):
-            dispatcher.dispatch(module, name, inputs)
-        assert dispatcher.dispatch("dumpling", "boil", {"force": 0.25}).inputs == {"inputs.force": 0.25}
+            dispatcher.dispatch(module, name, inputs, world(dumpling_wrapped=True))
+        fitting = dispatcher.dispatch("dumpling", "boil", {"force": 0.25}, world(dumpling_wrapped=True))
+        assert fitting.request.inputs == {"force": 0.25}
