@@ -10,18 +10,20 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from statistics import quantiles
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from aeros.agent.errors import RefusedError
 from aeros.agent.identity import Identity
 from aeros.agent.memory_schema import connected
 from aeros.agent.posterior import Record
+
+_T = TypeVar("_T")
 
 INTERRUPTED: Final = "interrupted"
 """The status of a step whose ending nobody saw."""
@@ -140,20 +142,11 @@ class Memory:
 
     def record_of(self, module: str, skill: str, context: str | None = None) -> Record:
         """How often the skill succeeded and failed, in `context` or ever, where its ending counts."""
-        sql = """SELECT coalesce(sum(failed = 0), 0), coalesce(sum(failed = 1), 0) FROM episodes
-                 WHERE module = ? AND skill = ? AND counts = 1 AND (? IS NULL OR context = ?)"""
-        successes, failures = self._run(sql, (module, skill, context, context)).fetchone()
-        return Record(successes, failures)
+        return self._tried(lambda database: record_in(database, module, skill, context))
 
     def usual(self, module: str, skill: str) -> Usual | None:
         """How long the latest successes of the skill took; None where there is none."""
-        sql = """SELECT ended - started FROM episodes
-                 WHERE module = ? AND skill = ? AND counts = 1 AND failed = 0 ORDER BY id DESC LIMIT ?"""
-        took = [seconds for (seconds,) in self._run(sql, (module, skill, _RECENT))]
-        if not took:
-            return None
-        low, median, high = quantiles(took * 2 if len(took) == 1 else took, method="inclusive")
-        return Usual(median, low, high, len(took))
+        return self._tried(lambda database: usual_in(database, module, skill))
 
     def episodes(self) -> int:
         """The number of the latest episode, 0 before the first."""
@@ -166,10 +159,31 @@ class Memory:
         self._run("UPDATE sessions SET ended = ? WHERE id = ?", (_utc_now(), self._session))
 
     def _run(self, sql: str, row: tuple[Any, ...]) -> sqlite3.Cursor:
+        return self._tried(lambda database: database.execute(sql, row))
+
+    def _tried(self, read: Callable[[sqlite3.Connection], _T]) -> _T:
         try:
-            return self._database.execute(sql, row)
+            return read(self._database)
         except sqlite3.Error as error:
             raise RefusedError(f"the agent's memory failed: {error}") from error
+
+
+def record_in(database: sqlite3.Connection, module: str, skill: str, context: str | None = None) -> Record:
+    """See `Memory.record_of`."""
+    sql = """SELECT coalesce(sum(failed = 0), 0), coalesce(sum(failed = 1), 0) FROM episodes
+             WHERE module = ? AND skill = ? AND counts = 1 AND (? IS NULL OR context = ?)"""
+    return Record(*database.execute(sql, (module, skill, context, context)).fetchone())
+
+
+def usual_in(database: sqlite3.Connection, module: str, skill: str) -> Usual | None:
+    """See `Memory.usual`."""
+    sql = """SELECT ended - started FROM episodes
+             WHERE module = ? AND skill = ? AND counts = 1 AND failed = 0 ORDER BY id DESC LIMIT ?"""
+    took = [seconds for (seconds,) in database.execute(sql, (module, skill, _RECENT))]
+    if not took:
+        return None
+    low, median, high = quantiles(took * 2 if len(took) == 1 else took, method="inclusive")
+    return Usual(median, low, high, len(took))
 
 
 @contextmanager

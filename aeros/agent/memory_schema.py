@@ -87,12 +87,14 @@ def _prepare(database: sqlite3.Connection, path: Path) -> None:
     # What is forgotten is overwritten, not only unlinked.
     database.execute("PRAGMA secure_delete = ON")
     if version < SCHEMA_VERSION:
-        _migrate(database, version)
+        _migrate(database)
 
 
-def _migrate(database: sqlite3.Connection, version: int) -> None:
+def _migrate(database: sqlite3.Connection) -> None:
     database.execute("BEGIN IMMEDIATE")
     try:
+        # Another process may have been faster.
+        (version,) = database.execute("PRAGMA user_version").fetchone()
         for migration in _MIGRATIONS[version:]:
             for statement in migration:
                 database.execute(statement)

@@ -78,7 +78,7 @@ class _Choosing(Forgetful):
         self.order: tuple[str, ...] = ()
 
     def record_of(self, module: str, skill: str, context: str | None = None) -> Record:
-        return _Drawn(self, skill)
+        return _Drawn(0, 0, self, skill)
 
     def episodes(self) -> int:
         # Asked for once a choice, before anything is drawn.
@@ -87,15 +87,12 @@ class _Choosing(Forgetful):
         return 0
 
 
+@dataclass(frozen=True)
 class _Drawn(Record):
     """Draws by the place of its skill in the order that is due."""
 
-    __slots__ = ("memory", "skill")
-
-    def __init__(self, memory: _Choosing, skill: str) -> None:
-        super().__init__(0, 0)
-        object.__setattr__(self, "memory", memory)
-        object.__setattr__(self, "skill", skill)
+    memory: _Choosing
+    skill: str
 
     def drawn(self, random: Random) -> float:
         order = self.memory.order

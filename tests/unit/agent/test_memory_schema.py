@@ -35,7 +35,7 @@ def content(path: Path) -> dict[str, list[tuple[object, ...]]]:
 
 @pytest.fixture
 def old(tmp_path: Path) -> Path:
-    return shutil.copy(OLD, tmp_path / "memory.sqlite3")
+    return Path(shutil.copy(OLD, tmp_path / "memory.sqlite3"))
 
 
 def test_the_kept_file_is_of_schema_1() -> None:
@@ -85,8 +85,8 @@ def test_a_migration_that_fails_anywhere_has_changed_nothing(
 
 def test_a_migration_is_killed_before_or_after_but_never_halfway(old: Path) -> None:
     """Killed at each statement of it, in a process of its own."""
-    for statement in range(len(memory_schema._TO_2) + 2):
-        path = shutil.copy(OLD, old)
+    for statement in range(len(memory_schema._TO_2) + 4):
+        path = Path(shutil.copy(OLD, old))
         kill = f"""
 import os, signal, sqlite3, sys
 from pathlib import Path
@@ -97,7 +97,7 @@ class Dying:
         if self.left == 0: os.kill(os.getpid(), signal.SIGKILL)
         self.left -= 1
         return self.real.execute(sql)
-memory_schema._migrate(Dying(sqlite3.connect({str(path)!r}, isolation_level=None)), 1)
+memory_schema._migrate(Dying(sqlite3.connect({str(path)!r}, isolation_level=None)))
 """
         assert subprocess.run([sys.executable, "-c", kill], check=False).returncode == -signal.SIGKILL
         assert content(path) == content(OLD)
