@@ -64,11 +64,20 @@ def _stuck(explored: Exploration) -> Diagnostic | None:
         return None
     task, system = explored.system.task, explored.system
     rejection = system.rejection(system.plan(node.state))
+    chosen = any(len({move.choice for move in system.moves(one)}) > 1 for one in explored.graph)
     return Diagnostic(
         "AE802",
         f"the rules of `{task.id}` can come to a state from which they never reach its goal",
         Label(task.span, "from there, no path of outcomes leads to the goal"),
-        notes=(explored.trace(node), *([f"there, {rejection}"] if rejection else [])),
+        notes=(
+            explored.trace(node),
+            *([f"there, {rejection}"] if rejection else []),
+            *(
+                ["a step that names a capability may be run by the same of its skills each time"]
+                if chosen
+                else []
+            ),
+        ),
         help=("add a rule, or an `on_failure`, that leads out of that state",),
     )
 
