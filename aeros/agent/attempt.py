@@ -92,19 +92,25 @@ class Attempts:
         self._task = task
         self._planned_in: list[Mapping[str, Any]] = []
         self.records: list[StepRecord] = []
-        self.world: World = self.observe()
+        self._world = self.observe()
+
+    @property
+    def world(self) -> World:
+        """What is known now, by what was measured last."""
+        return self._world.at(self._runtime.now())
 
     def observe(self) -> World:
         """Measure the world anew."""
         readings = self._runtime.observe()
-        self.world = measured_world(self._runtime.site.state, readings, self._runtime.now())
-        return self.world
+        self._world = measured_world(self._runtime.site.state, readings, self._runtime.now())
+        return self._world
 
     def world_to_plan_in(self) -> World:
         """The world as last measured, kept as one that a plan is made in."""
-        if not self.is_as_planned():
-            self._planned_in.append(self.world.predicates)
-        return self.world
+        world = self.world
+        if world.predicates not in self._planned_in:
+            self._planned_in.append(world.predicates)
+        return world
 
     def is_as_planned(self) -> bool:
         """Whether a plan of this run was made when the predicates were measured as they are now."""
