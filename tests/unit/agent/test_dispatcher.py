@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from random import Random
 from typing import Any
 from uuid import uuid4
 
@@ -254,3 +255,23 @@ def test_a_step_says_how_long_it_usually_takes(tmp_path: Path) -> None:
             agent.run("cook")
     (step,) = [text for text in seen if "successes take 1.0 s, half of them 1.0 to 1.0 s" in text]
     assert step.startswith("step kitchen.")
+
+
+def test_an_agent_learns_which_skill_serves_and_tries_less(tmp_path: Path) -> None:
+    """Boiling succeeds in 3 of 10 tries, steaming in 9: a fair coin needs 1.7 tries a run, the better 1.1."""
+    chances = {"boil": 0.3, "steam": 0.9}
+    random = Random(0)  # noqa: S311  a test
+    runtime = FakeRuntime(
+        {"kitchen": KITCHEN}, chance=lambda name, _: "cooked" if random.random() < chances[name] else "cold"
+    )
+    submitted = []
+    for _ in range(100):
+        runtime.state["dumpling_cooked"] = False
+        with awake(tmp_path, "chef", runtime) as agent:
+            assert agent.run("cook").reached
+        submitted.append(list(runtime.submitted))
+        runtime.submitted.clear()
+    late = [name for run in submitted[50:] for name in run]
+    assert late.count("steam") / len(late) > 0.9
+    assert len(late) / 50 < 1.3
+    assert 0 < [name for run in submitted for name in run].count("boil") < 20
