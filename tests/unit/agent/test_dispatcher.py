@@ -12,16 +12,21 @@ from uuid import uuid4
 
 import pytest
 
+from aeros.agent.attempt import Attempt, Attempts, Started
 from aeros.agent.context import context_of
 from aeros.agent.dispatcher import Dispatcher, UndispatchableError
+from aeros.agent.graph import Part, Step, TaskGraph, verify_plan
 from aeros.agent.identity import Identity
+from aeros.agent.journal import Journal
 from aeros.agent.loop import awake
 from aeros.agent.memory import Beginning, Ending, Memory, open_memory
-from aeros.agent.report import RunReport
+from aeros.agent.report import Role, RunReport
 from aeros.agent.world import World, measured_world
 from aeros.runtime.ports import Reading, StepResult, StepStatus
+from aeros.spec.parts import Par
 from tests.unit.agent.dumplings import (
     PREDICATES,
+    SPAN,
     STATE,
     module,
     outcome,
@@ -275,3 +280,71 @@ def test_an_agent_learns_which_skill_serves_and_tries_less(tmp_path: Path) -> No
     assert late.count("steam") / len(late) > 0.9
     assert len(late) / 50 < 1.3
     assert 0 < [name for run in submitted for name in run].count("boil") < 20
+
+
+# What a plan that names a capability must be, and what time does to it.
+
+HOLDS_ARM = replace(skill("fry", COOKED), resources=frozenset(("arm",)))
+WASH = replace(skill("wash", outcome("washed", {"wrapper_aligned": True})), resources=frozenset(("arm",)))
+BUSY = replace(
+    module("kitchen", (BOIL, STEAM, HOLDS_ARM, WASH), COOK),
+    capabilities={
+        "cooking": ("boil", "steam"),
+        "frying": ("boil", "fry"),
+        "mixed": ("boil", "a_composition"),
+    },
+)
+
+
+def problems(*parts: Part) -> list[str]:
+    return verify_plan(TaskGraph(parts), {"kitchen": BUSY}, replace(site(), resources={"arm": 1}))
+
+
+def test_a_plan_may_name_a_capability_of_skills() -> None:
+    assert problems(Step("kitchen", "cooking", retry=3)) == []
+
+
+@pytest.mark.parametrize(
+    ("part", "problem"),
+    [
+        (Step("kitchen", "mixed"), "`kitchen` has no skill `mixed`"),
+        (Step("kitchen", "cooking", {"salt": 1.0}), "`salt` is no input of it"),
+        (
+            Step("kitchen", "cooking", retry=1, on_failure="frying"),
+            "on_failure: `kitchen` has no skill `frying`",
+        ),
+        (
+            Step("kitchen", "cooking", retry=1, handler=Step("kitchen", "frying")),
+            "its handler `frying` is a capability",
+        ),
+        (Step("kitchen", "frying", retry=1, on_failure="fry"), "goes round in a circle: `kitchen.fry`"),
+        (
+            Par((Step("kitchen", "wash"), Step("kitchen", "frying")), SPAN),
+            "need 2 of `arm` at the same time",
+        ),
+    ],
+)
+def test_a_plan_is_rejected_for_what_any_provider_would_do(part: Part, problem: str) -> None:
+    assert any(problem in found for found in problems(part)), problems(part)
+
+
+def test_beside_a_step_may_run_whatever_shares_nothing_with_any_provider() -> None:
+    """Steaming reads what washing writes; boiling alone would do."""
+    boil_only = replace(BUSY, capabilities={"cooking": ("boil",)})
+    branches = Par((Step("kitchen", "wash"), Step("kitchen", "cooking")), SPAN)
+    at = replace(site(), resources={"arm": 1})
+    assert verify_plan(TaskGraph((branches,)), {"kitchen": boil_only}, at) == []
+    (problem,) = verify_plan(TaskGraph((branches,)), {"kitchen": BUSY}, at)
+    assert "`wrapper_aligned` is written by one branch while the other uses it" in problem
+
+
+def test_a_precondition_measured_too_long_ago_starts_nothing(memory: Memory) -> None:
+    runtime = FakeRuntime({"kitchen": KITCHEN})
+    attempts = Attempts(runtime, memory, Journal(runtime, memory, None), TASK)
+    runtime.clock += 5.5  # the site allows 5 s
+    late = attempts.begin(Role.STEP, "kitchen", "steam", {})
+    assert isinstance(late, Attempt)
+    assert late.record is None
+    assert "`wrapper_aligned` was measured 5.5 s ago; 5 s is allowed" in late.reason
+    attempts.observe()
+    assert isinstance(attempts.begin(Role.STEP, "kitchen", "steam", {}), Started)
