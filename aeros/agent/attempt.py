@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any, Final
 
 from aeros.agent.dispatcher import Dispatch, Dispatcher, UndispatchableError
 from aeros.agent.journal import Journal
 from aeros.agent.memory import Beginning, Ending, Memory
 from aeros.agent.report import Role, StepRecord
-from aeros.agent.supervisor import judge, precondition_problem
+from aeros.agent.supervisor import judge
 from aeros.agent.values import Kept, plain
 from aeros.agent.world import World, measured_world
 from aeros.runtime.ports import Ended, Runtime, StepHandle, StepResult, StepStatus
 
 _TRIED: Final = {StepStatus.FINISHED, StepStatus.STOPPED, StepStatus.TIMED_OUT, StepStatus.RAISED}
+
+
+def _counts(result: StepResult) -> bool:
+    """Whether what came of it says how good the skill is.
+
+    What others kept from its end does not, nor does a denial on account of what is measured alone: it is
+    waited out, so one person who stands nearby would count sixty times.  Any other denial does: the skill
+    asks for what it may not do, and will again.
+    """
+    return result.status in _TRIED or (result.status is StepStatus.DENIED and not result.may_pass)
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +40,7 @@ class Attempt:
         that is not so.
     record: None where it was not submitted.
     outputs: what the skill gave, by name, SI.
+    hopeless: why a further try is, by what is remembered; empty where it is not.
     may_pass: it was denied, and may be allowed later.
     """
 
@@ -38,6 +50,7 @@ class Attempt:
     record: StepRecord | None = None
     outputs: Mapping[str, Any] = field(default_factory=dict)
     may_pass: bool = False
+    hopeless: str = ""
 
     @property
     def denied(self) -> bool:
@@ -71,21 +84,39 @@ class Started:
 class Attempts:
     """Runs skills through the runtime, and keeps the world as last measured."""
 
-    def __init__(self, runtime: Runtime, memory: Memory, journal: Journal, task: str) -> None:
+    def __init__(self, runtime: Runtime, memory: Memory, journal: Journal, task: str, seed: int = 0) -> None:
         self._runtime = runtime
         self._memory = memory
         self._journal = journal
-        self._dispatcher = Dispatcher(runtime, memory)
+        self._dispatcher = Dispatcher(runtime, memory, task, seed)
         self._task = task
         self._exactly = Kept()
+        self._planned_in: list[Mapping[str, Any]] = []
         self.records: list[StepRecord] = []
-        self.world: World = self.observe()
+        self._world = self.observe()
+
+    @property
+    def world(self) -> World:
+        """What is known now, by what was measured last."""
+        return self._world.at(self._runtime.now())
 
     def observe(self) -> World:
         """Measure the world anew."""
         readings = self._runtime.observe()
-        self.world = measured_world(self._runtime.site.state, readings, self._runtime.now(), self._exactly)
-        return self.world
+        state, now = self._runtime.site.state, self._runtime.now()
+        self._world = measured_world(state, readings, now, self._exactly)
+        return self._world
+
+    def world_to_plan_in(self) -> World:
+        """The world as last measured, kept as one that a plan is made in."""
+        world = self.world
+        if world.predicates not in self._planned_in:
+            self._planned_in.append(world.predicates)
+        return world
+
+    def is_as_planned(self) -> bool:
+        """Whether a plan of this run was made when the predicates were measured as they are now."""
+        return self.world.predicates in self._planned_in
 
     def wait(self, until: float) -> Ended | None:
         """The next step that ends before `until`, plant seconds; see `ports.Runtime`."""
@@ -103,26 +134,27 @@ class Attempts:
     def begin(self, role: Role, module: str, skill: str, inputs: Mapping[str, Any]) -> Started | Attempt:
         """Start `module.skill` if it is active and its precondition is measured now."""
         try:
-            dispatch = self._dispatcher.dispatch(module, skill, inputs)
+            dispatch = self._dispatcher.dispatch(module, skill, inputs, self.world)
         except UndispatchableError as error:
             return self._not_started(role, module, skill, str(error))
-        problem = precondition_problem(dispatch.skill, self.world, dispatch.inputs)
-        if problem is not None:
-            return self._not_started(role, module, skill, problem)
+        self._tell_choice(module, skill, dispatch)
         given = {key: plain(value) for key, value in dispatch.request.inputs.items()}
         time, before = self._runtime.now(), self.world.predicates
-        beginning = Beginning(self._task, module, skill, role.value, given, time, before)
+        chosen = dispatch.request.skill
+        beginning = Beginning(self._task, module, chosen, role.value, given, time, before, dispatch.context)
         episode = self._memory.begin(beginning)
-        successes, failures = dispatch.record
-        name = f"{module}.{skill}"
+        record, usual = dispatch.record, dispatch.usual
+        name = f"{module}.{chosen}"
+        took = "" if usual is None else f"; successes take {usual}"
         self._journal.tell_step(
             "step-started",
-            f"{role.value} {name} ({successes} successes and {failures} failures so far)",
+            f"{role.value} {name} ({record.successes} successes and {record.failures} failures so far{took})",
             skill=name,
             role=role.value,
             inputs=given,
-            successes=successes,
-            failures=failures,
+            successes=record.successes,
+            failures=record.failures,
+            usual_seconds=None if usual is None else usual.median,
         )
         handle = self._runtime.start(dispatch.request)
         made = Try(role, dispatch, beginning, episode)
@@ -143,6 +175,7 @@ class Attempts:
             judgement.reason,
             ended,
             after.predicates,
+            _counts(result),
         )
         self._memory.end(made.episode, ending)
         self._journal.tell_step(
@@ -180,7 +213,32 @@ class Attempts:
         )
         self.records.append(record)
         repeatable = record.failed and record.status in _TRIED and not judgement.undeclared
-        return Attempt(record.failed, record.reason, repeatable, record, result.outputs, result.may_pass)
+        hopeless = self._hopeless(dispatch) if repeatable else ""
+        if result.status is StepStatus.DENIED and not result.may_pass:
+            self._dispatcher.avoid(request.module, request.skill)
+        return Attempt(
+            record.failed, record.reason, repeatable, record, result.outputs, result.may_pass, hopeless
+        )
+
+    def _tell_choice(self, module: str, name: str, dispatch: Dispatch) -> None:
+        if dispatch.options:
+            self._journal.tell(
+                "skill-chosen",
+                f"`{dispatch.request.skill}` for {module}.{name}: " + "; ".join(map(str, dispatch.options)),
+                capability=f"{module}.{name}",
+                skill=f"{module}.{dispatch.request.skill}",
+                context=json.loads(dispatch.context),
+                options=[asdict(option) for option in dispatch.options],
+            )
+
+    def _hopeless(self, dispatch: Dispatch) -> str:
+        """Why nothing is to be expected of a further try in the same context; empty where something is."""
+        of = [option.skill for option in dispatch.options] or [dispatch.request.skill]
+        records = [self._memory.record_of(dispatch.request.module, skill, dispatch.context) for skill in of]
+        if not all(record.is_hopeless for record in records):
+            return ""
+        said = ", ".join(f"`{skill}` {record}" for skill, record in zip(of, records, strict=True))
+        return f"succeeded before in this context: {said}"
 
     def _not_started(self, role: Role, module: str, skill: str, reason: str) -> Attempt:
         name = f"{module}.{skill}"

@@ -8,6 +8,9 @@
   Never repeated: a try that did not start, was refused, denied or cancelled, or ended in an undeclared
   outcome.  An `on_failure` that was submitted and refused, denied, or ended in an undeclared outcome ends
   its step likewise.
+- Tries that are left are forgone where memory makes a further one hopeless (`posterior.py`) and this run
+  has planned before in a world measured as now: it will plan again there, and in no state that the proof
+  of the task's rules does not know as one to plan in.
 - A sequence fails with the first part that fails.  The branches of a `par` start in the order written.
   When one fails for good, the whole has failed and nothing follows (as `flow.paths` takes it): the
   others start nothing more, and what they have under way is cancelled.  It has ended once that has.
@@ -174,6 +177,10 @@ class Engine:
         for _ in range(step.retry):
             if not attempt.repeatable or self._is_done(step):
                 break
+            if attempt.hopeless and self._attempts.is_as_planned():
+                why = attempt.hopeless
+                self._journal.tell("tries-forgone", f"{step}: {why}", step=str(step), reason=why)
+                break
             end = yield from self._recover(step, scope)
             if end is not None:
                 return end
@@ -220,7 +227,8 @@ class Engine:
                 return attempt
 
     def _end_of(self, step: Step, attempt: Attempt) -> End:
-        name = f"`{step.module}.{step.skill}`"
+        skill = step.skill if attempt.record is None else attempt.record.skill
+        name = f"`{step.module}.{skill}`"
         if attempt.halted:
             return End(f"{name} was stopped: {attempt.reason}", final=True)
         if not attempt.denied:
@@ -228,7 +236,7 @@ class Engine:
         if attempt.may_pass:
             return End(f"{name} was denied: {attempt.reason}", may_pass=True)
         inputs = {key: plain(value) for key, value in step.inputs.items()}
-        request = json.dumps([step.module, step.skill, inputs], sort_keys=True)
+        request = json.dumps([step.module, skill, inputs], sort_keys=True)
         if request in self._denied:
             return End(f"{name} was denied a second time: {attempt.reason}", final=True)
         self._denied.add(request)

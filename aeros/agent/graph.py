@@ -11,8 +11,8 @@ are not looked at: the gate decides them of actions.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import Any, Final, TypeAlias
+from dataclasses import dataclass, field, replace
+from typing import Any, Final, TypeAlias, cast
 
 from aeros.agent.values import UnusableValueError, exact
 from aeros.spec import composition as spec
@@ -38,6 +38,7 @@ PLANNED: Final = Source("plan", "plan").span(0, 4)
 class Step:
     """One skill invocation of a plan.
 
+    skill: by name; or a capability of the module, any of whose providers the dispatcher may choose.
     inputs: SI, by name; those with defaults may be left out.
     retry: how often a failed try is repeated.
     on_failure: the skill of the same module, run with its default inputs, between two tries.
@@ -119,7 +120,7 @@ def verify_plan(graph: object, modules: Mapping[str, Ecm], site: Site) -> list[s
         for which, run in runs
         for text in _step_problems(run, modules, site)
     ]
-    return problems + _recovery_cycles(graph) or _interference(graph, modules, site)
+    return problems + _recovery_cycles(graph, modules) or _interference(graph, modules, site)
 
 
 def _runs(step: Step) -> Iterator[tuple[str, Step]]:
@@ -175,16 +176,18 @@ def _step_problems(step: Step, modules: Mapping[str, Ecm], site: Site) -> list[s
     problems: list[str] = []
     if step.handler is not None and step.on_failure is not None:
         problems.append("it has both a handler and an `on_failure`")
+    if step.handler is not None and _is_capability(step.handler, modules):
+        problems.append(f"its handler `{step.handler.skill}` is a capability; a handler is a skill")
     if not 0 <= step.retry <= site.limits.retries:
         problems.append(f"{step.retry} retries; this site allows 0 to {site.limits.retries}")
     module = modules.get(step.module)
     if module is None:
         return [*problems, f"no active module is named `{step.module}`"]
-    skill = module.skills.get(step.skill)
-    if skill is None:
+    providers = module.providers_of(step.skill)
+    if not providers:
         problems.append(_unknown_skill(step.skill, module))
-    else:
-        problems += input_problems(skill, step.inputs, step.flows)
+    for name in providers:
+        problems += input_problems(module.skills[name], step.inputs, step.flows)
     if step.on_failure is not None:
         recovery = module.skills.get(step.on_failure)
         if recovery is None:
@@ -192,6 +195,11 @@ def _step_problems(step: Step, modules: Mapping[str, Ecm], site: Site) -> list[s
         else:
             problems += [f"on_failure `{step.on_failure}`: {text}" for text in input_problems(recovery, {})]
     return problems
+
+
+def _is_capability(step: Step, modules: Mapping[str, Ecm]) -> bool:
+    module = modules.get(step.module)
+    return module is not None and module.providers_of(step.skill) not in ((), (step.skill,))
 
 
 def _unknown_skill(name: str, module: Ecm) -> str:
@@ -218,12 +226,13 @@ def input_problems(skill: Skill, inputs: Mapping[str, Any], flows: Collection[st
     return problems
 
 
-def _recovery_cycles(graph: TaskGraph) -> list[str]:
+def _recovery_cycles(graph: TaskGraph, modules: Mapping[str, Ecm]) -> list[str]:
     """A skill that recovers, over whatever others, by itself: what failed cannot be its own cure."""
     recoveries = [
-        (f"{step.module}.{step.skill}", f"{step.module}.{step.on_failure}")
+        (f"{step.module}.{skill}", f"{step.module}.{step.on_failure}")
         for step in graph.steps
-        if step.on_failure is not None
+        if step.on_failure is not None and step.module in modules
+        for skill in modules[step.module].providers_of(step.skill)
     ]
     if not recoveries:
         return []
@@ -238,7 +247,8 @@ def _recovery_cycles(graph: TaskGraph) -> list[str]:
 def _interference(graph: TaskGraph, modules: Mapping[str, Ecm], site: Site) -> list[str]:
     """What parallel branches may not share, and do."""
     composed = _Composed(modules)
-    body = map_steps(graph.body, composed.step)
+    # Parts in place of steps make a graph of parts again.
+    body = cast("spec.Part", map_steps(graph.body, composed.part))
     composition = spec.Composition("plan", t.TRUE, None, body, composed.handlers, PLANNED)
     claims = interference(composition, composed.skills, site)
     return [claim.diagnostic.headline for claim in claims if claim.diagnostic is not None]
@@ -253,7 +263,13 @@ class _Composed:
         self.handlers: dict[str, spec.Step] = {}
         self._count = 0
 
-    def step(self, step: Step) -> spec.Step:
+    def part(self, step: Step) -> spec.Part:
+        """Of a capability every provider, one after the other: whichever runs is then looked at."""
+        providers = self._modules[step.module].providers_of(step.skill)
+        steps = tuple(self._step(replace(step, skill=name)) for name in providers)
+        return steps[0] if len(steps) == 1 else Seq(steps)
+
+    def _step(self, step: Step) -> spec.Step:
         self._count += 1
         name = f"{step.module}.{step.skill}"
         id_ = f"{self._count} {name}"
@@ -261,6 +277,6 @@ class _Composed:
         helper = step.handler or (Step(step.module, step.on_failure) if step.on_failure else None)
         handler = None
         if helper is not None:
-            made = self.step(helper)
+            made = self._step(helper)
             handler, self.handlers[made.id] = made.id, made
         return spec.Step(id_, name, {}, {}, step.retry, handler, PLANNED)

@@ -46,7 +46,7 @@ def sole_identity(folder: Path, name: str) -> Iterator[Identity]:
 
     Raises `RefusedError` where another agent holds the folder, or the identity cannot be read.
     """
-    with _exclusive(folder):
+    with exclusive(folder):
         identity = _read(folder / _IDENTITY) or Identity(uuid4(), name, _utc_now(), 0)
         identity = replace(identity, sessions=identity.sessions + 1)
         _write(folder / _IDENTITY, identity)
@@ -54,7 +54,8 @@ def sole_identity(folder: Path, name: str) -> Iterator[Identity]:
 
 
 @contextmanager
-def _exclusive(folder: Path) -> Iterator[None]:
+def exclusive(folder: Path) -> Iterator[None]:
+    """Nobody else holds `folder` meanwhile; raises `RefusedError` where somebody does."""
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         flags = os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW

@@ -21,7 +21,8 @@ from aeros.agent.report import RunReport
 from aeros.agent.routing import Routed, RoutingError, route
 from aeros.runtime.ports import Runtime
 
-_MEMORY: Final = "memory.sqlite3"
+MEMORY: Final = "memory.sqlite3"
+"""The file of the agent's memory, in its folder."""
 
 
 class Agent:
@@ -34,7 +35,9 @@ class Agent:
         memory: Memory,
         planner: Planner,
         on_event: Observer | None,
+        seed: int = 0,
     ) -> None:
+        self._seed = seed
         self.identity = identity
         self._runtime = runtime
         self._memory = memory
@@ -53,7 +56,7 @@ class Agent:
         """
         routed = self._route(instruction)
         try:
-            attempts = Attempts(self._runtime, self._memory, self._journal, str(routed))
+            attempts = Attempts(self._runtime, self._memory, self._journal, str(routed), self._seed)
             pursuit = Pursuit(self._runtime, self._planner, attempts, self._journal, routed, timeout)
             report = pursuit.run(instruction)
         except KeyboardInterrupt:
@@ -93,11 +96,14 @@ def awake(
     runtime: Runtime,
     planner: Planner | None = None,
     on_event: Observer | None = None,
+    seed: int = 0,
 ) -> Iterator[Agent]:
     """The robot's one agent, whose identity and memory are in `folder`, with rules as the usual planner.
+
+    seed: of its choices between skills.
 
     Raises `RefusedError` where another agent is awake or memory cannot be trusted.  However the block
     ends, the session is closed in memory and the lock released.
     """
-    with sole_identity(folder, name) as identity, open_memory(folder / _MEMORY, identity) as memory:
-        yield Agent(identity, runtime, memory, planner or RulePlanner(), on_event)
+    with sole_identity(folder, name) as identity, open_memory(folder / MEMORY, identity) as memory:
+        yield Agent(identity, runtime, memory, planner or RulePlanner(), on_event, seed)

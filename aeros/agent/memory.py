@@ -10,55 +10,35 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Final
+from statistics import quantiles
+from typing import Any, Final, TypeVar
 
 from aeros.agent.errors import RefusedError
 from aeros.agent.identity import Identity
-from aeros.runtime.ports import StepStatus
+from aeros.agent.memory_schema import connected
+from aeros.agent.posterior import Record
 
-SCHEMA_VERSION: Final = 1
-"""Kept in `PRAGMA user_version`; 0 there means a new, empty database."""
+_T = TypeVar("_T")
 
 INTERRUPTED: Final = "interrupted"
 """The status of a step whose ending nobody saw."""
 
-_NOT_ITS_DOING: Final = tuple(
-    one.value for one in (StepStatus.REFUSED, StepStatus.HALTED, StepStatus.CANCELLED)
-)
-"""Endings that say nothing of how good a skill is."""
-
-_SCHEMA = f"""
-BEGIN;
-CREATE TABLE sessions (
-  id INTEGER PRIMARY KEY, agent TEXT NOT NULL, number INTEGER NOT NULL, began TEXT NOT NULL, ended TEXT
-) STRICT;
-CREATE TABLE episodes (
-  id INTEGER PRIMARY KEY, session INTEGER NOT NULL REFERENCES sessions, task TEXT NOT NULL,
-  module TEXT NOT NULL, skill TEXT NOT NULL, role TEXT NOT NULL, inputs TEXT NOT NULL,
-  started REAL NOT NULL, before TEXT NOT NULL,
-  status TEXT, outcome TEXT, failed INTEGER, reason TEXT, ended REAL, after TEXT
-) STRICT;
-CREATE INDEX episodes_of_skill ON episodes (module, skill);
-CREATE TABLE events (
-  id INTEGER PRIMARY KEY, session INTEGER NOT NULL REFERENCES sessions, time REAL NOT NULL,
-  kind TEXT NOT NULL, details TEXT NOT NULL
-) STRICT;
-CREATE TABLE facts (
-  key TEXT PRIMARY KEY, value TEXT NOT NULL, source TEXT NOT NULL, learned TEXT NOT NULL
-) STRICT;
-PRAGMA user_version = {SCHEMA_VERSION};
-COMMIT;
-"""
+_RECENT: Final = 101
+"""How many of the latest successes say how long a skill usually takes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Beginning:
-    """What is known of a step before it starts; `started` in plant seconds."""
+    """What is known of a step before it starts.
+
+    started: plant seconds.
+    context: what the step's ending will be evidence of; see `context.py`.
+    """
 
     task: str
     module: str
@@ -67,11 +47,16 @@ class Beginning:
     inputs: Mapping[str, Any]
     started: float
     before: Mapping[str, Any]
+    context: str
 
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """What became of the step; `outcome` is None where no declared one was measured."""
+    """What became of the step.
+
+    outcome: None where no declared one was measured.
+    counts: whether it says how good the skill is.
+    """
 
     status: str
     outcome: str | None
@@ -79,6 +64,23 @@ class Ending:
     reason: str
     ended: float
     after: Mapping[str, Any]
+    counts: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Usual:
+    """How long the latest successes of a skill took, plant seconds: their median and quartiles.
+
+    successes: how many they are.
+    """
+
+    median: float
+    low: float
+    high: float
+    successes: int
+
+    def __str__(self) -> str:
+        return f"{self.median:.1f} s, half of them {self.low:.1f} to {self.high:.1f} s"
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,24 +100,29 @@ class Memory:
 
     def begin(self, step: Beginning) -> int:
         """Remember that a step starts; the number to end it by."""
-        sql = """INSERT INTO episodes (session, task, module, skill, role, inputs, started, before)
-                 VALUES (?, ?, ?, ?, ?, ?, ?, ?)"""
+        sql = """INSERT INTO episodes
+                 (session, task, module, skill, role, inputs, started, before, context)
+                 VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)"""
         inputs, before = _json(step.inputs), _json(step.before)
-        row = (self._session, step.task, step.module, step.skill, step.role, inputs, step.started, before)
+        what = (step.task, step.module, step.skill, step.role)
+        row = (self._session, *what, inputs, step.started, before, step.context)
         episode = self._run(sql, row).lastrowid
         assert episode is not None  # noqa: S101  an INSERT always has one
         return episode
 
     def end(self, episode: int, how: Ending) -> None:
         """Remember how that step ended."""
-        sql = """UPDATE episodes SET status = ?, outcome = ?, failed = ?, reason = ?, ended = ?, after = ?
+        sql = """UPDATE episodes
+                 SET status = ?, outcome = ?, failed = ?, reason = ?, ended = ?, after = ?, counts = ?
                  WHERE id = ?"""
-        row = (how.status, how.outcome, int(how.failed), how.reason, how.ended, _json(how.after), episode)
-        self._run(sql, row)
+        what = (how.status, how.outcome, int(how.failed), how.reason, how.ended)
+        self._run(sql, (*what, _json(how.after), int(how.counts), episode))
 
     def interrupt(self) -> list[str]:
         """Mark every step without an ending as interrupted; their skills, as `MODULE.SKILL`."""
-        sql = "UPDATE episodes SET status = ? WHERE status IS NULL RETURNING module || '.' || skill"
+        sql = (
+            "UPDATE episodes SET status = ?, counts = 0 WHERE status IS NULL RETURNING module || '.' || skill"
+        )
         return [skill for (skill,) in self._run(sql, (INTERRUPTED,)).fetchall()]
 
     def remember(self, time: float, kind: str, details: Mapping[str, Any]) -> None:
@@ -133,12 +140,18 @@ class Memory:
         row = self._run("SELECT value, source FROM facts WHERE key = ?", (key,)).fetchone()
         return None if row is None else Fact(json.loads(row[0]), row[1])
 
-    def record_of(self, skill: str) -> tuple[int, int]:
-        """Successes and failures of `MODULE.SKILL`, ever; what others kept from its end is neither."""
-        sql = """SELECT coalesce(sum(failed = 0), 0), coalesce(sum(failed = 1), 0) FROM episodes
-                 WHERE module || '.' || skill = ? AND status NOT IN (?, ?, ?)"""
-        successes, failures = self._run(sql, (skill, *_NOT_ITS_DOING)).fetchone()
-        return successes, failures
+    def record_of(self, module: str, skill: str, context: str | None = None) -> Record:
+        """How often the skill succeeded and failed, in `context` or ever, where its ending counts."""
+        return self._tried(lambda database: record_in(database, module, skill, context))
+
+    def usual(self, module: str, skill: str) -> Usual | None:
+        """How long the latest successes of the skill took; None where there is none."""
+        return self._tried(lambda database: usual_in(database, module, skill))
+
+    def episodes(self) -> int:
+        """The number of the latest episode, 0 before the first."""
+        (latest,) = self._run("SELECT coalesce(max(id), 0) FROM episodes", ()).fetchone()
+        return int(latest)
 
     def end_session(self) -> None:
         """Mark what was under way as interrupted, and the session as over."""
@@ -146,23 +159,39 @@ class Memory:
         self._run("UPDATE sessions SET ended = ? WHERE id = ?", (_utc_now(), self._session))
 
     def _run(self, sql: str, row: tuple[Any, ...]) -> sqlite3.Cursor:
+        return self._tried(lambda database: database.execute(sql, row))
+
+    def _tried(self, read: Callable[[sqlite3.Connection], _T]) -> _T:
         try:
-            return self._database.execute(sql, row)
+            return read(self._database)
         except sqlite3.Error as error:
             raise RefusedError(f"the agent's memory failed: {error}") from error
+
+
+def record_in(database: sqlite3.Connection, module: str, skill: str, context: str | None = None) -> Record:
+    """See `Memory.record_of`."""
+    sql = """SELECT coalesce(sum(failed = 0), 0), coalesce(sum(failed = 1), 0) FROM episodes
+             WHERE module = ? AND skill = ? AND counts = 1 AND (? IS NULL OR context = ?)"""
+    return Record(*database.execute(sql, (module, skill, context, context)).fetchone())
+
+
+def usual_in(database: sqlite3.Connection, module: str, skill: str) -> Usual | None:
+    """See `Memory.usual`."""
+    sql = """SELECT ended - started FROM episodes
+             WHERE module = ? AND skill = ? AND counts = 1 AND failed = 0 ORDER BY id DESC LIMIT ?"""
+    took = [seconds for (seconds,) in database.execute(sql, (module, skill, _RECENT))]
+    if not took:
+        return None
+    low, median, high = quantiles(took * 2 if len(took) == 1 else took, method="inclusive")
+    return Usual(median, low, high, len(took))
 
 
 @contextmanager
 def open_memory(path: Path, identity: Identity) -> Iterator[Memory]:
     """The memory at `path`, in a new session of `identity`; raises `RefusedError` if it cannot be trusted."""
+    database = connected(path)
     try:
-        # Autocommit: each statement is one transaction, durable when it returns.
-        database = sqlite3.connect(path, isolation_level=None)
-    except sqlite3.Error as error:
-        raise RefusedError(f"the agent's memory {path} cannot be opened: {error}") from error
-    try:
-        session = _prepare(database, path, identity)
-        memory = Memory(database, session)
+        memory = Memory(database, _new_session(database, path, identity))
         try:
             yield memory
         finally:
@@ -171,25 +200,9 @@ def open_memory(path: Path, identity: Identity) -> Iterator[Memory]:
         database.close()
 
 
-def _prepare(database: sqlite3.Connection, path: Path, identity: Identity) -> int:
+def _new_session(database: sqlite3.Connection, path: Path, identity: Identity) -> int:
+    row = (str(identity.id), identity.sessions, _utc_now())
     try:
-        (version,) = database.execute("PRAGMA user_version").fetchone()
-        (tables,) = database.execute("SELECT count(*) FROM sqlite_schema").fetchone()
-        if version > SCHEMA_VERSION:
-            raise RefusedError(
-                f"the agent's memory {path} has schema {version}; this version reads up to {SCHEMA_VERSION}"
-            )
-        if version < 0 or (version == 0 and tables):
-            raise RefusedError(f"{path} is a database of something else, not the agent's memory")
-        (health,) = database.execute("PRAGMA quick_check(1)").fetchone()
-        if health != "ok":
-            raise RefusedError(f"the agent's memory {path} is damaged: {health}")
-        database.execute("PRAGMA journal_mode = WAL")
-        database.execute("PRAGMA synchronous = FULL")
-        database.execute("PRAGMA foreign_keys = ON")
-        if version == 0:
-            database.executescript(_SCHEMA)
-        row = (str(identity.id), identity.sessions, _utc_now())
         inserted = database.execute("INSERT INTO sessions (agent, number, began) VALUES (?, ?, ?)", row)
     except sqlite3.Error as error:
         raise RefusedError(f"the agent's memory {path} is damaged or cannot be used: {error}") from error

@@ -124,7 +124,8 @@ class Pursuit:
 
     def _verified_plan(self) -> TaskGraph | End:
         try:
-            graph = self._planner.plan(self._routed, self._attempts.world, self._runtime.active_modules())
+            world = self._attempts.world_to_plan_in()
+            graph = self._planner.plan(self._routed, world, self._runtime.active_modules())
             problems = verify_plan(graph, self._runtime.active_modules(), self._runtime.site)
         except Exception as error:
             # An untrusted planner may raise anything, and so may what it returned when it is looked at.

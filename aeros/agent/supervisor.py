@@ -44,12 +44,17 @@ def judge(skill: Skill, result: StepResult, after: World) -> Judgement:
     """Which declared outcome `after` shows, and whether the step failed.
 
     A step that did not run to its end has failed whatever is measured.  One that ended in a state
-    no outcome declares has failed too; one that never started ends in no outcome at all.
+    no outcome declares has failed too; one that never started ends in no outcome at all.  A success is
+    none while a failure that says more may be what happened, for all that is known.
     """
     halted = f"{result.status.value}: {result.reason}" if result.status is not StepStatus.FINISHED else ""
     if result.status is StepStatus.REFUSED:
         return Judgement(None, failed=True, undeclared=False, reason=halted)
     outcome = _measured_outcome(skill, after)
+    doubt = None if outcome is None else _doubt(skill, outcome, after)
+    if doubt is not None:
+        reasons = filter(None, (halted, doubt))
+        return Judgement(None, failed=True, undeclared=False, reason="; ".join(reasons))
     if outcome is None:
         reasons = filter(None, (halted, "what is measured is no declared outcome"))
         return Judgement(None, failed=True, undeclared=True, reason="; ".join(reasons))
@@ -65,6 +70,19 @@ def _measured_outcome(skill: Skill, world: World) -> Outcome | None:
     """
     matching = [one for one in skill.outcomes.values() if _is_measured(one, world)]
     return max(matching, key=lambda one: (len(one.effects), not one.failure), default=None)
+
+
+def _doubt(skill: Skill, outcome: Outcome, world: World) -> str | None:
+    """Why it is not known that `outcome`, a success, is what happened; None where it is, or is a failure."""
+    if outcome.failure:
+        return None
+    for other in skill.outcomes.values():
+        unknown = [name for name in other.effects if name not in world.known]
+        excluded = any(world.known.get(name, value) != value for name, value in other.effects.items())
+        if other.failure and unknown and not excluded and len(other.effects) > len(outcome.effects):
+            why = world.unknown.get(unknown[0], "has no value")
+            return f"outcome `{other.id}` is not excluded: `{unknown[0]}` {why}"
+    return None
 
 
 def _is_measured(outcome: Outcome, world: World) -> bool:

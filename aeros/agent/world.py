@@ -3,15 +3,16 @@
 Built from `Readings` and nothing else: what a plan expects or a skill claims never gets here.
 A value that is missing, stale, from the future, non-finite, wrongly typed or outside its declared
 range is unknown, and a condition over anything unknown is itself unknown, which satisfies nothing.
+What is known grows stale as time goes on, also while nobody measures.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeGuard
 
 from aeros.agent.values import Exactly, UnusableValueError, exact, plain
 from aeros.runtime.ports import Reading, Readings
@@ -24,19 +25,52 @@ NO_INPUTS: Environment = {}
 
 
 @dataclass(frozen=True, slots=True)
-class World:
-    """One measured moment.
+class Stamp:
+    """When a value was measured, plant seconds, by which sensor, and for how many seconds it is known."""
 
-    time: seconds on the plant's clock.
+    time: float
+    source: str | None
+    max_age: Fraction | None
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """What is known at one moment.
+
+    time: that moment, seconds on the plant's clock.
     known: exact values by vocabulary name.
     unknown: why each other state variable is unknown; completes “`NAME` …”.
     predicates: what is measured as bool or enum, for memory: JSON values, None where unknown.
+    stamps: of each known value.
     """
 
     time: float
     known: Mapping[str, Value]
     unknown: Mapping[str, str]
     predicates: Mapping[str, Any]
+    stamps: Mapping[str, Stamp] = field(default_factory=dict)
+
+    def at(self, now: float) -> World:
+        """What is still known at `now`, with nothing measured since: never more than was."""
+        if now == self.time:
+            return self
+        stale: dict[str, str] = {}
+        for name, stamp in self.stamps.items():
+            try:
+                _check_age(stamp.time, stamp.max_age, now)
+            except UnusableValueError as error:
+                stale[name] = str(error)
+        return World(
+            now,
+            {name: value for name, value in self.known.items() if name not in stale},
+            {**self.unknown, **stale},
+            {name: None if name in stale else value for name, value in self.predicates.items()},
+            {name: stamp for name, stamp in self.stamps.items() if name not in stale},
+        )
+
+    def age(self, name: str) -> float:
+        """Seconds since a known value was measured."""
+        return self.time - self.stamps[name].time
 
     def evaluate(self, condition: t.Term, inputs: Environment = NO_INPUTS) -> bool | None:
         """Whether `condition` holds; None if any variable in it is unknown, whatever the others are.
@@ -76,27 +110,32 @@ def measured_world(
             known[name] = _measured(declared, readings.get(name), now, exactly)
         except UnusableValueError as error:
             unknown[name] = str(error)
+    stamps = {name: Stamp(readings[name].time, state[name].sensor, state[name].max_age) for name in known}
     predicates = {name: plain(known.get(name)) for name, declared in state.items() if _is_predicate(declared)}
-    return World(now, known, unknown, predicates)
+    return World(now, known, unknown, predicates, stamps)
 
 
 def _measured(declared: Declared, reading: Reading | None, now: float, exactly: Exactly) -> Value:
     if reading is None:
         raise UnusableValueError("is not measured")
-    if not (_is_time(reading.time) and _is_time(now)):
-        raise UnusableValueError("has no usable time stamp")
-    if reading.time == now and declared.max_age is not None:
-        return exactly(declared, reading.value)
-    age = Fraction(now) - Fraction(reading.time)
-    if declared.max_age is None or age > declared.max_age:
-        limit = "no age" if declared.max_age is None else f"{float(declared.max_age):g} s"
-        raise UnusableValueError(f"was measured {float(age):g} s ago; {limit} is allowed")
-    if age < 0:
-        raise UnusableValueError("is stamped with a time that has not come yet")
+    is_of_now = _is_time(reading.time) and _is_time(now) and reading.time == now
+    if not is_of_now or declared.max_age is None:
+        _check_age(reading.time, declared.max_age, now)
     return exactly(declared, reading.value)
 
 
-def _is_time(seconds: object) -> bool:
+def _check_age(time: object, max_age: Fraction | None, now: object) -> None:
+    if not (_is_time(time) and _is_time(now)):
+        raise UnusableValueError("has no usable time stamp")
+    age = Fraction(now) - Fraction(time)
+    if max_age is None or age > max_age:
+        limit = "no age" if max_age is None else f"{float(max_age):g} s"
+        raise UnusableValueError(f"was measured {float(age):g} s ago; {limit} is allowed")
+    if age < 0:
+        raise UnusableValueError("is stamped with a time that has not come yet")
+
+
+def _is_time(seconds: object) -> TypeGuard[float]:
     return type(seconds) is int or (type(seconds) is float and math.isfinite(seconds))
 
 

@@ -316,7 +316,9 @@ def _run(
         gate = Gate(configuration, GateMode(arguments.gate))
         with Executor(configuration, gate, plant, audit, skills, governor) as executor:
             audit.append("isolation", skills.details())
-            with awake(arguments.state, configuration.site.id, executor, planner, trace.tell) as agent:
+            with awake(
+                arguments.state, configuration.site.id, executor, planner, trace.tell, arguments.seed
+            ) as agent:
                 report = agent.run(arguments.instruction, arguments.timeout)
         simulated = plant.now()
     print(summary(proof, report, arguments.plant, simulated, time.perf_counter() - began))

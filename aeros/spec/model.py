@@ -477,3 +477,13 @@ class Ecm:
     span: Span
     compositions: Mapping[str, Composition] = field(default_factory=dict)
     model_digests: Mapping[str, str] = field(default_factory=dict)
+
+    def providers_of(self, name: str) -> tuple[str, ...]:
+        """The skills any of which may run where a step names `name`, a skill or a capability of skills alone.
+
+        Empty where it is neither.
+        """
+        if name in self.skills:
+            return (name,)
+        providers = self.capabilities.get(name, ())
+        return providers if all(one in self.skills for one in providers) else ()

@@ -11,6 +11,7 @@ from aeros.agent.attempt import Attempts
 from aeros.agent.journal import Journal
 from aeros.agent.memory import Beginning, Ending, Memory
 from aeros.agent.planner import RulePlanner
+from aeros.agent.posterior import Record
 from aeros.agent.pursuit import Pursuit
 from aeros.agent.report import RunReport
 from aeros.agent.routing import Routed
@@ -35,8 +36,14 @@ class Forgetful(Memory):
     def remember(self, time: float, kind: str, details: Mapping[str, Any]) -> None:
         pass
 
-    def record_of(self, skill: str) -> tuple[int, int]:
-        return 0, 0
+    def record_of(self, module: str, skill: str, context: str | None = None) -> Record:
+        return Record(0, 0)
+
+    def usual(self, module: str, skill: str) -> None:
+        return None
+
+    def episodes(self) -> int:
+        return 0
 
 
 class Recording(FakeRuntime):

@@ -20,22 +20,32 @@ class Exploration:
     """The reachable part of a transition system.
 
     graph: nodes in breadth-first order, so that what comes first is nearest to a start, each with the
-        nodes from which a move of any probability leads to it.
+        nodes from which a move of any probability leads to it, and the agent's choice that it takes there.
     came_from: of each node but the starts, the node before it on a shortest way, and what happened.
     """
 
     system: TransitionSystem
-    graph: dict[Node, list[Node]] = field(default_factory=dict)
+    graph: dict[Node, list[tuple[Node, str]]] = field(default_factory=dict)
     came_from: dict[Node, tuple[Node, str]] = field(default_factory=dict)
 
     def without_way_to_goal(self) -> Iterator[Node]:
-        """Every node at which a plan is due, and from which no path of outcomes reaches the goal."""
+        """Every node at which a plan is due, and the agent may choose so that the goal is never reached.
+
+        A node has a way to it if each choice there has an outcome that leads to a node that has one.
+        """
         pending = [node for node in self.graph if node.phase == "reached"]
         hopeful = set(pending)
+        open_: dict[Node, set[str]] = {}
         while pending:
-            before = set(self.graph[pending.pop()]) - hopeful
-            hopeful |= before
-            pending += before
+            for before, choice in self.graph[pending.pop()]:
+                if before in hopeful:
+                    continue
+                if before not in open_:
+                    open_[before] = {move.choice for move in self.system.moves(before)}
+                open_[before].discard(choice)
+                if not open_[before]:
+                    hopeful.add(before)
+                    pending.append(before)
         return (node for node in self.graph if node.phase == "plan" and node not in hopeful)
 
     def trace(self, node: Node) -> str:
@@ -78,5 +88,5 @@ def explore(ecm: Ecm, task: Task, site: Site) -> Exploration:
                 found.came_from[move.target] = (node, move.said)
                 pending.append(move.target)
             if move.probability:
-                found.graph[move.target].append(node)
+                found.graph[move.target].append((node, move.choice))
     return found

@@ -3,6 +3,10 @@
 Mirrors rules 1 to 6 of `aeros.agent.pursuit` for the planner that plans by the task's rules, as the
 differential tests compare; each move of the system is a line of that loop.
 
+Where a rule names a capability, each try of its step is one by a provider whose precondition holds; which, is
+the agent's choice, and nothing is assumed of it but, for predictions, that all are equally likely, as they
+are to an agent that remembers nothing.
+
 Assumes: effects of an outcome happen, nothing else changes, and every predicate is measured in time
 (the supervisor records a broken assumption where that is not so); no submission is refused, denied or
 halted, so every recovery is repeatable and no request is denied twice.
@@ -58,12 +62,14 @@ class Move:
 
     role: of the skill that is submitted, as in the agent's report; None where none is.
     said: that skill and the outcome that is measured then.
+    choice: the agent's, where it has one: the provider that is submitted.
     """
 
     target: Node
     probability: Fraction = Fraction(1)
     role: Literal["step", "retry", "recovery"] | None = None
     said: str = ""
+    choice: str = ""
 
 
 class TransitionSystem:
@@ -85,7 +91,11 @@ class TransitionSystem:
         places = [condition.place for condition in self._unless]
         self._looked_up = [(index, place) for index, place in enumerate(places) if place is not None]
         self._decided = [index for index, place in enumerate(places) if place is None]
-        self._steps = [Invocation(ecm.skills[rule.skill], rule.inputs, self.names) for rule in task.rules]
+        self._providers = [ecm.providers_of(rule.skill) for rule in task.rules]
+        self._steps = [
+            [Invocation(ecm.skills[name], rule.inputs, self.names) for name in providers]
+            for rule, providers in zip(task.rules, self._providers, strict=True)
+        ]
         self._recoveries = [
             None if rule.on_failure is None else Invocation(ecm.skills[rule.on_failure], {}, self.names)
             for rule in task.rules
@@ -96,14 +106,16 @@ class TransitionSystem:
         """`term` as a condition on the states of this system."""
         return Condition(term, self.names)
 
-    def hindered(self, node: Node) -> PlanningRule | None:
-        """The rule whose step comes to its first try at `node` where its precondition does not hold."""
+    def hindered(self, node: Node) -> tuple[PlanningRule, str] | None:
+        """The rule whose step comes to its first try at `node`, and a skill of it that cannot start there."""
         if node.phase != "try" or node.tries or not node.remaining or self._goal(node.state):
             return None
         index = node.remaining[0]
-        if self._unless[index](node.state) or self._steps[index].can_start(node.state):
+        if self._unless[index](node.state):
             return None
-        return self.task.rules[index]
+        unable = (step.name for step in self._steps[index] if not step.can_start(node.state))
+        name = next(unable, None)
+        return None if name is None else (self.task.rules[index], name)
 
     def moves(self, node: Node) -> list[Move]:
         """Every way on from `node`; none where the loop has ended."""
@@ -142,8 +154,12 @@ class TransitionSystem:
             return f"the plan has {len(plan)} steps; at most {MOST_STEPS} are allowed"
         if not self._tried_too_often.isdisjoint(plan):
             return f"a step has more than the {self._most_retries} retries that this site allows"
-        rules = [self.task.rules[index] for index in plan]
-        recovered = [(rule.skill, rule.on_failure) for rule in rules if rule.on_failure is not None]
+        recovered = [
+            (name, self.task.rules[index].on_failure or "")
+            for index in plan
+            if self.task.rules[index].on_failure is not None
+            for name in self._providers[index]
+        ]
         for _, recovery in recovered:
             if any(declared.default is None for declared in self._skills[recovery].inputs.values()):
                 return f"`{recovery}` runs with default inputs after a failure, and it has an input without"
@@ -151,12 +167,14 @@ class TransitionSystem:
 
     def _try(self, node: Node) -> list[Move]:
         index, rest = node.remaining[0], node.remaining[1:]
-        step = self._steps[index]
-        if not step.can_start(node.state):
+        able = [step for step in self._steps[index] if step.can_start(node.state)]
+        if not able:
             return [Move(Node("plan", node.state))]
         last = node.tries >= self.task.rules[index].retry
         found = []
-        for state, outcome, probability in step.after(node.state):
+        for step, (state, outcome, probability) in (
+            (one, after) for one in able for after in one.after(node.state)
+        ):
             if not outcome.failure or (last and self._unless[index](state)):
                 target = Node("try", state, rest)
             elif last:
@@ -164,7 +182,8 @@ class TransitionSystem:
             else:
                 target = Node("recover", state, node.remaining, node.tries + 1)
             said = f"{step.name} → {outcome.id}"
-            found.append(Move(target, probability, "retry" if node.tries else "step", said))
+            role: Literal["step", "retry"] = "retry" if node.tries else "step"
+            found.append(Move(target, probability / len(able), role, said, step.name))
         return found
 
     def _recover(self, node: Node) -> list[Move]:
@@ -196,7 +215,8 @@ def _is_cyclic(edges: list[tuple[str, str]]) -> bool:
 
 def _predicates(ecm: Ecm, task: Task) -> tuple[str, ...]:
     """Every state variable that the task's goal, rules and invariants, or their skills speak of."""
-    used = {rule.skill for rule in task.rules} | {rule.on_failure for rule in task.rules if rule.on_failure}
+    used = {name for rule in task.rules for name in ecm.providers_of(rule.skill)}
+    used |= {rule.on_failure for rule in task.rules if rule.on_failure}
     skills = [ecm.skills[name] for name in sorted(used)]
     conditions = [task.goal, *(rule.unless for rule in task.rules), *(one.term for one in task.invariants)]
     conditions += [skill.precondition.term for skill in skills if skill.precondition is not None]

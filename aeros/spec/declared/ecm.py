@@ -67,7 +67,7 @@ class Skill:
 
 @dataclass(frozen=True)
 class Capability:
-    """What skills provide; never executed itself."""
+    """What skills provide; a step that names it runs any one of them, so each must then do alone."""
 
     span: Span
     description: Text = field(metadata={"doc": "what the robot can then do"})
@@ -78,11 +78,11 @@ class Capability:
 
 @dataclass(frozen=True)
 class PlanningRule:
-    """`unless CONDITION do SKILL retry N on_failure SKILL`."""
+    """`unless CONDITION do SKILL retry N on_failure SKILL`, or `do CAPABILITY`."""
 
     span: Span
     unless: Expression = field(metadata={"doc": "the step is left out where this is measured"})
-    do: Identifier = field(metadata={"doc": "the skill of the step"})
+    do: Identifier = field(metadata={"doc": "the skill of the step, or a capability: any one of its skills"})
     inputs: Named[Expression] = field(
         default=Entries(), metadata={"doc": "inputs, as in `inputs: {force: 8 N}`"}
     )

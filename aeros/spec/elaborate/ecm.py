@@ -65,6 +65,9 @@ class _EcmElaborator:
         self._declared = ecm
         self._site = site
         self._sink = sink
+        self._providers = {
+            name.value: [one.value for one in capability.provided_by] for name, capability in ecm.capabilities
+        }
         self._provider_names = {name.value: None for name, _ in (*ecm.skills, *ecm.compositions)}
 
     def ecm(self, folder: str, digests: tuple[str, str]) -> Ecm:
@@ -316,7 +319,7 @@ class _EcmElaborator:
 
     def _planning_rule(self, one: declared.PlanningRule, skills: Mapping[str, Skill]) -> PlanningRule | None:
         unless = elaborate_expression(one.unless, state_scope(self._site), self._sink)
-        skill = self._known(one.do, skills, "a skill of this module")
+        run = self._run_by(one.do, skills)
         if one.on_failure is not None:
             self._known(one.on_failure, skills, "a skill of this module")
             if one.retry is None:
@@ -330,11 +333,31 @@ class _EcmElaborator:
                 f"this site allows at most {self._site.limits.retries} retries of a step",
                 one.retry.span,
             )
-        if unless is None or skill is None:
+        if unless is None or not run:
             return None
         on_failure = None if one.on_failure is None else one.on_failure.value
-        inputs = self._step_inputs(one, skill)
-        return PlanningRule(unless, one.unless.value, skill.id, inputs, retry, on_failure, one.span)
+        inputs, *_ = [self._step_inputs(one, skill) for skill in run]
+        return PlanningRule(unless, one.unless.value, one.do.value, inputs, retry, on_failure, one.span)
+
+    def _run_by(self, do: Text, skills: Mapping[str, Skill]) -> list[Skill]:
+        """The skill that a rule names, or every provider of the capability it names; none after a report."""
+        if do.value not in self._providers:
+            named = {**skills, **dict.fromkeys(self._providers)}
+            self._known(do, named, "a skill or capability of this module")
+            return [skills[do.value]] if do.value in skills else []
+        providers = self._providers[do.value]
+        if do.value in skills and providers != [do.value]:
+            headline = f"`{do.value}` is a skill and a capability that others provide"
+            self._sink.error(
+                "AE121", headline, do.span, help=("rename one, so that it is said what may run",)
+            )
+            return []
+        composed = next((name for name in providers if name not in skills), None)
+        if composed is not None:
+            headline = f"`{do.value}` is no step: `{composed}`, which provides it, is not a skill"
+            self._sink.error("AE122", headline, do.span)
+            return []
+        return [skills[name] for name in providers]
 
     def _step_inputs(self, one: declared.PlanningRule, skill: Skill) -> dict[str, Any]:
         given: dict[str, Any] = {}

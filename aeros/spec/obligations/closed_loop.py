@@ -2,8 +2,9 @@
 
 Claimed of the agent's loop, explored as the transition system of `aeros.spec.closed_loop`, is
 
-- dispatch: whenever a step of a plan comes to its first try, its skill's precondition holds;
-- progress: from every state that can be reached, the goal can be reached;
+- dispatch: whenever a step of a plan comes to its first try, its skill's precondition holds, and that of
+  every provider where it names a capability;
+- progress: from every state that can be reached, the goal can be reached, whichever providers are chosen;
 - each invariant of the task: it holds in every state that can be reached, the last included.
 
 A refutation is a trace of steps and outcomes from a start.
@@ -40,12 +41,14 @@ def closed_loop_obligations(ecm: Ecm, site: Site) -> Iterator[Settled]:
 
 def _undispatched(ecm: Ecm, explored: Exploration) -> Diagnostic | None:
     for node in explored.graph:
-        rule = explored.system.hindered(node)
-        if rule is not None:
-            precondition = ecm.skills[rule.skill].precondition
+        hindered = explored.system.hindered(node)
+        if hindered is not None:
+            rule, skill = hindered
+            precondition = ecm.skills[skill].precondition
+            called = f"`{skill}`" if skill == rule.skill else f"`{skill}`, which provides `{rule.skill}`,"
             return Diagnostic(
                 "AE801",
-                f"the rules of `{explored.system.task.id}` call `{rule.skill}` "
+                f"the rules of `{explored.system.task.id}` call {called} "
                 "where its precondition does not hold",
                 Label(rule.span, "called here"),
                 () if precondition is None else (Label(precondition.span, "does not hold then"),),
@@ -61,11 +64,20 @@ def _stuck(explored: Exploration) -> Diagnostic | None:
         return None
     task, system = explored.system.task, explored.system
     rejection = system.rejection(system.plan(node.state))
+    chosen = any(len({move.choice for move in system.moves(one)}) > 1 for one in explored.graph)
     return Diagnostic(
         "AE802",
         f"the rules of `{task.id}` can come to a state from which they never reach its goal",
         Label(task.span, "from there, no path of outcomes leads to the goal"),
-        notes=(explored.trace(node), *([f"there, {rejection}"] if rejection else [])),
+        notes=(
+            explored.trace(node),
+            *([f"there, {rejection}"] if rejection else []),
+            *(
+                ["a step that names a capability may be run by the same of its skills each time"]
+                if chosen
+                else []
+            ),
+        ),
         help=("add a rule, or an `on_failure`, that leads out of that state",),
     )
 

@@ -6,6 +6,7 @@ import sqlite3
 import subprocess
 import sys
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from uuid import uuid4
 
@@ -13,20 +14,22 @@ import pytest
 
 from aeros.agent.errors import RefusedError
 from aeros.agent.identity import Identity
-from aeros.agent.memory import SCHEMA_VERSION, Beginning, Ending, Memory, open_memory
+from aeros.agent.memory import Beginning, Ending, Memory, Usual, open_memory
+from aeros.agent.memory_schema import SCHEMA_VERSION
+from aeros.agent.posterior import Record
 
 WHO = Identity(uuid4(), "chef", "2026-11-21T00:00:00+00:00", 1)
 STEP = Beginning(
-    "dumpling.make_dumplings", "dumpling", "wrap", "step", {"force": 0.5}, 1.0, {"wrapped": False}
+    "dumpling.make_dumplings", "dumpling", "wrap", "step", {"force": 0.5}, 1.0, {"wrapped": False}, "here"
 )
 
 
-def ending(*, failed: bool = False, status: str = "finished") -> Ending:
-    return Ending(status, None if failed else "wrapped", failed, "", 2.0, {"wrapped": not failed})
-
-
-def remember(memory: Memory, *, failed: bool = False, status: str = "finished") -> None:
-    memory.end(memory.begin(STEP), ending(failed=failed, status=status))
+def remember(
+    memory: Memory, *, failed: bool = False, counts: bool = True, context: str = "here", seconds: float = 1.0
+) -> None:
+    outcome, after = None if failed else "wrapped", {"wrapped": not failed}
+    ending = Ending("finished", outcome, failed, "", 1.0 + seconds, after, counts)
+    memory.end(memory.begin(replace(STEP, context=context)), ending)
 
 
 def database(path: Path, sql: str) -> list[tuple[object, ...]]:
@@ -44,14 +47,42 @@ def test_the_record_of_a_skill_spans_sessions(path: Path) -> None:
         remember(memory)
         remember(memory, failed=True)
     with open_memory(path, WHO) as memory:
-        remember(memory, failed=True, status="denied")
-        for not_its_doing in ("refused", "halted", "cancelled"):
-            remember(memory, failed=True, status=not_its_doing)
+        remember(memory, failed=True)
+        remember(memory, failed=True, counts=False)
         memory.begin(STEP)
-        assert memory.record_of("dumpling.wrap") == (1, 2)
+        assert memory.record_of("dumpling", "wrap") == Record(1, 2)
         memory.interrupt()
-        assert memory.record_of("dumpling.wrap") == (1, 2)
-        assert memory.record_of("dumpling.boil") == (0, 0)
+        assert memory.record_of("dumpling", "wrap") == Record(1, 2)
+        assert memory.record_of("dumpling", "boil") == Record(0, 0)
+
+
+def test_a_record_can_be_asked_for_in_one_context(path: Path) -> None:
+    with open_memory(path, WHO) as memory:
+        remember(memory)
+        remember(memory, context="there")
+        remember(memory, failed=True, context="there")
+        assert memory.record_of("dumpling", "wrap", "here") == Record(1, 0)
+        assert memory.record_of("dumpling", "wrap", "there") == Record(1, 1)
+        assert memory.record_of("dumpling", "wrap", "elsewhere") == Record(0, 0)
+
+
+def test_successes_say_how_long_a_skill_takes(path: Path) -> None:
+    with open_memory(path, WHO) as memory:
+        assert memory.usual("dumpling", "wrap") is None
+        remember(memory, seconds=3.0)
+        assert str(memory.usual("dumpling", "wrap")) == "3.0 s, half of them 3.0 to 3.0 s"
+        for seconds in (1.0, 2.0, 4.0, 5.0):
+            remember(memory, seconds=seconds)
+        remember(memory, failed=True, seconds=60.0)
+        remember(memory, counts=False, seconds=60.0)
+        assert memory.usual("dumpling", "wrap") == Usual(3.0, 2.0, 4.0, 5)
+
+
+def test_the_latest_successes_say_it(path: Path) -> None:
+    with open_memory(path, WHO) as memory:
+        for seconds in [9.0] * 20 + [2.0] * 101:
+            remember(memory, seconds=seconds)
+        assert memory.usual("dumpling", "wrap") == Usual(2.0, 2.0, 2.0, 101)
 
 
 def test_a_step_is_known_before_it_ends_and_interrupted_if_it_never_does(path: Path) -> None:
@@ -73,7 +104,7 @@ with open_memory(Path({str(path)!r}), WHO) as memory:
 """
     assert subprocess.run([sys.executable, "-c", kill], check=False).returncode == -signal.SIGKILL
     with open_memory(path, WHO) as memory:
-        assert memory.record_of("dumpling.wrap") == (1, 0)
+        assert memory.record_of("dumpling", "wrap") == Record(1, 0)
         assert memory.interrupt() == ["dumpling.wrap"]
         assert memory.interrupt() == []
 
@@ -102,7 +133,9 @@ def test_a_newer_schema_is_refused(path: Path) -> None:
         pass
     database(path, f"PRAGMA user_version = {SCHEMA_VERSION + 1}")
     with (
-        pytest.raises(RefusedError, match="has schema 2; this version reads up to 1"),
+        pytest.raises(
+            RefusedError, match=f"has schema {SCHEMA_VERSION + 1}; this version reads up to {SCHEMA_VERSION}"
+        ),
         open_memory(path, WHO),
     ):
         pass

@@ -44,6 +44,32 @@ def test_the_outcome_that_says_most_is_preferred() -> None:
     assert judge(both, FINISHED, world(wrapper_aligned=True, dumpling_wrapped=True)).outcome == "some"
 
 
+DROP = skill(
+    "carry",
+    outcome("carried", {}),
+    outcome("dropped", {"wrapper_aligned": False, "dumpling_wrapped": False}, failure=True),
+    outcome("soaked", {"area": "pot"}),
+)
+
+
+def test_what_is_unknown_makes_no_success_of_a_step_that_may_have_failed() -> None:
+    judged = judge(DROP, FINISHED, world(wrapper_aligned=False))
+    assert judged == Judgement(
+        None, True, False, "outcome `dropped` is not excluded: `dumpling_wrapped` is not measured"
+    )
+    assert judge(DROP, FINISHED, world(dumpling_wrapped=False, area="pot")).failed
+
+
+@pytest.mark.parametrize("measured", [{"wrapper_aligned": True}, {"dumpling_wrapped": True, "area": "pot"}])
+def test_a_failure_that_one_measured_value_excludes_is_no_doubt(measured: dict[str, Any]) -> None:
+    assert not judge(DROP, FINISHED, world(**measured)).failed
+
+
+def test_a_halted_step_gives_both_reasons() -> None:
+    reason = judge(DROP, StepResult(StepStatus.STOPPED, "as scripted"), world()).reason
+    assert reason.startswith("stopped: as scripted; outcome `dropped` is not excluded")
+
+
 def test_among_equals_success_is_preferred() -> None:
     tied = skill(
         "tied",
@@ -93,7 +119,8 @@ def test_a_step_that_does_not_fit_now_is_not_dispatched(
     tmp_path: Path, module: str, name: str, inputs: dict[str, Any], why: str
 ) -> None:
     with open_memory(tmp_path / "memory.sqlite3", Identity(uuid4(), "chef", "", 1)) as memory:
-        dispatcher = Dispatcher(FakeRuntime(), memory)
+        dispatcher = Dispatcher(FakeRuntime(), memory, "dumpling.make_dumplings")
         with pytest.raises(UndispatchableError, match=why):
-            dispatcher.dispatch(module, name, inputs)
-        assert dispatcher.dispatch("dumpling", "boil", {"force": 0.25}).inputs == {"inputs.force": 0.25}
+            dispatcher.dispatch(module, name, inputs, world(dumpling_wrapped=True))
+        fitting = dispatcher.dispatch("dumpling", "boil", {"force": 0.25}, world(dumpling_wrapped=True))
+        assert fitting.request.inputs == {"force": 0.25}

@@ -1,20 +1,26 @@
 from __future__ import annotations
 
+import ast
 import math
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from aeros.agent.supervisor import precondition_problem
 from aeros.agent.values import Kept, UnusableValueError, exact
-from aeros.agent.world import World, measured_world
+from aeros.agent.world import Stamp, World, measured_world
 from aeros.runtime.ports import Reading
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
-from tests.unit.agent.dumplings import STATE, state, term
+from tests.repo.tree import PYTHON, text_of
+from tests.unit.agent.dumplings import PREDICATES, STATE, outcome, skill, state, term
 
 NOW = 100.0
+AGES = st.floats(-1.0, 10.0)
 
 
 class Sly(float):
@@ -159,3 +165,80 @@ def test_a_list_that_has_changed_is_not_kept_and_neither_is_what_is_declared_oth
     assert kept(STATE["tool"], fixed) == kept(STATE["tool"], fixed) == exact(STATE["tool"], fixed)
     with pytest.raises(UnusableValueError):
         kept(replace(STATE["tool"], range=(Fraction(0), Fraction(1, 2))), fixed)
+
+
+# Laws.
+
+_LITERALS = st.sampled_from([f"{maybe}{name}" for maybe in ("", "not ") for name in PREDICATES])
+_CONDITIONS = st.recursive(
+    _LITERALS,
+    lambda inner: st.builds("({} {} {})".format, inner, st.sampled_from(["and", "or", "implies"]), inner),
+)
+_READINGS = st.dictionaries(
+    st.sampled_from(PREDICATES), st.builds(Reading, st.booleans(), st.builds(NOW.__sub__, AGES))
+)
+
+
+@given(_READINGS, st.floats(0.0, 10.0))
+def test_what_is_known_later_is_what_the_same_readings_would_say_then(
+    readings: dict[str, Reading], passed: float
+) -> None:
+    seen = measured_world(STATE, readings, NOW)
+    later, fresh = seen.at(NOW + passed), measured_world(STATE, readings, NOW + passed)
+    assert later.known.items() <= seen.known.items()
+    # But for a reading from the future: what was unknown stays so until it is measured again.
+    assert later.known.items() <= fresh.known.items()
+    still = {name for name in fresh.known if readings[name].time <= NOW}
+    assert later.known.keys() == still
+    assert {name: why for name, why in later.unknown.items() if name not in readings} == {
+        name: why for name, why in fresh.unknown.items() if name not in readings
+    }
+    assert all(later.predicates[name] is None for name in PREDICATES if name not in later.known)
+
+
+@given(_READINGS, st.floats(0.0, 5.0), st.floats(0.0, 5.0))
+def test_it_does_not_matter_in_how_many_steps_time_goes_on(
+    readings: dict[str, Reading], first: float, second: float
+) -> None:
+    seen = measured_world(STATE, readings, NOW)
+    end = NOW + first + second
+    assert seen.at(NOW + first).at(end).known == seen.at(end).known
+
+
+@given(_READINGS, _CONDITIONS)
+def test_unknown_never_satisfies_a_precondition(readings: dict[str, Reading], condition: str) -> None:
+    seen = measured_world(STATE, readings, NOW)
+    careful = skill("careful", outcome("done", {}), precondition=condition)
+    reads_unknown = any(name not in seen.known for name in t.variables_of(term(condition)))
+    if reads_unknown:
+        assert precondition_problem(careful, seen, {}) is not None
+        assert precondition_problem(
+            skill("careful", outcome("done", {}), precondition=f"not {condition}"), seen, {}
+        )
+    assert (precondition_problem(careful, seen, {}) is None) == (seen.evaluate(term(condition)) is True)
+
+
+def test_every_known_value_has_its_stamp_source_and_age() -> None:
+    camera = replace(state("lid"), sensor="camera")
+    seen = measured_world({"lid": camera, "pot": state("pot")}, {"lid": Reading(True, NOW - 2.0)}, NOW)
+    assert seen.stamps == {"lid": Stamp(NOW - 2.0, "camera", Fraction(5))}
+    assert seen.age("lid") == 2.0
+    assert seen.at(NOW + 1.0).age("lid") == 3.0
+    assert seen.at(NOW + 4.0).stamps == {}
+    assert seen.at(NOW + 4.0).unknown["lid"] == "was measured 6 s ago; 5 s is allowed"
+
+
+@pytest.mark.parametrize("now", [math.nan, NOW - 10.0])
+def test_a_clock_that_fails_leaves_nothing_known(now: float) -> None:
+    assert world(wrapper_aligned=True).at(now).known == {}
+
+
+def test_only_readings_make_a_world() -> None:
+    made = [
+        path.as_posix()
+        for path in PYTHON
+        if path.parts[:2] == ("aeros", "agent")
+        for node in ast.walk(ast.parse(text_of(path)))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "World"
+    ]
+    assert made == ["aeros/agent/world.py"] * 2

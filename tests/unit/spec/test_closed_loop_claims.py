@@ -259,3 +259,59 @@ def test_what_is_too_large_is_not_analysed(limit: str, of: str, monkeypatch: pyt
     diagnostic = claims((WRAP, BOIL), *rules, initial={})["analysed"].diagnostic
     assert diagnostic is not None
     assert diagnostic.headline.endswith(f"it has too many {of}")
+
+
+# A step by a capability.
+
+OTHER = skill(
+    "steam", outcome("cooked", {COOKED: True}), outcome("cold", {}, failure=True), precondition=WRAPPED
+)
+
+
+def with_capability(providers: tuple[str, ...], skills: tuple[Skill, ...], *rules: PlanningRule) -> Ecm:
+    pursued = replace(task("cook", ("cook",), COOKED, *rules), initial=CLEAN)
+    return replace(module("kitchen", skills, pursued), capabilities={"cooking": providers})
+
+
+def test_a_step_by_a_capability_is_proved_of_each_provider() -> None:
+    rules = (rule(WRAPPED, "wrap"), rule(COOKED, "cooking", retry=1))
+    found = settled(with_capability(("boil", "steam"), (WRAP, BOIL, OTHER), *rules))
+    assert {one.verdict for one in found.values()} == {Verdict.PROVED}
+
+
+def test_a_provider_that_may_not_start_is_named() -> None:
+    fry = skill("fry", outcome("cooked", {COOKED: True}), precondition="wrapper_aligned")
+    rules = (rule(WRAPPED, "wrap"), rule(COOKED, "cooking"))
+    found = settled(with_capability(("boil", "fry"), (WRAP, BOIL, fry), *rules))
+    assert refutation(found["dispatch"], "AE801") == ("start with ", "wrap → wrapped", f"then {WRAPPED}")
+    assert found["dispatch"].diagnostic is not None
+    assert "call `fry`, which provides `cooking`, where" in found["dispatch"].diagnostic.headline
+    # The other one leads to the goal; that this one does not start is no dead end.
+    assert found["progress"].verdict is Verdict.PROVED
+
+
+def test_skills_that_provide_a_capability_only_together_are_no_choice() -> None:
+    """Whoever always chooses to wait never cooks, though every state has a way to the goal by the other."""
+    wait = skill("wait", outcome("waited", {}))
+    eager = skill("boil", outcome("cooked", {COOKED: True}))
+    found = settled(with_capability(("boil", "wait"), (eager, wait), rule(COOKED, "cooking")))
+    assert refutation(found["progress"], "AE802") == ("start with ", "then ")
+    assert (
+        settled(with_capability(("boil",), (eager, wait), rule(COOKED, "cooking")))["progress"].diagnostic
+        is None
+    )
+
+
+def test_a_further_try_may_be_by_the_provider_that_still_can() -> None:
+    """The first breaks its own precondition, so each further try is the other's."""
+    once = skill(
+        "boil",
+        outcome("cooked", {COOKED: True}),
+        outcome("burnt", {"wrapper_aligned": True}, failure=True),
+        precondition="not wrapper_aligned",
+    )
+    steam = skill("steam", outcome("cooked", {COOKED: True}), outcome("cold", {}, failure=True))
+    rules = (rule("not wrapper_aligned", "turn"), rule(COOKED, "cooking", retry=2))
+    turn = skill("turn", outcome("turned", {"wrapper_aligned": False}))
+    found = settled(with_capability(("boil", "steam"), (turn, once, steam), *rules))
+    assert {one.verdict for one in found.values()} == {Verdict.PROVED}

@@ -1,0 +1,105 @@
+"""The database of memory: its tables, and how one that an older version wrote becomes one of today.
+
+The version is in `PRAGMA user_version`; 0 there means a new, empty database.  All migrations that are due,
+and the number they end in, are one transaction: after a crash the database is as it was, or as it is to be.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from pathlib import Path
+from typing import Final
+
+from aeros.agent.errors import RefusedError
+
+_TO_1: Final = (
+    """CREATE TABLE sessions (
+  id INTEGER PRIMARY KEY, agent TEXT NOT NULL, number INTEGER NOT NULL, began TEXT NOT NULL, ended TEXT
+) STRICT""",
+    """CREATE TABLE episodes (
+  id INTEGER PRIMARY KEY, session INTEGER NOT NULL REFERENCES sessions, task TEXT NOT NULL,
+  module TEXT NOT NULL, skill TEXT NOT NULL, role TEXT NOT NULL, inputs TEXT NOT NULL,
+  started REAL NOT NULL, before TEXT NOT NULL,
+  status TEXT, outcome TEXT, failed INTEGER, reason TEXT, ended REAL, after TEXT
+) STRICT""",
+    "CREATE INDEX episodes_of_skill ON episodes (module, skill)",
+    """CREATE TABLE events (
+  id INTEGER PRIMARY KEY, session INTEGER NOT NULL REFERENCES sessions, time REAL NOT NULL,
+  kind TEXT NOT NULL, details TEXT NOT NULL
+) STRICT""",
+    """CREATE TABLE facts (
+  key TEXT PRIMARY KEY, value TEXT NOT NULL, source TEXT NOT NULL, learned TEXT NOT NULL
+) STRICT""",
+)
+
+# `context`: NULL where it is not known, so that the episode is evidence in no context.
+# `counts`: whether the ending says how good the skill is.  Of a denial, schema 1 did not keep whether it
+# could have passed by waiting, so old denials are taken to say nothing.
+_TO_2: Final = (
+    "ALTER TABLE episodes ADD COLUMN context TEXT",
+    "ALTER TABLE episodes ADD COLUMN counts INTEGER",
+    """UPDATE episodes SET counts = status IN ('finished', 'stopped', 'timed_out', 'raised')
+  WHERE status IS NOT NULL""",
+    "DROP INDEX episodes_of_skill",
+    "CREATE INDEX episodes_that_count ON episodes (module, skill, counts, context, failed)",
+)
+
+_MIGRATIONS: Final = (_TO_1, _TO_2)
+
+SCHEMA_VERSION: Final = len(_MIGRATIONS)
+
+
+def connected(path: Path) -> sqlite3.Connection:
+    """The memory at `path`, sound and of today's schema; raises `RefusedError` where it cannot be trusted.
+
+    Autocommit: each statement is one transaction, durable when it returns.
+    """
+    try:
+        database = sqlite3.connect(path, isolation_level=None)
+    except sqlite3.Error as error:
+        raise RefusedError(f"the agent's memory {path} cannot be opened: {error}") from error
+    try:
+        _prepare(database, path)
+    except sqlite3.Error as error:
+        database.close()
+        raise RefusedError(f"the agent's memory {path} is damaged or cannot be used: {error}") from error
+    except BaseException:
+        database.close()
+        raise
+    return database
+
+
+def _prepare(database: sqlite3.Connection, path: Path) -> None:
+    (version,) = database.execute("PRAGMA user_version").fetchone()
+    (tables,) = database.execute("SELECT count(*) FROM sqlite_schema").fetchone()
+    if version > SCHEMA_VERSION:
+        raise RefusedError(
+            f"the agent's memory {path} has schema {version}; this version reads up to {SCHEMA_VERSION}"
+        )
+    if version < 0 or (version == 0 and tables):
+        raise RefusedError(f"{path} is a database of something else, not the agent's memory")
+    (health,) = database.execute("PRAGMA quick_check(1)").fetchone()
+    if health != "ok":
+        raise RefusedError(f"the agent's memory {path} is damaged: {health}")
+    database.execute("PRAGMA journal_mode = WAL")
+    database.execute("PRAGMA synchronous = FULL")
+    database.execute("PRAGMA foreign_keys = ON")
+    # What is forgotten is overwritten, not only unlinked.
+    database.execute("PRAGMA secure_delete = ON")
+    if version < SCHEMA_VERSION:
+        _migrate(database)
+
+
+def _migrate(database: sqlite3.Connection) -> None:
+    database.execute("BEGIN IMMEDIATE")
+    try:
+        # Another process may have been faster.
+        (version,) = database.execute("PRAGMA user_version").fetchone()
+        for migration in _MIGRATIONS[version:]:
+            for statement in migration:
+                database.execute(statement)
+        database.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
+    except BaseException:
+        database.execute("ROLLBACK")
+        raise
+    database.execute("COMMIT")

@@ -1,0 +1,57 @@
+"""What a record of successes and failures says of the next try: a Beta posterior over a uniform prior.
+
+    p | s successes, f failures ~ Beta(s + 1, f + 1)
+
+Assumes: the tries of one context are alike and independent of each other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp, lgamma, log
+from random import Random
+from typing import Final
+
+WORTH_A_TRY: Final = 0.1
+"""A chance of success below which another try is not worth its time."""
+
+DOUBT: Final = 0.05
+"""How likely a chance worth a try may still be where trying is called hopeless."""
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """How often something succeeded and failed."""
+
+    successes: int
+    failures: int
+
+    @property
+    def mean(self) -> float:
+        """The expected chance of success."""
+        return (self.successes + 1) / (self.successes + self.failures + 2)
+
+    @property
+    def is_hopeless(self) -> bool:
+        """Whether a chance worth a try is less likely than `DOUBT`; 28 failures alone make it so."""
+        return self.chance_above(WORTH_A_TRY) < DOUBT
+
+    def drawn(self, random: Random) -> float:
+        """A chance of success drawn from the posterior."""
+        return random.betavariate(self.successes + 1, self.failures + 1)
+
+    def chance_above(self, chance: float) -> float:
+        """P(p > chance) for 0 < chance < 1.
+
+        P(Beta(s+1, f+1) > x) = P(Binomial(s+f+1, x) ≤ s), summed by logarithms: large records underflow else.
+        """
+        tries = self.successes + self.failures + 1
+        return min(1.0, sum(_binomial(tries, hits, chance) for hits in range(self.successes + 1)))
+
+    def __str__(self) -> str:
+        return f"{self.successes} of {self.successes + self.failures}"
+
+
+def _binomial(tries: int, hits: int, chance: float) -> float:
+    ways = lgamma(tries + 1) - lgamma(hits + 1) - lgamma(tries - hits + 1)
+    return exp(ways + hits * log(chance) + (tries - hits) * log(1 - chance))
