@@ -45,9 +45,7 @@ class Agent:
         for skill in memory.interrupt():
             self._journal.tell("step-interrupted", f"{skill} was under way when the agent ended", skill=skill)
 
-    def run(
-        self, instruction: str, timeout: float | None = None, goal: Clause | None = None
-    ) -> RunReport:
+    def run(self, instruction: str, timeout: float | None = None, goal: Clause | None = None) -> RunReport:
         """Pursue `instruction` until its goal is measured, or say why not; semantics in `pursuit.py`.
 
         timeout: plant seconds after which what is under way is cancelled.

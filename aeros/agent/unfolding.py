@@ -91,7 +91,7 @@ class _Unfolding:
     def _tries(
         self, state: State, operator: Operator, retry: int, cure: Operator | None
     ) -> tuple[list[State], set[State], bool]:
-        """The states in which it succeeds, all that it and the cure may come to, and whether every try may be made."""
+        """The states it succeeds in, all that it and the cure may come to, and whether each try can start."""
         successes: dict[State, None] = {}
         visited: set[State] = set()
         here: Iterable[State] = [state]

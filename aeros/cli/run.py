@@ -192,7 +192,17 @@ def _command(arguments: argparse.Namespace) -> Exit:
         out = _output_folder(arguments.out, routed.task.id)
         with governor:
             return _run(
-                arguments, configuration, governor, report, routed, planner, goal, people, faults, out, signing
+                arguments,
+                configuration,
+                governor,
+                report,
+                routed,
+                planner,
+                goal,
+                people,
+                faults,
+                out,
+                signing,
             )
     except (
         RefusedError,

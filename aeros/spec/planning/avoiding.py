@@ -18,7 +18,7 @@ class NotDecidedError(Exception):
 
 @dataclass
 class Avoided:
-    """States from which there is no way to the goal, and operators that may lead from a state to such a one."""
+    """States without a way to the goal, and operators that may lead from a state to such a one."""
 
     states: set[State] = field(default_factory=set)
     pairs: set[tuple[State, Operator]] = field(default_factory=set)

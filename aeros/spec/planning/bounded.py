@@ -13,11 +13,11 @@ from aeros.spec.backends.answers import Result
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.errors import InternalError
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import scalar_variables, scalars_of
+from aeros.spec.expr.lower import lower, scalar_variables, scalars_of
 from aeros.spec.expr.semantics import Environment
-from aeros.spec.expr.types import BOOL, EnumType, ScalarType
+from aeros.spec.expr.types import BOOL, EnumType
 from aeros.spec.planning.avoiding import Avoided, NotDecidedError, Path
-from aeros.spec.planning.domain import Condition, Domain, Operator, equals
+from aeros.spec.planning.domain import Condition, Domain, Operator, equals, literal
 
 if TYPE_CHECKING:
     from aeros.spec.backends.smt import Session
@@ -155,7 +155,7 @@ class _Encoding:
 
     def _is_success(self, operator: Operator, at: int) -> t.Term:
         """The outcome measured then is no failure: one that is none has as many effects as any measured."""
-        outcomes = [one for one in operator.skill.outcomes.values()]
+        outcomes = list(operator.skill.outcomes.values())
         measured = {one.id: self._has(one.effects, at) for one in outcomes}
         ways = []
         for one in outcomes:
@@ -165,7 +165,9 @@ class _Encoding:
         return t.Or(tuple(ways))
 
     def _has(self, effects: Environment, at: int) -> t.Term:
-        parts = [(self._is_known(name, at), equals(self._variable(name, at), v)) for name, v in effects.items()]
+        parts = [
+            (self._is_known(name, at), equals(self._variable(name, at), v)) for name, v in effects.items()
+        ]
         return t.And(tuple(part for pair in parts for part in pair))
 
     def _is(self, state: State, at: int) -> t.Term:
@@ -187,14 +189,6 @@ def _with_constants(term: t.Term, constants: Environment) -> t.Term:
     read = {name: one for name, one in t.variables_of(term).items() if name in constants}
     if not read:
         return term
-    from aeros.spec.expr.lower import lower
-
     values = scalars_of(read, constants)
-    literals: dict[str, t.Term] = {}
-    for variable in read.values():
-        for scalar in scalar_variables(variable):
-            value = values[scalar.name]
-            assert isinstance(scalar.type, ScalarType)
-            assert not isinstance(value, tuple)
-            literals[scalar.name] = t.Literal(value, scalar.type)
-    return t.substitute(lower(term), literals)
+    scalars = [scalar for variable in read.values() for scalar in scalar_variables(variable)]
+    return t.substitute(lower(term), {one.name: literal(one, values[one.name]) for one in scalars})

@@ -107,9 +107,7 @@ class Policies:
                     pending.append(then)
         return came_from, None
 
-    def _provide(
-        self, start: State, state: State, came_from: dict[State, tuple[State, str] | None]
-    ) -> None:
+    def _provide(self, start: State, state: State, came_from: dict[State, tuple[State, str] | None]) -> None:
         path = None
         if state not in self._avoided.states and self.domain.broken(state) is None:
             path = self._find(self.domain, state, self._avoided)

@@ -21,9 +21,10 @@ from typing import Any, Final
 
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.closed_loop.invocation import Invocation, State
+from aeros.spec.errors import MisuseError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment, Value, holds
-from aeros.spec.expr.types import BoolType, EnumType, ScalarType
+from aeros.spec.expr.types import BoolType, EnumType, RealType
 from aeros.spec.model import Clause, Declared, Ecm, Outcome, Site, Skill, TaskInvariant
 from aeros.spec.questions import impossible
 
@@ -148,8 +149,9 @@ def domain_for(
         for number, (module, skill, _) in enumerate(candidates):
             if number not in kept and wanted & _effects(skill):
                 kept[number] = bearing.condition(module, skill)
-                # Which outcome is measured depends on everything that the skill sets.
-                wanted |= t.variables_of(kept[number]).keys() | _effects(skill)
+                wanted |= t.variables_of(kept[number]).keys()
+                # Which outcome is measured depends on all that is declared, also of one that never happens.
+                wanted |= {name for one in skill.outcomes.values() for name in one.effects}
                 grows = True
     chosen = {number: candidates[number] for number in sorted(kept)}
     settings = _settings(skill for _, skill, _ in chosen.values())
@@ -262,9 +264,14 @@ def equals(variable: t.Variable, value: Value) -> t.Term:
     """The condition that a scalar variable has this value."""
     if isinstance(value, bool):
         return variable if value else t.Not(variable)
-    assert isinstance(variable.type, ScalarType)
-    assert not isinstance(value, tuple)
-    return t.Compare("==", variable, t.Literal(value, variable.type))
+    return t.Compare("==", variable, literal(variable, value))
+
+
+def literal(variable: t.Variable, value: Value) -> t.Literal:
+    """The constant that a scalar variable with this value is."""
+    if isinstance(value, tuple) or not isinstance(variable.type, BoolType | RealType | EnumType):
+        raise MisuseError(f"`{variable.name}` is no scalar")
+    return t.Literal(value, variable.type)
 
 
 def _written(value: Any) -> str:

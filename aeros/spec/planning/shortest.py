@@ -13,7 +13,7 @@ from itertools import product
 from typing import Any, Final, TypeAlias
 
 from aeros.spec.closed_loop.invocation import State
-from aeros.spec.planning.avoiding import Avoided, NotDecidedError, Path
+from aeros.spec.planning.avoiding import Avoided, Path
 from aeros.spec.planning.bounded import bounded_plan
 from aeros.spec.planning.domain import Condition, Domain, Operator
 
