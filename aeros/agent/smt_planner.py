@@ -15,7 +15,7 @@ from aeros.agent.unfolding import task_graph
 from aeros.agent.world import World
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.model import Ecm, Site
-from aeros.spec.planning.cyclic import Policies
+from aeros.spec.planning.cyclic import Strategy
 from aeros.spec.planning.domain import domain_for
 
 
@@ -39,18 +39,17 @@ class SmtPlanner:
         """The plan; raises `NoPlanError`, or `NotDecidedError` where the search had to be given up."""
         task = routed.task
         domain = domain_for(modules, self._site, world.known, task.goal, task.invariants, self._oracle)
-        policies, start = Policies(domain), domain.state(world.known)
-        if not policies.solves(start):
-            raise NoPlanError(why_not(policies))
-        return task_graph(policies, start, self._site.limits.retries)
+        strategy, start = Strategy(domain), domain.state(world.known)
+        if not strategy.solves(start):
+            raise NoPlanError(why_not(strategy))
+        return task_graph(strategy, start, self._site.limits.retries)
 
 
-def why_not(policies: Policies) -> str:
+def why_not(strategy: Strategy) -> str:
     """Why there is no plan: the first dead end that was found, and how it comes about."""
-    dead_end = policies.dead_ends[0]
-    if not dead_end.trace:
-        return f"no plan reaches the goal: {dead_end.why}"
-    return (
-        f"no plan recovers from every outcome: {', '.join(dead_end.trace)} leads to "
-        f"{policies.domain.shown(dead_end.state)}, and there: {dead_end.why}"
-    )
+    dead_end, domain = strategy.dead_ends[0], strategy.domain
+    why = f"no plan reaches the goal: {dead_end.why}"
+    if dead_end.trace:
+        way, state = ", ".join(dead_end.trace), domain.shown(dead_end.state)
+        why = f"no plan recovers from every outcome: {way} leads to {state}, and there {dead_end.why}"
+    return "; ".join([why, *(f"`{name}` is left out: {reason}" for name, reason in domain.left_out.items())])

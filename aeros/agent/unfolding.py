@@ -1,8 +1,8 @@
-"""A strong cyclic policy as a task graph: its way to the goal, unfolded as far as steps succeed.
+"""A strong cyclic strategy as a task graph: its way to the goal, unfolded as far as steps succeed.
 
 A step whose successes differ is followed by an `if` between what is measured then.  What a failure calls
 for becomes the step's retries and its `on_failure`, where every state that these can lead to is provided
-for by the policy too.  Where unfolding goes round in a circle, grows too large or cannot tell what is
+for by the strategy too.  Where unfolding goes round in a circle, grows too large or cannot tell what is
 measured, the graph ends: the agent plans again, from the state that it is in then.
 """
 
@@ -16,16 +16,16 @@ from aeros.spec.closed_loop.invocation import State
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.spell import spell
 from aeros.spec.parts import If, Seq
-from aeros.spec.planning.cyclic import Policies
-from aeros.spec.planning.domain import Operator, equals
+from aeros.spec.planning.cyclic import Strategy
+from aeros.spec.planning.domain import Choice, equals
 
 _MOST_STEPS: Final = 60
 _MOST_LEVELS: Final = 6
 
 
-def task_graph(policies: Policies, start: State, retries: int) -> TaskGraph:
-    """What the policy does from `start`, which it provides for; `retries`: as often as the site allows."""
-    return TaskGraph(tuple(_Unfolding(policies, retries).parts(start, frozenset(), 0)))
+def task_graph(strategy: Strategy, start: State, retries: int) -> TaskGraph:
+    """What the strategy does from `start`, which it provides for; `retries`: as often as the site allows."""
+    return TaskGraph(tuple(_Unfolding(strategy, retries).parts(start, frozenset(), 0)))
 
 
 class _Unfolding:
@@ -34,9 +34,9 @@ class _Unfolding:
     cures: by skill, the skills that are run where it failed.
     """
 
-    def __init__(self, policies: Policies, retries: int) -> None:
-        self._policies = policies
-        self._domain = policies.domain
+    def __init__(self, strategy: Strategy, retries: int) -> None:
+        self._strategy = strategy
+        self._domain = strategy.domain
         self._retries = retries
         self._left = _MOST_STEPS
         self._cures: dict[str, set[str]] = {}
@@ -47,37 +47,37 @@ class _Unfolding:
         while self._domain.goal(state) is not True and state not in above and self._left > 0:
             self._left -= 1
             above |= {state}
-            step, successes = self._step(state, self._policies.chosen[state])
+            step, successes = self._step(state, self._strategy.chosen[state])
             parts.append(step)
             if len(successes) > 1:
                 return parts + self._fork(successes, above, level + 1)
             (state,) = successes
         return parts
 
-    def _step(self, state: State, operator: Operator) -> tuple[Step, list[State]]:
+    def _step(self, state: State, choice: Choice) -> tuple[Step, list[State]]:
         """The step, with the most help between tries that is provided for, and the states it succeeds in."""
-        cure = self._cure(state, operator)
+        cure = self._cure(state, choice)
         for retry, helper in [*([(self._retries, cure)] if cure else []), (self._retries, None), (0, None)]:
-            successes, visited, is_of_use = self._tries(state, operator, retry, helper)
-            if is_of_use and all(self._policies.solves(one) for one in visited):
+            successes, visited, is_of_use = self._tries(state, choice, retry, helper)
+            if is_of_use and all(self._strategy.solves(one) for one in visited):
                 break
         if helper is not None:
-            self._cures.setdefault(operator.name, set()).add(helper.name)
+            self._cures.setdefault(choice.name, set()).add(helper.name)
         on_failure = None if helper is None else helper.skill.id
-        return Step(operator.module, operator.skill.id, operator.inputs, retry, on_failure), successes
+        return Step(choice.module, choice.skill.id, choice.inputs, retry, on_failure), successes
 
-    def _cure(self, state: State, operator: Operator) -> Operator | None:
-        """What the policy does where the operator failed, if that is one skill and can be an `on_failure`."""
-        wanted: dict[Operator, None] = {}
-        for then, outcome, _ in self._domain.after(operator, state):
-            chosen = self._policies.chosen.get(then)
-            if outcome.failure and chosen is not None and chosen is not operator:
+    def _cure(self, state: State, choice: Choice) -> Choice | None:
+        """What the strategy does where the choice failed, if that is one skill and can be an `on_failure`."""
+        wanted: dict[Choice, None] = {}
+        for then, outcome, _ in self._domain.after(choice, state):
+            chosen = self._strategy.chosen.get(then)
+            if outcome.failure and chosen is not None and chosen is not choice:
                 wanted[chosen] = None
         if len(wanted) != 1:
             return None
         (cure,) = wanted
-        fits = cure.module == operator.module and not cure.inputs
-        return cure if fits and operator.name not in self._cured_by(cure.name) else None
+        fits = cure.module == choice.module and not cure.inputs
+        return cure if fits and choice.name not in self._cured_by(cure.name) else None
 
     def _cured_by(self, name: str) -> set[str]:
         """`name`, and every skill that may run where it failed."""
@@ -89,7 +89,7 @@ class _Unfolding:
         return found
 
     def _tries(
-        self, state: State, operator: Operator, retry: int, cure: Operator | None
+        self, state: State, choice: Choice, retry: int, cure: Choice | None
     ) -> tuple[list[State], set[State], bool]:
         """The states it succeeds in, all that it and the cure may come to, and whether each try can start."""
         successes: dict[State, None] = {}
@@ -98,10 +98,10 @@ class _Unfolding:
         is_of_use = True
         for left in range(retry, -1, -1):
             failures: dict[State, None] = {}
-            is_of_use &= any(self._domain.can_start(operator, one) for one in here)
+            is_of_use &= any(self._domain.can_start(choice, one) for one in here)
             for one in here:
-                if self._domain.can_start(operator, one):
-                    for then, outcome, _ in self._domain.after(operator, one):
+                if self._domain.can_start(choice, one):
+                    for then, outcome, _ in self._domain.after(choice, one):
                         (failures if outcome.failure else successes)[then] = None
             visited |= {*successes, *failures}
             here = failures
@@ -110,7 +110,7 @@ class _Unfolding:
                 visited |= {*here}
         return list(successes), visited, is_of_use
 
-    def _cured(self, cure: Operator, failures: Iterable[State]) -> dict[State, None]:
+    def _cured(self, cure: Choice, failures: Iterable[State]) -> dict[State, None]:
         found: dict[State, None] = {}
         for one in failures:
             if self._domain.can_start(cure, one):

@@ -27,7 +27,7 @@ from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Clause, Ecm, Site, Task
 from aeros.spec.parts import If, Seq
 from aeros.spec.planning.avoiding import NotDecidedError
-from aeros.spec.planning.cyclic import Policies
+from aeros.spec.planning.cyclic import Strategy
 from aeros.spec.planning.domain import domain_for
 from aeros.spec.render import safe
 
@@ -110,18 +110,18 @@ def _command(arguments: argparse.Namespace) -> Exit:
         "reason": None,
         "left_out": dict(domain.left_out),
     }
-    policies = Policies(domain)
+    strategy = Strategy(domain)
     code = Exit.PROVED
     try:
-        if policies.solves(start):
-            graph = task_graph(policies, start, site.limits.retries)
+        if strategy.solves(start):
+            graph = task_graph(strategy, start, site.limits.retries)
             if graph.parts and (problems := verify_plan(graph, modules, site)):
                 raise InternalError("; ".join(problems))
             found["plan"] = [_part(part) for part in graph.parts]
-            found["steps_at_least"] = policies.steps_from(start)
-            found["states"] = len(policies.states_from(start))
+            found["steps_at_least"] = strategy.steps_from(start)
+            found["states"] = len(strategy.states_from(start))
         else:
-            code, found["reason"] = Exit.REJECTED, why_not(policies)
+            code, found["reason"] = Exit.REJECTED, why_not(strategy)
     except NotDecidedError as why:
         code, found["reason"] = Exit.UNDECIDED, str(why)
     print(json.dumps(found, indent=1) if arguments.format == "json" else _as_text(found))
@@ -182,14 +182,14 @@ def _as_text(found: Mapping[str, Any]) -> str:
     lines = [f"goal   {found['goal']}", f"start  {start}" if start else "start  as measured"]
     if found["reason"] is not None:
         lines.append(f"none   {found['reason']}")
-        lines += [f"       `{name}` is not planned with: {why}" for name, why in found["left_out"].items()]
     elif not found["plan"]:
         lines.append("plan   nothing to do: the goal holds")
     else:
         lines += ["plan", *_listed(found["plan"], "  ")]
         lines.append(
-            f"proved {found['steps_at_least']} steps at least; declared outcomes may lead to {found['states']} "
-            "states, and the goal can be reached from each of them"
+            f"proved the goal can be reached from each of the {found['states']} states that declared "
+            f"outcomes may lead to; the shortest way has {found['steps_at_least']} step"
+            + ("" if found["steps_at_least"] == 1 else "s")
         )
     return "\n".join(map(safe, lines))
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from aeros.spec.closed_loop.invocation import State
-from aeros.spec.planning.domain import Operator
+from aeros.spec.planning.domain import Choice
 
-Path: TypeAlias = list[tuple[State, Operator]]
+Path: TypeAlias = list[tuple[State, Choice]]
 """The steps of a plan, each with the state that it is to start in."""
 
 
@@ -18,7 +18,7 @@ class NotDecidedError(Exception):
 
 @dataclass
 class Avoided:
-    """States without a way to the goal, and operators that may lead from a state to such a one."""
+    """States without a way to the goal, and choices that may lead from a state to such a one."""
 
     states: set[State] = field(default_factory=set)
-    pairs: set[tuple[State, Operator]] = field(default_factory=set)
+    pairs: set[tuple[State, Choice]] = field(default_factory=set)

@@ -1,6 +1,6 @@
 """The shortest plan by bounded search: “some plan of n steps exists” as a question to Z3, n growing.
 
-A step is an operator and the outcome that the plan counts on, which is measured as a success.  The answer
+A step is a choice and the outcome that the plan counts on, which is measured as a success.  The answer
 is replayed through the domain before anybody sees it.
 """
 
@@ -17,7 +17,7 @@ from aeros.spec.expr.lower import lower, scalar_variables, scalars_of
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.expr.types import BOOL, EnumType
 from aeros.spec.planning.avoiding import Avoided, NotDecidedError, Path
-from aeros.spec.planning.domain import Condition, Domain, Operator, equals, literal
+from aeros.spec.planning.domain import Choice, Condition, Domain, equals, literal
 
 if TYPE_CHECKING:
     from aeros.spec.backends.smt import Session
@@ -53,11 +53,10 @@ class _Encoding:
         self._start = start
         self._edges = list(_edges(domain))
         members = tuple(map(str, range(max(len(self._edges), 1))))
-        self._choices = [
+        self._picks = [
             t.Variable(f"step {at}", EnumType("edge", members), t.Role.STATE) for at in range(LONGEST + 1)
         ]
-        self._constants: dict[str, t.Term] = {}
-        self._session: Session = Session(self._variables(start), {})
+        self._session: Session = Session(self._every_variable(), {})
         for name, value in zip(domain.names, start, strict=True):
             if value is None:
                 self._session.assume(t.Not(self._is_known(name, 0)))
@@ -65,8 +64,8 @@ class _Encoding:
                 self._session.assume(equals(self._variable(name, 0), value))
                 self._session.assume(self._is_known(name, 0))
 
-    def _variables(self, start: State) -> Iterator[t.Variable]:
-        yield from self._choices
+    def _every_variable(self) -> Iterator[t.Variable]:
+        yield from self._picks
         for at in range(LONGEST + 2):
             for name in self._domain.names:
                 yield self._variable(name, at)
@@ -89,10 +88,10 @@ class _Encoding:
     def _replayed(self, model: Mapping[str, Any], length: int) -> Path:
         state, path = self._start, []
         for at in range(length):
-            operator, effects = self._edges[int(model[self._choices[at].name])]
-            if not self._domain.can_start(operator, state):
-                raise InternalError(f"`{operator.name}` does not start where the solver has it start")
-            path.append((state, operator))
+            choice, effects = self._edges[int(model[self._picks[at].name])]
+            if not self._domain.can_start(choice, state):
+                raise InternalError(f"`{choice.name}` does not start where the solver has it start")
+            path.append((state, choice))
             pairs = zip(self._domain.names, state, strict=True)
             state = tuple(effects.get(name, value) for name, value in pairs)
         if self._domain.goal(state) is not True:
@@ -101,11 +100,11 @@ class _Encoding:
 
     def extend(self, at: int) -> None:
         """Assume that one more step is made after `at`."""
-        choice = self._choices[at]
+        pick = self._picks[at]
         touching: dict[str, list[t.Term]] = {name: [] for name in self._domain.names}
-        for number, (operator, effects) in enumerate(self._edges):
-            chosen = t.Compare("==", choice, t.Literal(str(number), choice.type))  # type: ignore[arg-type]
-            then = [self._holds(operator.condition, at), self._is_success(operator, at + 1)]
+        for number, (choice, effects) in enumerate(self._edges):
+            chosen = t.Compare("==", pick, t.Literal(str(number), pick.type))  # type: ignore[arg-type]
+            then = [self._holds(choice.condition, at), self._is_success(choice, at + 1)]
             for name, value in effects.items():
                 touching[name].append(chosen)
                 then += [equals(self._variable(name, at + 1), value), self._is_known(name, at + 1)]
@@ -127,11 +126,11 @@ class _Encoding:
             self._session.assume(t.Not(self._fails(condition, at)))
         for state in avoided.states:
             self._session.assume(t.Not(self._is(state, at)))
-        choice = self._choices[at]
-        for state, operator in avoided.pairs:
+        pick = self._picks[at]
+        for state, choice in avoided.pairs:
             for number, (one, _) in enumerate(self._edges):
-                if one is operator:
-                    chosen = t.Compare("==", choice, t.Literal(str(number), choice.type))  # type: ignore[arg-type]
+                if one is choice:
+                    chosen = t.Compare("==", pick, t.Literal(str(number), pick.type))  # type: ignore[arg-type]
                     self._session.assume(t.Not(t.And((self._is(state, at), chosen))))
 
     # Conditions after a number of steps.
@@ -153,9 +152,9 @@ class _Encoding:
         moved: dict[str, t.Term] = {name: self._variable(name, at) for name in condition.reads}
         return t.substitute(_with_constants(condition.term, condition.constants), moved)
 
-    def _is_success(self, operator: Operator, at: int) -> t.Term:
+    def _is_success(self, choice: Choice, at: int) -> t.Term:
         """The outcome measured then is no failure: one that is none has as many effects as any measured."""
-        outcomes = list(operator.skill.outcomes.values())
+        outcomes = list(choice.skill.outcomes.values())
         measured = {one.id: self._has(one.effects, at) for one in outcomes}
         ways = []
         for one in outcomes:
@@ -176,12 +175,12 @@ class _Encoding:
         return t.And((self._has(values, at), *(t.Not(self._is_known(name, at)) for name in unknown)))
 
 
-def _edges(domain: Domain) -> Iterator[tuple[Operator, Environment]]:
-    """Every outcome of every operator that can happen."""
-    for operator in domain.operators:
-        for outcome in operator.skill.outcomes.values():
+def _edges(domain: Domain) -> Iterator[tuple[Choice, Environment]]:
+    """Every outcome of every choice that can happen."""
+    for choice in domain.choices:
+        for outcome in choice.skill.outcomes.values():
             if outcome.probability != 0:
-                yield operator, outcome.effects
+                yield choice, outcome.effects
 
 
 def _with_constants(term: t.Term, constants: Environment) -> t.Term:

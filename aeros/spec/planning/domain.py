@@ -7,7 +7,7 @@ measured numbers) stays as it is measured.
 Which skills are there for planning: those of all modules, with their default inputs; an input without
 default has each of its values where they are finitely many.  Left out, with the reason, is a skill that
 the operator blocks, in whole or in part, and one with an input that nothing gives a value.  And no
-operator can start where, of an action kind of its envelope, Φ and the permission are proved to allow no
+choice can start where, of an action kind of its envelope, Φ and the permission are proved to allow no
 action at all, whatever is measured of what no skill sets: there the gate could only deny.
 """
 
@@ -62,16 +62,18 @@ class Condition:
 
 
 @dataclass(frozen=True, eq=False)
-class Operator:
+class Choice:
     """A skill with its inputs.
 
     inputs: those without default, by name.
-    condition: its precondition, and that none of its action kinds is always denied.
+    denied: an action kind, and a situation in which every such action of the skill is denied.
+    condition: its precondition, and none of those situations.
     """
 
     module: str
     skill: Skill
     inputs: Mapping[str, Any]
+    denied: tuple[tuple[str, t.Term], ...]
     condition: Condition
     invocation: Invocation
 
@@ -93,7 +95,7 @@ class Domain:
     names: tuple[str, ...]
     variables: Mapping[str, t.Variable]
     settings: Mapping[str, tuple[Any, ...]]
-    operators: tuple[Operator, ...]
+    choices: tuple[Choice, ...]
     goal: Condition
     invariants: Mapping[str, Condition]
     left_out: Mapping[str, str]
@@ -103,15 +105,15 @@ class Domain:
         """The state in which these values are measured."""
         return tuple(known.get(name) for name in self.names)
 
-    def can_start(self, operator: Operator, state: State) -> bool:
+    def can_start(self, choice: Choice, state: State) -> bool:
         """Whether its condition is measured as true."""
-        return operator.condition(state) is True
+        return choice.condition(state) is True
 
-    def after(self, operator: Operator, state: State) -> list[tuple[State, Outcome, Fraction]]:
-        """Each state that `operator` may end in, the outcome that is measured there, and how likely it is."""
-        key = (id(operator), state)
+    def after(self, choice: Choice, state: State) -> list[tuple[State, Outcome, Fraction]]:
+        """Each state that `choice` may end in, the outcome that is measured there, and how likely it is."""
+        key = (id(choice), state)
         if key not in self._after:
-            self._after[key] = operator.invocation.after(state)
+            self._after[key] = choice.invocation.after(state)
         return self._after[key]
 
     def broken(self, state: State) -> str | None:
@@ -142,32 +144,34 @@ def domain_for(
     }
     bearing = _Bearing(site, modules, possible, oracle or Oracle())
     wanted = set(t.variables_of(goal)).union(*(t.variables_of(one.term) for one in invariants))
-    kept: dict[int, t.Term] = {}
+    kept: dict[int, tuple[t.Term, tuple[tuple[str, t.Term], ...]]] = {}
     grows = True
     while grows:
         grows = False
         for number, (module, skill, _) in enumerate(candidates):
             if number not in kept and wanted & _effects(skill):
                 kept[number] = bearing.condition(module, skill)
-                wanted |= t.variables_of(kept[number]).keys()
+                wanted |= t.variables_of(kept[number][0]).keys()
                 # Which outcome is measured depends on all that is declared, also of one that never happens.
                 wanted |= {name for one in skill.outcomes.values() for name in one.effects}
                 grows = True
     chosen = {number: candidates[number] for number in sorted(kept)}
     settings = _settings(skill for _, skill, _ in chosen.values())
     names = tuple(sorted(settings))
-    operators = []
+    choices = []
     for number, (module, skill, inputs) in chosen.items():
         bound: dict[str, Value] = {
             one.name: inputs.get(key, one.default) for key, one in skill.inputs.items()
         }
-        condition = Condition(kept[number], names, {**known, **bound})
-        operators.append(Operator(module, skill, inputs, condition, _invocation(skill, inputs, names)))
+        term, denied = kept[number]
+        condition = Condition(term, names, {**known, **bound})
+        invocation = _invocation(skill, inputs, names)
+        choices.append(Choice(module, skill, inputs, denied, condition, invocation))
     return Domain(
         names,
         {name: site.state[name].variable for name in names},
         settings,
-        tuple(operators),
+        tuple(choices),
         Condition(goal, names, known),
         {one.id: Condition(one.term, names, known) for one in invariants},
         left_out,
@@ -233,16 +237,16 @@ class _Bearing:
     possible: Mapping[str, tuple[Any, ...]]
     oracle: Oracle
 
-    def condition(self, module: str, skill: Skill) -> t.Term:
+    def condition(self, module: str, skill: Skill) -> tuple[t.Term, tuple[tuple[str, t.Term], ...]]:
         precondition = t.TRUE if skill.precondition is None else skill.precondition.term
-        barred = [
-            situation
+        denied = tuple(
+            (kind, situation)
             for kind, clause in skill.envelope.items()
-            for situation in self._barred(module, skill, kind, clause)
-        ]
-        return t.conjunction(precondition, *(t.Not(situation) for situation in barred))
+            for situation in self._denied(module, skill, kind, clause)
+        )
+        return t.conjunction(precondition, *(t.Not(situation) for _, situation in denied)), denied
 
-    def _barred(self, module: str, skill: Skill, kind: str, clause: Clause) -> Iterator[t.Term]:
+    def _denied(self, module: str, skill: Skill, kind: str, clause: Clause) -> Iterator[t.Term]:
         """Situations in which no action of `kind` that the skill may ask for is allowed."""
         permission = self.modules[module].permission.get(kind)
         terms = [clause.term, *(rule.terms[kind] for rule in self.site.rules_on(kind))]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.spell import spell
-from aeros.spec.planning.domain import Condition, Domain, Operator
+from aeros.spec.planning.domain import Choice, Condition, Domain
 from aeros.spec.planning.shortest import Reachable
 
 _MOST_TOLD = 8
@@ -48,33 +48,41 @@ class _Told:
         yield f"{whose} needs `{spell(condition.term)}`, whose parts cannot hold together"
 
     def _part(self, one: Condition, whose: str) -> Iterator[str]:
-        text = spell(one.term)
-        self._asked.add(text)
         self._said += 1
-        needs = f"{whose} needs `{text}`"
+        needs = f"{whose} needs `{spell(one.term)}`"
         if one.missing:
             yield f"{needs}: `{one.missing[0]}` is not measured, and no skill settles it"
             return
         if not one.reads:
             yield f"{needs}, which is not so as measured, and no skill changes that"
             return
-        helpers = [operator for operator in self._domain.operators if self._would_help(operator, one)]
+        helpers = [choice for choice in self._domain.choices if self._would_help(choice, one)]
         if not helpers:
             yield f"{needs}, which no skill brings about"
             return
-        names = ", ".join(dict.fromkeys(f"`{operator.name}`" for operator in helpers))
+        names = ", ".join(dict.fromkeys(f"`{choice.name}`" for choice in helpers))
         yield f"{needs}, which only {names} could bring about"
-        for operator in helpers:
-            condition = operator.condition
-            if self._said < _MOST_TOLD and spell(condition.term) not in self._asked:
-                self._asked.add(spell(condition.term))
-                yield from self.lines(condition, f"`{operator.name}`")
+        for choice in helpers:
+            if self._said < _MOST_TOLD and choice.name not in self._asked:
+                self._asked.add(choice.name)
+                yield from self._unable(choice)
 
-    def _would_help(self, operator: Operator, one: Condition) -> bool:
+    def _unable(self, choice: Choice) -> Iterator[str]:
+        """Why `choice` can never start."""
+        clause, constants = choice.skill.precondition, choice.condition.constants
+        precondition = Condition(t.TRUE if clause is None else clause.term, self._domain.names, constants)
+        if self._reachable.possible(precondition):
+            for kind, situation in choice.denied:
+                where = f"where `{spell(situation)}`"
+                yield f"the site and its permission deny every `{kind}` of `{choice.name}` {where}"
+        else:
+            yield from self.lines(precondition, f"`{choice.name}`")
+
+    def _would_help(self, choice: Choice, one: Condition) -> bool:
         """Whether it sets something that `one` reads to what cannot be had."""
         return any(
             name in one.reads and value not in self._reachable.values[name]
-            for outcome in operator.skill.outcomes.values()
+            for outcome in choice.skill.outcomes.values()
             if outcome.probability != 0
             for name, value in outcome.effects.items()
         )

@@ -15,10 +15,10 @@ from typing import Any, Final, TypeAlias
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.planning.avoiding import Avoided, Path
 from aeros.spec.planning.bounded import bounded_plan
-from aeros.spec.planning.domain import Condition, Domain, Operator
+from aeros.spec.planning.domain import Choice, Condition, Domain
 
 FEW: Final = 3000
-"""States up to which going through all of them is quicker than the solver; see benchmarks/planning.py."""
+"""States up to which going through all of them is quicker than the solver, as docs/planning.md measures."""
 
 _MOST_VALUES: Final = 4096
 
@@ -48,27 +48,27 @@ def enumerated_plan(domain: Domain, start: State, avoided: Avoided, most: int) -
             return _path(came_from, max(reached, key=lambda state: layer[state]))
         fresh: dict[State, Fraction] = {}
         for state, chance in layer.items():
-            for operator, then, share in _successes(domain, state, avoided):
+            for choice, then, share in _successes(domain, state, avoided):
                 if then in came_from and fresh.get(then, chance * share) >= chance * share:
                     continue
                 if len(came_from) >= most:
                     raise TooManyStatesError
                 fresh[then] = chance * share
-                came_from[then] = (state, operator)
+                came_from[then] = (state, choice)
         layer = fresh
     return None
 
 
-def _successes(domain: Domain, state: State, avoided: Avoided) -> Iterator[tuple[Operator, State, Fraction]]:
-    for operator in domain.operators:
-        if domain.can_start(operator, state) and (state, operator) not in avoided.pairs:
-            for then, outcome, share in domain.after(operator, state):
+def _successes(domain: Domain, state: State, avoided: Avoided) -> Iterator[tuple[Choice, State, Fraction]]:
+    for choice in domain.choices:
+        if domain.can_start(choice, state) and (state, choice) not in avoided.pairs:
+            for then, outcome, share in domain.after(choice, state):
                 allowed = then not in avoided.states and domain.broken(then) is None
                 if allowed and not outcome.failure:
-                    yield operator, then, share
+                    yield choice, then, share
 
 
-_Ways: TypeAlias = dict[State, tuple[State, Operator] | None]
+_Ways: TypeAlias = dict[State, tuple[State, Choice] | None]
 
 
 def _path(came_from: _Ways, state: State) -> Path:
@@ -98,9 +98,9 @@ class Reachable:
                 self.steps_to_goal = steps
             new = [
                 (name, value)
-                for operator in domain.operators
-                if self.possible(operator.condition)
-                for outcome in operator.skill.outcomes.values()
+                for choice in domain.choices
+                if self.possible(choice.condition)
+                for outcome in choice.skill.outcomes.values()
                 if outcome.probability != 0
                 for name, value in outcome.effects.items()
                 if value not in self.values[name]
