@@ -18,6 +18,7 @@ from aeros.cli.arguments import UsageError, existing_path
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.goal import goal_of, value_of
 from aeros.sim.symbolic_state import initial_values
+from aeros.spec.closed_loop.invocation import State
 from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.doubles import as_doubles
 from aeros.spec.errors import InternalError
@@ -27,14 +28,17 @@ from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Clause, Ecm, Site, Task
 from aeros.spec.parts import If, Seq
 from aeros.spec.planning.avoiding import NotDecidedError
+from aeros.spec.planning.checking import UnreadablePlanError, problems_of, read_plan
 from aeros.spec.planning.cyclic import Strategy
 from aeros.spec.planning.domain import domain_for
 from aeros.spec.render import safe
+from aeros.spec.texts import read_source
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 SCHEMA = "aeros/plan/1"
+CHECK_SCHEMA = "aeros/plan-check/1"
 
 _EXAMPLES = """\
 Planning rules are not looked at: preconditions and outcomes of the skills of all modules are, as in
@@ -47,6 +51,7 @@ examples:
   aeros plan "make dumplings" --start dough_on_workspace=true --start filling_on_workspace=true
   aeros plan "clean the table" --start wiping_area_clear=unknown
   aeros plan --goal "object_grasped and not object_delivered" --format json
+  aeros plan "make dumplings" --check dumplings.plan       accept a plan from elsewhere, or say what is wrong
 """
 
 
@@ -74,6 +79,12 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
     )
+    parser.add_argument(
+        "--check",
+        type=existing_path,
+        metavar="FILE",
+        help="judge this plan, one `(module.skill)` a line as classical planners write it, and make none",
+    )
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
     parser.set_defaults(command=_command)
 
@@ -98,8 +109,13 @@ def _command(arguments: argparse.Namespace) -> Exit:
             return Exit.REJECTED
     goal = goal_of(arguments.goal, site) if arguments.goal is not None else _own_goal(task)
     known = _start(site, task, dict(arguments.start))
-    domain = domain_for(modules, site, known, goal.term, () if task is None else task.invariants)
+    steps = None if arguments.check is None else _steps(arguments.check)
+    also = {step.partition(" ")[0].casefold() for step in steps or ()}
+    kept = () if task is None else task.invariants
+    domain = domain_for(modules, site, known, goal.term, kept, also=also)
     start = domain.state(known)
+    if steps is not None:
+        return _checked(Strategy(domain), start, steps, arguments.format)
     found: dict[str, Any] = {
         "schema": SCHEMA,
         "goal": goal.text,
@@ -126,6 +142,28 @@ def _command(arguments: argparse.Namespace) -> Exit:
         code, found["reason"] = Exit.UNDECIDED, str(why)
     print(json.dumps(found, indent=1) if arguments.format == "json" else _as_text(found))
     return code
+
+
+def _steps(path: Path) -> tuple[str, ...]:
+    try:
+        return read_plan(read_source(path).text)
+    except UnreadablePlanError as why:
+        raise UsageError(f"`{path}` is no plan: {why}") from why
+
+
+def _checked(strategy: Strategy, start: State, steps: tuple[str, ...], form: str) -> Exit:
+    try:
+        problems = problems_of(strategy, start, steps)
+    except NotDecidedError as why:
+        print(f"aeros: undecided: {why}", file=sys.stderr)
+        return Exit.UNDECIDED
+    if form == "json":
+        found = {"schema": CHECK_SCHEMA, "steps": steps, "accepted": not problems, "problems": problems}
+        print(json.dumps(found, indent=1))
+    else:
+        accepted = f"accepted  {len(steps)} steps; whatever declared outcomes come, the goal stays reachable"
+        print("\n".join([f"rejected  {safe(text)}" for text in problems] or [accepted]))
+    return Exit.REJECTED if problems else Exit.PROVED
 
 
 def _loaded(folder: Path, site_path: Path | None) -> tuple[Site, dict[str, Ecm]]:

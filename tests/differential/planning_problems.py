@@ -89,12 +89,15 @@ class Enumeration:
         """Of each skill that can start, the states it may end in and whether it has then failed."""
         for one in self.problem.ecm.skills.values():
             if one.precondition is None or self.holds(one.precondition.term, state):
-                yield [
-                    (then, self._has_failed(one, dict(then)))
-                    for outcome in one.outcomes.values()
-                    if outcome.probability != 0
-                    for then in [frozenset({**dict(state), **outcome.effects}.items())]
-                ]
+                yield self.ends(one, state)
+
+    def ends(self, one: Skill, state: Values) -> list[tuple[Values, bool]]:
+        return [
+            (then, self._has_failed(one, dict(then)))
+            for outcome in one.outcomes.values()
+            if outcome.probability != 0
+            for then in [frozenset({**dict(state), **outcome.effects}.items())]
+        ]
 
     def holds(self, condition: t.Term, state: Values) -> bool:
         values = dict(state)

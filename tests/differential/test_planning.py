@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from fractions import Fraction
 from functools import partial
@@ -18,6 +18,7 @@ from aeros.agent.smt_planner import SmtPlanner
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.model import Outcome
 from aeros.spec.planning.avoiding import Avoided, NotDecidedError, Path
+from aeros.spec.planning.checking import problems_of
 from aeros.spec.planning.cyclic import Strategy
 from aeros.spec.planning.domain import Choice, Domain, domain_for
 from aeros.spec.planning.shortest import shortest_plan
@@ -172,3 +173,69 @@ def _law(check: Callable[[Problem], None], examples: int, **more: Any) -> None:
         check(problem)
 
     law()
+
+
+def test_a_plan_from_elsewhere_is_accepted_exactly_where_it_works() -> None:
+    seen = Mix()
+    _plans_are_judged(Strategy, seen)
+    seen.assert_both("plan", at_least=40)
+
+
+class _Hopeful(Strategy):
+    """A twin: it will turn out well."""
+
+    def solves(self, start: State) -> bool:
+        return True
+
+
+def test_a_judge_that_minds_no_outcome_is_noticed() -> None:
+    with pytest.raises(AssertionError):
+        _plans_are_judged(_Hopeful, Mix(), phases=[Phase.generate])
+
+
+def _plans_are_judged(strategy: type[Strategy], seen: Mix, **more: Any) -> None:
+    @_QUIETLY(max_examples=400, **more)
+    @given(problems(), st.data())
+    def law(problem: Problem, data: st.DataObject) -> None:
+        steps = data.draw(_steps(problem))
+        labels = [f"{problem.ecm.id}.{name}" for name in steps]
+        modules = {problem.ecm.id: problem.ecm}
+        domain = domain_for(
+            modules, problem.site, problem.start, problem.goal, problem.invariants, also=labels
+        )
+        wrong = problems_of(strategy(domain), domain.state(problem.start), labels)
+        seen.compare("plan", proved=not wrong, expected=works(Enumeration(problem), steps))
+
+    law()
+
+
+@st.composite
+def _steps(draw: st.DrawFn, problem: Problem) -> list[str]:
+    """Any skills, or what a strategy does where its steps succeed one way."""
+    strategy = Strategy(domain_of(problem))
+    domain, state = strategy.domain, strategy.domain.state(problem.start)
+    if not strategy.solves(state) or draw(st.booleans()):
+        return draw(st.lists(st.sampled_from([*problem.ecm.skills]), max_size=4))
+    steps: list[str] = []
+    while domain.goal(state) is not True and len(steps) < 8:
+        chosen = strategy.chosen[state]
+        steps.append(chosen.skill.id)
+        state = draw(st.sampled_from([then for then, o, _ in domain.after(chosen, state) if not o.failure]))
+    return steps
+
+
+def works(every: Enumeration, steps: Sequence[str]) -> bool:
+    """By enumeration: each step starts after any successes, and no outcome leaves the states with hope."""
+    states = {every.start}
+    for name in steps:
+        one = every.problem.ecm.skills[name]
+        pending = {state for state in states if not every.holds(every.problem.goal, state)}
+        states -= pending
+        for state in pending:
+            if one.precondition is not None and not every.holds(one.precondition.term, state):
+                return False
+            for then, failed in every.ends(one, state):
+                if then not in every.hopeful:
+                    return False
+                states |= set() if failed else {then}
+    return all(every.holds(every.problem.goal, state) for state in states)

@@ -13,7 +13,7 @@ action at all, whatever is measured of what no skill sets: there the gate could 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import islice, product
@@ -82,6 +82,11 @@ class Choice:
         """As in reports."""
         return f"{self.module}.{self.skill.id}"
 
+    @property
+    def label(self) -> str:
+        """As a step of a plan, with its inputs."""
+        return " ".join([self.name, *(f"{key}={_written(value)}" for key, value in self.inputs.items())])
+
 
 @dataclass(frozen=True, eq=False)
 class Domain:
@@ -116,6 +121,10 @@ class Domain:
             self._after[key] = choice.invocation.after(state)
         return self._after[key]
 
+    def condition(self, term: t.Term, choice: Choice) -> Condition:
+        """`term` as a condition on states where `choice` has its inputs."""
+        return Condition(term, self.names, choice.condition.constants)
+
     def broken(self, state: State) -> str | None:
         """The first invariant that does not hold in `state`."""
         return next((id_ for id_, holds_in in self.invariants.items() if holds_in(state) is False), None)
@@ -133,8 +142,12 @@ def domain_for(
     goal: t.Term,
     invariants: Sequence[TaskInvariant] = (),
     oracle: Oracle | None = None,
+    also: Collection[str] = (),
 ) -> Domain:
-    """The domain of every skill of `modules` that can bear on `goal` or on `invariants`."""
+    """The domain of every skill of `modules` that can bear on `goal` or on `invariants`.
+
+    also: names, case folded, of skills that are in it whether they bear on anything or not.
+    """
     left_out: dict[str, str] = {}
     candidates = list(_candidates(modules, site, left_out))
     settings = _settings(skill for _, skill, _ in candidates)
@@ -149,7 +162,8 @@ def domain_for(
     while grows:
         grows = False
         for number, (module, skill, _) in enumerate(candidates):
-            if number not in kept and wanted & _effects(skill):
+            bears = wanted & _effects(skill) or f"{module}.{skill.id}".casefold() in also
+            if number not in kept and bears:
                 kept[number] = bearing.condition(module, skill)
                 wanted |= t.variables_of(kept[number][0]).keys()
                 # Which outcome is measured depends on all that is declared, also of one that never happens.

@@ -69,8 +69,8 @@ class _Told:
 
     def _unable(self, choice: Choice) -> Iterator[str]:
         """Why `choice` can never start."""
-        clause, constants = choice.skill.precondition, choice.condition.constants
-        precondition = Condition(t.TRUE if clause is None else clause.term, self._domain.names, constants)
+        clause = choice.skill.precondition
+        precondition = self._domain.condition(t.TRUE if clause is None else clause.term, choice)
         if self._reachable.possible(precondition):
             for kind, situation in choice.denied:
                 where = f"where `{spell(situation)}`"

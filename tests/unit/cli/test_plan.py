@@ -111,3 +111,42 @@ def test_the_page_on_planning_shows_what_is_answered(
             main(shlex.split(line)[2:])
             answered += f"{line}\n{capsys.readouterr().out}"
     assert answered == shown
+
+
+@pytest.mark.parametrize(
+    ("plan", "code", "said"),
+    [
+        (
+            "(make_dumplings.prepare)\n(make_dumplings.recover)\n(MAKE_DUMPLINGS.WRAP)\n(make_dumplings.boil)",
+            Exit.PROVED,
+            "accepted  4 steps",
+        ),
+        (
+            "; laid askew?\n(make_dumplings.prepare)\n(make_dumplings.wrap)\n(make_dumplings.boil)\n",
+            Exit.REJECTED,
+            "rejected  step 2, `make_dumplings.wrap`: its precondition `wrapper_aligned and",
+        ),
+        ("(make_dumplings.prepare)", Exit.REJECTED, "rejected  it ends, and the goal does not hold"),
+        ("(make_dumplings.prepar)", Exit.REJECTED, "no such skill; did you mean `make_dumplings.prepare`?"),
+        ("make_dumplings.prepare", Exit.USAGE, "line 1: expected a step in brackets"),
+    ],
+)
+def test_a_plan_from_elsewhere_is_judged(
+    plan: str, code: Exit, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "a.plan").write_text(plan)
+    assert main(["plan", "make dumplings", *ECMS, "--check", str(tmp_path / "a.plan")]) == code
+    printed = capsys.readouterr()
+    assert said in printed.out + printed.err
+
+
+def test_a_judgement_may_be_had_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "a.plan").write_text("(clean_table.wipe) (clean_table.organize)".replace(") (", ")\n("))
+    arguments = ["--check", str(tmp_path / "a.plan"), "--format", "json"]
+    assert main(["plan", "clean the table", *ECMS, *arguments]) == Exit.PROVED
+    assert json.loads(capsys.readouterr().out) == {
+        "schema": "aeros/plan-check/1",
+        "steps": ["clean_table.wipe", "clean_table.organize"],
+        "accepted": True,
+        "problems": [],
+    }
