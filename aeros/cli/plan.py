@@ -30,7 +30,8 @@ from aeros.spec.parts import If, Seq
 from aeros.spec.planning.avoiding import NotDecidedError
 from aeros.spec.planning.checking import UnreadablePlanError, problems_of, read_plan
 from aeros.spec.planning.cyclic import Strategy
-from aeros.spec.planning.domain import domain_for
+from aeros.spec.planning.domain import Domain, domain_for
+from aeros.spec.planning.pddl import as_pddl
 from aeros.spec.render import safe
 from aeros.spec.texts import read_source
 
@@ -51,6 +52,7 @@ examples:
   aeros plan "make dumplings" --start dough_on_workspace=true --start filling_on_workspace=true
   aeros plan "clean the table" --start wiping_area_clear=unknown
   aeros plan --goal "object_grasped and not object_delivered" --format json
+  aeros plan "make dumplings" --pddl pddl/
   aeros plan "make dumplings" --check dumplings.plan       accept a plan from elsewhere, or say what is wrong
 """
 
@@ -85,6 +87,12 @@ def add_to(commands: Subparsers) -> None:
         metavar="FILE",
         help="judge this plan, one `(module.skill)` a line as classical planners write it, and make none",
     )
+    parser.add_argument(
+        "--pddl",
+        type=Path,
+        metavar="FOLDER",
+        help="write domain.pddl and problem.pddl for a classical planner, and make no plan",
+    )
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
     parser.set_defaults(command=_command)
 
@@ -114,6 +122,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
     kept = () if task is None else task.invariants
     domain = domain_for(modules, site, known, goal.term, kept, also=also)
     start = domain.state(known)
+    if arguments.pddl is not None:
+        return _exported(arguments.pddl, domain, start)
     if steps is not None:
         return _checked(Strategy(domain), start, steps, arguments.format)
     found: dict[str, Any] = {
@@ -149,6 +159,19 @@ def _steps(path: Path) -> tuple[str, ...]:
         return read_plan(read_source(path).text)
     except UnreadablePlanError as why:
         raise UsageError(f"`{path}` is no plan: {why}") from why
+
+
+def _exported(folder: Path, domain: Domain, start: State) -> Exit:
+    files = dict(zip(("domain.pddl", "problem.pddl"), as_pddl(domain, start), strict=True))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in files.items():
+            (folder / name).write_text(text, encoding="utf-8")
+    except OSError as error:
+        print(f"aeros: cannot write to `{folder}`: {error.strerror}", file=sys.stderr)
+        return Exit.REJECTED
+    print(f"written  {', '.join(str(folder / name) for name in files)}")
+    return Exit.PROVED
 
 
 def _checked(strategy: Strategy, start: State, steps: tuple[str, ...], form: str) -> Exit:

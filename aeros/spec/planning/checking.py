@@ -14,6 +14,7 @@ from aeros.spec.closed_loop.invocation import State
 from aeros.spec.diagnostics import did_you_mean
 from aeros.spec.planning.cyclic import Strategy
 from aeros.spec.planning.domain import Choice, Domain
+from aeros.spec.planning.pddl import action_name
 from aeros.spec.planning.reasons import lacking
 
 
@@ -79,6 +80,10 @@ class _Walk:
 
     def _named(self, step: str) -> Choice | str:
         labels = {choice.label.casefold(): choice for choice in self.domain.choices}
+        for choice in self.domain.choices:
+            labels |= dict.fromkeys(
+                (action_name(choice, o).casefold() for o in choice.skill.outcomes), choice
+            )
         if step.casefold() in labels:
             return labels[step.casefold()]
         if step in self.domain.left_out:

@@ -150,3 +150,15 @@ def test_a_judgement_may_be_had_as_json(tmp_path: Path, capsys: pytest.CaptureFi
         "accepted": True,
         "problems": [],
     }
+
+
+def test_the_same_problem_may_be_had_in_pddl(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    unknown = ["--start", "wrapper_aligned=unknown"]
+    assert main(["plan", "make dumplings", *unknown, *ECMS, "--pddl", str(tmp_path / "pddl")]) == Exit.PROVED
+    domain = (tmp_path / "pddl" / "domain.pddl").read_text()
+    assert "(:action make_dumplings-recover-aligned" in domain
+    assert ":effect (and (wrapper_aligned) (not (unknown-wrapper_aligned)))" in domain
+    assert "(:init (unknown-wrapper_aligned))" in (tmp_path / "pddl" / "problem.pddl").read_text()
+    (tmp_path / "file").write_text("")
+    assert main(["plan", "make dumplings", *ECMS, "--pddl", str(tmp_path / "file")]) == Exit.REJECTED
+    assert "cannot write to" in capsys.readouterr().err
