@@ -16,6 +16,7 @@ from aeros.spec.closed_loop.invocation import State
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.spell import spell
 from aeros.spec.parts import If, Seq
+from aeros.spec.planning.avoiding import NotDecidedError
 from aeros.spec.planning.cyclic import Strategy
 from aeros.spec.planning.domain import Choice, equals
 
@@ -59,12 +60,18 @@ class _Unfolding:
         cure = self._cure(state, choice)
         for retry, helper in [*([(self._retries, cure)] if cure else []), (self._retries, None), (0, None)]:
             successes, visited, is_of_use = self._tries(state, choice, retry, helper)
-            if is_of_use and all(self._strategy.solves(one) for one in visited):
+            if retry == 0 or (is_of_use and all(self._is_provided_for(one) for one in visited)):
                 break
         if helper is not None:
             self._cures.setdefault(choice.name, set()).add(helper.name)
         on_failure = None if helper is None else helper.skill.id
         return Step(choice.module, choice.skill.id, choice.inputs, retry, on_failure), successes
+
+    def _is_provided_for(self, state: State) -> bool:
+        try:
+            return self._strategy.solves(state)
+        except NotDecidedError:
+            return False
 
     def _cure(self, state: State, choice: Choice) -> Choice | None:
         """What the strategy does where the choice failed, if that is one skill and can be an `on_failure`."""

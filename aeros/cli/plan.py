@@ -81,13 +81,14 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
     )
-    parser.add_argument(
+    instead = parser.add_mutually_exclusive_group()
+    instead.add_argument(
         "--check",
         type=existing_path,
         metavar="FILE",
         help="judge this plan, one `(module.skill)` a line as classical planners write it, and make none",
     )
-    parser.add_argument(
+    instead.add_argument(
         "--pddl",
         type=Path,
         metavar="FOLDER",
