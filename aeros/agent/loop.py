@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -20,6 +21,7 @@ from aeros.agent.pursuit import Pursuit
 from aeros.agent.report import RunReport
 from aeros.agent.routing import Routed, RoutingError, route
 from aeros.runtime.ports import Runtime
+from aeros.spec.model import Clause
 
 MEMORY: Final = "memory.sqlite3"
 """The file of the agent's memory, in its folder."""
@@ -46,15 +48,18 @@ class Agent:
         for skill in memory.interrupt():
             self._journal.tell("step-interrupted", f"{skill} was under way when the agent ended", skill=skill)
 
-    def run(self, instruction: str, timeout: float | None = None) -> RunReport:
+    def run(self, instruction: str, timeout: float | None = None, goal: Clause | None = None) -> RunReport:
         """Pursue `instruction` until its goal is measured, or say why not; semantics in `pursuit.py`.
 
         timeout: plant seconds after which what is under way is cancelled.
+        goal: what to reach in place of the task's own goal.
 
         Raises `RoutingError` where the instruction names no task or several, and lets through what
         keeps the audit record or memory from being written.
         """
         routed = self._route(instruction)
+        if goal is not None:
+            routed = replace(routed, task=replace(routed.task, goal=goal.term, goal_text=goal.text))
         try:
             attempts = Attempts(self._runtime, self._memory, self._journal, str(routed), self._seed)
             pursuit = Pursuit(self._runtime, self._planner, attempts, self._journal, routed, timeout)

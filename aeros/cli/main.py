@@ -19,6 +19,7 @@ from aeros.spec.render import render_all
 _COMMANDS = {
     "verify": "prove modules safe under a site's policy",
     "run": "pursue an instruction on a plant",
+    "plan": "plan for a goal by what skills declare, without running it",
     "decide": "decide action requests, one per line of JSON",
     "diff": "what a change newly allows and newly denies",
     "audit": "check, show and replay the record of a run",

@@ -18,9 +18,11 @@ from aeros.agent.journal import Event
 from aeros.agent.loop import awake
 from aeros.agent.planner import Planner, RulePlanner
 from aeros.agent.routing import Routed, route
-from aeros.cli.arguments import existing_path, film_path, mcap_path, writable_path
+from aeros.agent.smt_planner import SmtPlanner
+from aeros.cli.arguments import UsageError, existing_path, film_path, mcap_path, writable_path
 from aeros.cli.bag import BagRefusedError, bagged
 from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.goal import goal_of
 from aeros.cli.plants import (
     PLANTS,
     PlantRefusedError,
@@ -47,7 +49,7 @@ from aeros.runtime.registry.registry import Registry
 from aeros.runtime.skill_code import SkillRefusedError
 from aeros.spec.diagnostics import did_you_mean
 from aeros.spec.folders import reference_site
-from aeros.spec.model import Ecm
+from aeros.spec.model import Clause, Ecm, Site
 from aeros.spec.reports import Report
 
 if TYPE_CHECKING:
@@ -65,6 +67,7 @@ did), audit.jsonl (every decision, chained).  The exit code is 0 when the goal i
 A film, bag or MCAP file is whole or not there: after Ctrl-C it ends there.
 A person walks their own way and minds nothing; the robot slows down or stops as the site says.
 A composition is a graph of skills that the module declares; its branches run at the same time.
+The planner smt needs no planning rules: it plans by what skills declare, for any goal (`aeros plan`).
 
 examples:
   aeros run "make dumplings"
@@ -72,6 +75,8 @@ examples:
   aeros run "make dumplings" --plant symbolic --gate shadow
   aeros run "fetch the object" --plant kinematic --seed 3
   aeros run "fetch the object" --composition fetch_once --timeout 60
+  aeros run "make dumplings" --planner smt
+  aeros run "make dumplings" --goal "dumpling_wrapped and not dumpling_cooked"
   aeros run "fetch the object" --person across_the_room
   aeros run "make dumplings" --faults wrapper_bumped --seed 4
   aeros run "make dumplings" --record dumplings.mp4 --mcap dumplings.mcap
@@ -117,6 +122,14 @@ def add_to(commands: Subparsers) -> None:
     )
     parser.add_argument(
         "--composition", metavar="NAME", help="follow this composition of the module, not its planning rules"
+    )
+    parser.add_argument(
+        "--planner",
+        choices=("rules", "smt"),
+        help="plan by the task's rules, or by what skills declare (default: rules; smt with --goal)",
+    )
+    parser.add_argument(
+        "--goal", metavar="EXPR", help="reach this in place of the task's goal, where the task takes place"
     )
     parser.add_argument(
         "--timeout",
@@ -207,7 +220,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
         signing = None if key_file is None else Signing(read_signing_key(key_file), arguments.anchor)
         people = people_of(arguments.plant, arguments.person)
         routed = route(arguments.instruction, configuration.modules)
-        planner = _planner(arguments.composition, configuration.modules[routed.module])
+        goal = None if arguments.goal is None else goal_of(arguments.goal, configuration.site)
+        planner = _planner(arguments, configuration.modules[routed.module], configuration.site)
         faults = faults_of(arguments.plant, arguments.faults, configuration, routed.task)
         bodies = bodies_of(arguments.plant, arguments.scene, routed.task, arguments.seed)
         around = _Around(people, faults, bodies)
@@ -219,6 +233,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
                 report,
                 routed,
                 planner,
+                goal,
                 around,
                 spectators,
                 out,
@@ -237,8 +252,15 @@ def _command(arguments: argparse.Namespace) -> Exit:
         return Exit.REJECTED
 
 
-def _planner(composition: str | None, module: Ecm) -> Planner:
-    """The task's planning rules, or the composition that is to be followed in their place."""
+def _planner(arguments: argparse.Namespace, module: Ecm, site: Site) -> Planner:
+    """What proposes plans: the task's planning rules unless another is asked for."""
+    composition, by_rules = arguments.composition, arguments.planner == "rules"
+    if composition is not None and (arguments.planner or arguments.goal) is not None:
+        raise UsageError("--composition is followed as it is: neither --planner nor --goal goes with it")
+    if arguments.goal is not None and by_rules:
+        raise UsageError("planning rules pursue their own task's goal: --goal goes with --planner smt")
+    if arguments.goal is not None or arguments.planner == "smt":
+        return SmtPlanner(site)
     if composition is None:
         return RulePlanner()
     if composition not in module.compositions:
@@ -283,6 +305,7 @@ def _run(
     proof: Report,
     routed: Routed,
     planner: Planner,
+    goal: Clause | None,
     around: _Around,
     spectators: Sequence[Spectator],
     out: Path,
@@ -319,7 +342,7 @@ def _run(
             with awake(
                 arguments.state, configuration.site.id, executor, planner, trace.tell, arguments.seed
             ) as agent:
-                report = agent.run(arguments.instruction, arguments.timeout)
+                report = agent.run(arguments.instruction, arguments.timeout, goal)
         simulated = plant.now()
     print(summary(proof, report, arguments.plant, simulated, time.perf_counter() - began))
     audited, sound = _audited(audit_path, signing)

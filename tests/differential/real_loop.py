@@ -10,7 +10,7 @@ from typing import Any
 from aeros.agent.attempt import Attempts
 from aeros.agent.journal import Journal
 from aeros.agent.memory import Beginning, Ending, Memory
-from aeros.agent.planner import RulePlanner
+from aeros.agent.planner import Planner, RulePlanner
 from aeros.agent.posterior import Record
 from aeros.agent.pursuit import Pursuit
 from aeros.agent.report import RunReport
@@ -70,13 +70,13 @@ class Run:
     states: list[dict[str, Any]]
 
 
-def pursue(ecm: Ecm, task: Task, runtime: Runtime) -> RunReport:
-    """One run of the agent's loop, by the task's rules."""
+def pursue(ecm: Ecm, task: Task, runtime: Runtime, planner: Planner | None = None) -> RunReport:
+    """One run of the agent's loop, by the task's rules unless by another planner."""
     routed = Routed(ecm.id, task)
     memory = Forgetful()
     journal = Journal(runtime, memory, None)
     attempts = Attempts(runtime, memory, journal, str(routed))
-    return Pursuit(runtime, RulePlanner(), attempts, journal, routed).run("compared")
+    return Pursuit(runtime, planner or RulePlanner(), attempts, journal, routed).run("compared")
 
 
 def run_with(

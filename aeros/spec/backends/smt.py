@@ -70,6 +70,10 @@ class Session:
                 raise AssertionError(f"not a scalar: {scalar}")
         self._constants[scalar.name] = (scalar, constant)
 
+    def assume(self, term: t.Term) -> None:
+        """Add `term` to what every later question assumes."""
+        self._solver.add(self._encode(lower(term)))
+
     def ask(self, *terms: t.Term) -> Answer:
         """Whether the assumptions and all `terms` can hold together."""
         self._solver.push()

@@ -1,0 +1,24 @@
+"""What a search for plans keeps out of, and what it may say instead of a plan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from aeros.spec.closed_loop.invocation import State
+from aeros.spec.planning.domain import Choice
+
+Path: TypeAlias = list[tuple[State, Choice]]
+"""The steps of a plan, each with the state that it is to start in."""
+
+
+class NotDecidedError(Exception):
+    """Whether there is a plan was not found out; the message says why."""
+
+
+@dataclass
+class Avoided:
+    """States without a way to the goal, and choices that may lead from a state to such a one."""
+
+    states: set[State] = field(default_factory=set)
+    pairs: set[tuple[State, Choice]] = field(default_factory=set)

@@ -1,0 +1,193 @@
+"""The shortest plan by bounded search: “some plan of n steps exists” as a question to Z3, n growing.
+
+A step is a choice and the outcome that the plan counts on, which is measured as a success.  The answer
+is replayed through the domain before anybody sees it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, Final
+
+from aeros.spec.backends.answers import Result
+from aeros.spec.closed_loop.invocation import State
+from aeros.spec.errors import InternalError
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import lower, scalar_variables, scalars_of
+from aeros.spec.expr.semantics import Environment
+from aeros.spec.expr.types import BOOL, EnumType
+from aeros.spec.planning.avoiding import Avoided, NotDecidedError, Path
+from aeros.spec.planning.domain import Choice, Condition, Domain, equals, literal
+
+if TYPE_CHECKING:
+    from aeros.spec.backends.smt import Session
+
+LONGEST: Final = 40
+"""Steps of a plan that is looked for at most."""
+
+
+def bounded_plan(domain: Domain, start: State, avoided: Avoided, least: int) -> Path:
+    """A plan from `start` with the fewest steps there are, at least `least`, that keeps out of `avoided`.
+
+    Raises `NotDecidedError` where none of up to `LONGEST` steps is found.
+    """
+    encoding = _Encoding(domain, start)
+    for length in range(LONGEST + 1):
+        encoding.keep_out(length, avoided)
+        if length >= least:
+            path = encoding.plan(length)
+            if path is not None:
+                return path
+        encoding.extend(length)
+    raise NotDecidedError(f"no plan of up to {LONGEST} steps was found, and none was proved to be missing")
+
+
+class _Encoding:
+    """The first steps of all plans from a start, as assumptions of one session."""
+
+    def __init__(self, domain: Domain, start: State) -> None:
+        # z3 takes 80 ms to import, which small domains need not pay.
+        from aeros.spec.backends.smt import Session
+
+        self._domain = domain
+        self._start = start
+        self._edges = list(_edges(domain))
+        members = tuple(map(str, range(max(len(self._edges), 1))))
+        self._picks = [
+            t.Variable(f"step {at}", EnumType("edge", members), t.Role.STATE) for at in range(LONGEST + 1)
+        ]
+        self._session: Session = Session(self._every_variable(), {})
+        for name, value in zip(domain.names, start, strict=True):
+            if value is None:
+                self._session.assume(t.Not(self._is_known(name, 0)))
+            else:
+                self._session.assume(equals(self._variable(name, 0), value))
+                self._session.assume(self._is_known(name, 0))
+
+    def _every_variable(self) -> Iterator[t.Variable]:
+        yield from self._picks
+        for at in range(LONGEST + 2):
+            for name in self._domain.names:
+                yield self._variable(name, at)
+                yield self._is_known(name, at)
+
+    def _variable(self, name: str, at: int) -> t.Variable:
+        one = self._domain.variables[name]
+        return t.Variable(f"{name} after {at}", one.type, t.Role.STATE)
+
+    def _is_known(self, name: str, at: int) -> t.Variable:
+        return t.Variable(f"{name} known after {at}", BOOL, t.Role.STATE)
+
+    def plan(self, length: int) -> Path | None:
+        """A plan of so many steps, if there is one."""
+        answer = self._session.ask(self._holds(self._domain.goal, length))
+        if answer.result is Result.UNKNOWN:
+            raise NotDecidedError(f"the solver gave up on plans of {length} steps: {answer.reason}")
+        return self._replayed(answer.model, length) if answer.result is Result.SAT else None
+
+    def _replayed(self, model: Mapping[str, Any], length: int) -> Path:
+        state, path = self._start, []
+        for at in range(length):
+            choice, effects = self._edges[int(model[self._picks[at].name])]
+            if not self._domain.can_start(choice, state):
+                raise InternalError(f"`{choice.name}` does not start where the solver has it start")
+            path.append((state, choice))
+            pairs = zip(self._domain.names, state, strict=True)
+            state = tuple(effects.get(name, value) for name, value in pairs)
+        if self._domain.goal(state) is not True:
+            raise InternalError("the goal does not hold where the solver has it reached")
+        return path
+
+    def extend(self, at: int) -> None:
+        """Assume that one more step is made after `at`."""
+        pick = self._picks[at]
+        touching: dict[str, list[t.Term]] = {name: [] for name in self._domain.names}
+        for number, (choice, effects) in enumerate(self._edges):
+            chosen = t.Compare("==", pick, t.Literal(str(number), pick.type))  # type: ignore[arg-type]
+            then = [self._holds(choice.condition, at), self._is_success(choice, at + 1)]
+            for name, value in effects.items():
+                touching[name].append(chosen)
+                then += [equals(self._variable(name, at + 1), value), self._is_known(name, at + 1)]
+            self._session.assume(t.Implies(chosen, t.And(tuple(then))))
+        for name, by in touching.items():
+            same = t.And(
+                (
+                    t.Compare("==", self._variable(name, at), self._variable(name, at + 1)),
+                    t.Compare("==", self._is_known(name, at), self._is_known(name, at + 1)),
+                )
+            )
+            self._session.assume(t.Or((same, *by)))
+        if not self._edges:
+            self._session.assume(t.FALSE)
+
+    def keep_out(self, at: int, avoided: Avoided) -> None:
+        """Assume that no invariant is broken after `at` steps, and nothing of `avoided` is met there."""
+        for condition in self._domain.invariants.values():
+            self._session.assume(t.Not(self._fails(condition, at)))
+        for state in avoided.states:
+            self._session.assume(t.Not(self._is(state, at)))
+        pick = self._picks[at]
+        for state, choice in avoided.pairs:
+            for number, (one, _) in enumerate(self._edges):
+                if one is choice:
+                    chosen = t.Compare("==", pick, t.Literal(str(number), pick.type))  # type: ignore[arg-type]
+                    self._session.assume(t.Not(t.And((self._is(state, at), chosen))))
+
+    # Conditions after a number of steps.
+
+    def _holds(self, condition: Condition, at: int) -> t.Term:
+        """`condition` is measured as true."""
+        if condition.missing:
+            return t.FALSE
+        known = [self._is_known(name, at) for name in condition.reads]
+        return t.And((*known, self._at(condition, at)))
+
+    def _fails(self, condition: Condition, at: int) -> t.Term:
+        if condition.missing:
+            return t.FALSE
+        known = [self._is_known(name, at) for name in condition.reads]
+        return t.And((*known, t.Not(self._at(condition, at))))
+
+    def _at(self, condition: Condition, at: int) -> t.Term:
+        moved: dict[str, t.Term] = {name: self._variable(name, at) for name in condition.reads}
+        return t.substitute(_with_constants(condition.term, condition.constants), moved)
+
+    def _is_success(self, choice: Choice, at: int) -> t.Term:
+        """The outcome measured then is no failure: one that is none has as many effects as any measured."""
+        outcomes = list(choice.skill.outcomes.values())
+        measured = {one.id: self._has(one.effects, at) for one in outcomes}
+        ways = []
+        for one in outcomes:
+            if not one.failure:
+                larger = [o for o in outcomes if o.failure and len(o.effects) > len(one.effects)]
+                ways.append(t.And((measured[one.id], *(t.Not(measured[o.id]) for o in larger))))
+        return t.Or(tuple(ways))
+
+    def _has(self, effects: Environment, at: int) -> t.Term:
+        parts = [
+            (self._is_known(name, at), equals(self._variable(name, at), v)) for name, v in effects.items()
+        ]
+        return t.And(tuple(part for pair in parts for part in pair))
+
+    def _is(self, state: State, at: int) -> t.Term:
+        values = {name: v for name, v in zip(self._domain.names, state, strict=True) if v is not None}
+        unknown = [name for name, v in zip(self._domain.names, state, strict=True) if v is None]
+        return t.And((self._has(values, at), *(t.Not(self._is_known(name, at)) for name in unknown)))
+
+
+def _edges(domain: Domain) -> Iterator[tuple[Choice, Environment]]:
+    """Every outcome of every choice that can happen."""
+    for choice in domain.choices:
+        for outcome in choice.skill.outcomes.values():
+            if outcome.probability != 0:
+                yield choice, outcome.effects
+
+
+def _with_constants(term: t.Term, constants: Environment) -> t.Term:
+    """`term` over states alone, its constants put in."""
+    read = {name: one for name, one in t.variables_of(term).items() if name in constants}
+    if not read:
+        return term
+    values = scalars_of(read, constants)
+    scalars = [scalar for variable in read.values() for scalar in scalar_variables(variable)]
+    return t.substitute(lower(term), {one.name: literal(one, values[one.name]) for one in scalars})

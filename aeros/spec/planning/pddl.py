@@ -1,0 +1,168 @@
+"""A planning domain in PDDL, for classical planners; what they find is judged by `checking`.
+
+Each success of a choice is an action of its own (the classical reading of several outcomes: a planner may
+hope for each), with what must hold for it to be measured as one.  What cannot start for want of a
+measurement is left out.  Not said: failures, and the invariants of a task; so a plan that works in PDDL
+may still be rejected.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import product
+from typing import Any
+
+from aeros.spec.closed_loop.invocation import State
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import BoolType
+from aeros.spec.model import Outcome
+from aeros.spec.planning.domain import Choice, Condition, Domain
+
+
+def action_name(choice: Choice, outcome: str) -> str:
+    """What a success of a choice is called in PDDL; `checking` knows it too."""
+    given = [_word(value) for value in choice.inputs.values()]
+    return "-".join([choice.module, choice.skill.id, *given, outcome])
+
+
+def as_pddl(domain: Domain, start: State) -> tuple[str, str]:
+    """The domain file and the problem file of planning from `start`."""
+    writer = _Writer(domain, start)
+    return writer.domain_file(), writer.problem_file()
+
+
+class _Writer:
+    """Writes one domain.
+
+    values: by name, what it may ever be; unknown: what is unknown at the start.
+    """
+
+    def __init__(self, domain: Domain, start: State) -> None:
+        self._domain = domain
+        self._start = dict(zip(domain.names, start, strict=True))
+        self._unknown = [name for name, value in self._start.items() if value is None]
+        self._values: dict[str, tuple[Any, ...]] = {
+            name: tuple(dict.fromkeys(v for v in (self._start[name], *set_) if v is not None))
+            for name, set_ in domain.settings.items()
+        }
+
+    def domain_file(self) -> str:
+        atoms = [self._atom(name, value) for name in self._domain.names for value in self._told(name)]
+        atoms += [_unknown(name) for name in self._unknown]
+        actions = [
+            action
+            for choice in self._domain.choices
+            if not choice.condition.missing
+            for action in self._actions(choice)
+        ]
+        predicates = "\n    ".join(dict.fromkeys(atoms))
+        return (
+            "(define (domain aeros)\n  (:requirements :adl)\n"
+            f"  (:predicates\n    {predicates})\n" + "\n".join(actions) + ")\n"
+        )
+
+    def problem_file(self) -> str:
+        true = [
+            self._atom(name, value)
+            for name, value in self._start.items()
+            if value is not None and value in self._told(name)
+        ]
+        true += [_unknown(name) for name in self._unknown]
+        goal = self._condition(self._domain.goal)
+        return f"(define (problem goal)\n  (:domain aeros)\n  (:init {' '.join(true)})\n  (:goal {goal}))\n"
+
+    def _actions(self, choice: Choice) -> Iterator[str]:
+        for outcome in choice.skill.outcomes.values():
+            ways = [] if outcome.probability == 0 else self._as_success(choice, outcome)
+            if not ways:
+                continue
+            success = [] if [] in ways else [f"(or {' '.join(_all(way) for way in ways)})"]
+            needs = [self._condition(choice.condition), *success]
+            effects = [part for name, value in outcome.effects.items() for part in self._setting(name, value)]
+            yield (
+                f"  (:action {action_name(choice, outcome.id)}\n    :parameters ()\n"
+                f"    :precondition {_all(needs)}\n    :effect {_all(effects)})"
+            )
+
+    def _as_success(self, choice: Choice, outcome: Outcome) -> list[list[str]]:
+        """The ways in which a success is measured after it: one that is, and no failure that says more."""
+        ways = []
+        every = choice.skill.outcomes.values()
+        for success in every:
+            if success.failure or _clash(success, outcome):
+                continue
+            more = [o for o in every if o.failure and len(o.effects) > len(success.effects)]
+            rivals = [f"(not {_all(self._rest(o, outcome))})" for o in more if not _clash(o, outcome)]
+            ways.append([*self._rest(success, outcome), *rivals])
+        return ways
+
+    def _rest(self, measured: Outcome, happened: Outcome) -> list[str]:
+        """What has to be so already for one to be measured where the other happened."""
+        rest = {name: v for name, v in measured.effects.items() if name not in happened.effects}
+        return [self._is(name, value) for name, value in rest.items()]
+
+    def _setting(self, name: str, value: Any) -> Iterator[str]:
+        for other in self._told(name):
+            atom = self._atom(name, other)
+            yield atom if other == value else f"(not {atom})"
+        if name in self._unknown:
+            yield f"(not {_unknown(name)})"
+
+    # Conditions.
+
+    def _condition(self, condition: Condition) -> str:
+        if condition.missing:
+            return "(or)"
+        known = [f"(not {_unknown(name)})" for name in condition.reads if name in self._unknown]
+        return _all([*known, self._formula(condition.term, condition.constants)])
+
+    def _formula(self, term: t.Term, constants: Mapping[str, Any]) -> str:
+        match term:
+            case t.And(operands=operands):
+                return _all([self._formula(one, constants) for one in operands])
+            case t.Or(operands=operands):
+                return f"(or {' '.join(self._formula(one, constants) for one in operands)})"
+            case t.Not(operand=operand):
+                return f"(not {self._formula(operand, constants)})"
+        one = Condition(term, self._domain.names, constants)
+        ways = [
+            _all([self._is(name, value) for name, value in zip(one.reads, values, strict=True)])
+            for values in product(*(self._values[name] for name in one.reads))
+            if one.of(values) is True
+        ]
+        return ways[0] if len(ways) == 1 else f"(or {' '.join(ways)})"
+
+    def _is(self, name: str, value: Any) -> str:
+        if self._is_truth(name):
+            atom = self._atom(name, True)
+            known = "" if name not in self._unknown else f"(not {_unknown(name)})"
+            holds = atom if value else f"(not {atom})"
+            return f"(and {known} {holds})" if known else holds
+        return self._atom(name, value) if value in self._values[name] else "(or)"
+
+    def _atom(self, name: str, value: Any) -> str:
+        return f"({name})" if self._is_truth(name) else f"({name}-is-{_word(value)})"
+
+    def _told(self, name: str) -> tuple[Any, ...]:
+        """The values that have an atom each."""
+        return (True,) if self._is_truth(name) else self._values[name]
+
+    def _is_truth(self, name: str) -> bool:
+        return isinstance(self._domain.variables[name].type, BoolType)
+
+
+def _all(parts: list[str]) -> str:
+    return parts[0] if len(parts) == 1 else f"(and {' '.join(parts)})"
+
+
+def _clash(one: Outcome, other: Outcome) -> bool:
+    return any(one.effects.get(name, value) != value for name, value in other.effects.items())
+
+
+def _unknown(name: str) -> str:
+    return f"(unknown-{name})"
+
+
+def _word(value: Any) -> str:
+    """A value as part of a name."""
+    return str(value).lower().replace("-", "minus-").replace("/", "-over-").replace(".", "-point-")

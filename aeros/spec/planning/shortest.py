@@ -1,0 +1,124 @@
+"""The shortest plan on which every step has the outcome that it counts on, or a proof that there is none.
+
+Whatever decides: where few states can be reached, all are gone through, which settles both; else Z3
+looks for plans of growing length, and that there is none is proved where even outcomes that never undo
+anything would not do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+from itertools import product
+from typing import Any, Final, TypeAlias
+
+from aeros.spec.closed_loop.invocation import State
+from aeros.spec.planning.avoiding import Avoided, Path
+from aeros.spec.planning.bounded import bounded_plan
+from aeros.spec.planning.domain import Choice, Condition, Domain
+
+FEW: Final = 3000
+"""States up to which going through all of them is quicker than the solver, as docs/planning.md measures."""
+
+_MOST_VALUES: Final = 4096
+
+
+class TooManyStatesError(Exception):
+    """More states can be reached than were to be looked at."""
+
+
+def shortest_plan(domain: Domain, start: State, avoided: Avoided, few: int = FEW) -> Path | None:
+    """The plan, None where it is proved that there is none.  Raises `NotDecidedError`."""
+    try:
+        return enumerated_plan(domain, start, avoided, few)
+    except TooManyStatesError:
+        least = Reachable(domain, start).steps_to_goal
+        return None if least is None else bounded_plan(domain, start, avoided, least)
+
+
+def enumerated_plan(domain: Domain, start: State, avoided: Avoided, most: int) -> Path | None:
+    """Breadth first, of plans as short the likeliest; raises `TooManyStatesError` after `most` states."""
+    if start in avoided.states or domain.broken(start) is not None:
+        return None
+    came_from: _Ways = {start: None}
+    layer = {start: Fraction(1)}
+    while layer:
+        reached = [state for state in layer if domain.goal(state) is True]
+        if reached:
+            return _path(came_from, max(reached, key=lambda state: layer[state]))
+        fresh: dict[State, Fraction] = {}
+        for state, chance in layer.items():
+            for choice, then, share in _successes(domain, state, avoided):
+                if then in came_from and fresh.get(then, chance * share) >= chance * share:
+                    continue
+                if len(came_from) >= most:
+                    raise TooManyStatesError
+                fresh[then] = chance * share
+                came_from[then] = (state, choice)
+        layer = fresh
+    return None
+
+
+def _successes(domain: Domain, state: State, avoided: Avoided) -> Iterator[tuple[Choice, State, Fraction]]:
+    for choice in domain.choices:
+        if domain.can_start(choice, state) and (state, choice) not in avoided.pairs:
+            for then, outcome, share in domain.after(choice, state):
+                allowed = then not in avoided.states and domain.broken(then) is None
+                if allowed and not outcome.failure:
+                    yield choice, then, share
+
+
+_Ways: TypeAlias = dict[State, tuple[State, Choice] | None]
+
+
+def _path(came_from: _Ways, state: State) -> Path:
+    path: Path = []
+    while (step := came_from[state]) is not None:
+        path.append(step)
+        state = step[0]
+    return path[::-1]
+
+
+class Reachable:
+    """What can be reached if no outcome ever undid anything: at least everything that really can.
+
+    values: by name, the values that it could ever have.
+    steps_to_goal: no plan is shorter; None where there is none.
+    """
+
+    def __init__(self, domain: Domain, start: State) -> None:
+        self.domain = domain
+        self.values: dict[str, set[Any]] = {
+            name: {value} for name, value in zip(domain.names, start, strict=True)
+        }
+        self.steps_to_goal: int | None = None
+        steps = 0
+        while True:
+            if self.steps_to_goal is None and self.possible(domain.goal):
+                self.steps_to_goal = steps
+            new = [
+                (name, value)
+                for choice in domain.choices
+                if self.possible(choice.condition)
+                for outcome in choice.skill.outcomes.values()
+                if outcome.probability != 0
+                for name, value in outcome.effects.items()
+                if value not in self.values[name]
+            ]
+            if not new:
+                return
+            for name, value in new:
+                self.values[name].add(value)
+            steps += 1
+
+    def possible(self, condition: Condition) -> bool:
+        """Whether some of the values that could be had make it true."""
+        if condition.missing:
+            return False
+        values = [self.values[name] for name in condition.reads]
+        combinations = 1
+        for each in values:
+            combinations *= len(each)
+        if combinations > _MOST_VALUES:
+            return True
+        return any(condition.of(chosen) is True for chosen in product(*values))

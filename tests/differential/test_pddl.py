@@ -1,0 +1,106 @@
+"""Exported PDDL, read back by a small interpreter of its own: its shortest plans are as short as ours."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from dataclasses import replace
+from typing import Any
+
+from hypothesis import HealthCheck, given, settings
+
+from aeros.spec.planning.avoiding import Avoided
+from aeros.spec.planning.checking import problems_of
+from aeros.spec.planning.cyclic import Strategy
+from aeros.spec.planning.pddl import as_pddl
+from aeros.spec.planning.shortest import enumerated_plan
+from tests.differential.planning_problems import Problem, problems
+from tests.differential.test_planning import domain_of
+
+Facts = frozenset[str]
+
+
+def read(text: str) -> Any:
+    """S-expressions as nested lists."""
+    stack: list[list[Any]] = [[]]
+    for word in re.findall(r"[()]|[^\s()]+", text):
+        if word == "(":
+            stack.append([])
+        elif word == ")":
+            done = stack.pop()
+            stack[-1].append(done)
+        else:
+            stack[-1].append(word)
+    ((whole,),) = stack
+    return whole
+
+
+def holds(formula: Any, facts: Facts) -> bool:
+    match formula:
+        case ["and", *parts]:
+            return all(holds(one, facts) for one in parts)
+        case ["or", *parts]:
+            return any(holds(one, facts) for one in parts)
+        case ["not", part]:
+            return not holds(part, facts)
+        case [atom]:
+            return atom in facts
+    raise AssertionError(formula)
+
+
+def after(effect: Any, facts: Facts) -> Facts:
+    parts = effect[1:] if effect[0] == "and" else [effect]
+    gone = {one[1][0] for one in parts if one[0] == "not"}
+    return (facts - gone) | {one[0] for one in parts if one[0] != "not"}
+
+
+def shortest(domain_text: str, problem_text: str) -> list[str] | None:
+    """Breadth first through what the two files say."""
+    actions = [part for part in read(domain_text) if part[0] == ":action"]
+    stated = {part[0]: part[1:] for part in read(problem_text)[1:]}
+    start: Facts = frozenset(atom for (atom,) in stated[":init"])
+    (goal,) = stated[":goal"]
+    ways: dict[Facts, list[str]] = {start: []}
+    for facts, way in ((one, ways[one]) for one in iter_growing(ways)):
+        if holds(goal, facts):
+            return way
+        for action in actions:
+            if holds(action[5], facts):
+                ways.setdefault(after(action[7], facts), [*way, action[1]])
+    return None
+
+
+def iter_growing(ways: dict[Facts, list[str]]) -> Any:
+    """The keys in order, those that are added on the way too."""
+    at = 0
+    while at < len(ways):
+        yield list(ways)[at]
+        at += 1
+
+
+def test_classical_plans_of_the_export_are_as_short_and_are_judged() -> None:
+    found = Counter[bool]()
+
+    @settings(
+        max_examples=400,
+        derandomize=True,
+        database=None,
+        deadline=None,
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(problems())
+    def law(drawn: Problem) -> None:
+        problem = replace(drawn, invariants=())
+        domain = domain_of(problem)
+        start = domain.state(problem.start)
+        plan = shortest(*as_pddl(domain, start))
+        ours = enumerated_plan(domain, start, Avoided(), 10_000)
+        assert (plan is None) is (ours is None)
+        found[plan is None] += 1
+        if plan is not None and ours is not None:
+            assert len(plan) == len(ours)
+            said = problems_of(Strategy(domain), start, plan)
+            assert not any("no such skill" in text for text in said)
+
+    law()
+    assert min(found.values()) > 50

@@ -1,0 +1,241 @@
+"""Plans against going through every state: as short, found wherever there is one, and nowhere else."""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import fields, replace
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from aeros.agent.smt_planner import SmtPlanner
+from aeros.spec.closed_loop.invocation import State
+from aeros.spec.model import Outcome
+from aeros.spec.planning.avoiding import Avoided, NotDecidedError, Path
+from aeros.spec.planning.checking import problems_of
+from aeros.spec.planning.cyclic import Strategy
+from aeros.spec.planning.domain import Choice, Domain, domain_for
+from aeros.spec.planning.shortest import shortest_plan
+from tests.differential.planning_problems import Enumeration, Problem, problems
+from tests.differential.real_loop import Recording, pursue
+from tests.property.mix import Mix
+from tests.unit.agent.dumplings import task
+
+_QUIETLY = partial(
+    settings, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
+)
+
+
+def domain_of(problem: Problem) -> Domain:
+    modules = {problem.ecm.id: problem.ecm}
+    return domain_for(modules, problem.site, problem.start, problem.goal, problem.invariants)
+
+
+def judge(problem: Problem, strategy: Strategy, seen: Mix) -> None:
+    """A strategy exists exactly where enumeration finds one; then it is closed, and its way as short."""
+    domain, every = strategy.domain, Enumeration(problem)
+    start = domain.state(problem.start)
+    hopeful = every.hopeful
+    seen.compare("strategy", proved=strategy.solves(start), expected=every.start in hopeful)
+    if every.start not in hopeful:
+        assert strategy.dead_ends
+        return
+    assert strategy.steps_from(start) == every.distances(hopeful)[every.start]
+    projected = {domain.state(dict(state)) for state in hopeful}
+    for state in strategy.states_from(start):
+        assert state in projected
+        assert strategy.steps_from(state) >= 0
+
+
+def by_solver(domain: Domain, start: State, avoided: Avoided) -> Path | None:
+    """So few states are looked at that Z3 decides most of it."""
+    return shortest_plan(domain, start, avoided, few=3)
+
+
+def test_a_strategy_is_found_exactly_where_there_is_one_and_none_is_shorter() -> None:
+    seen = Mix()
+    _law(lambda problem: judge(problem, Strategy(domain_of(problem)), seen), 400)
+    seen.assert_both("strategy", at_least=40)
+
+
+def test_the_solver_finds_plans_as_short_and_says_where_it_cannot_tell() -> None:
+    decided = Counter[bool]()
+
+    def compare(problem: Problem) -> None:
+        domain = domain_of(problem)
+        try:
+            judge(problem, Strategy(domain, by_solver), Mix())
+            decided[True] += 1
+        except NotDecidedError:
+            decided[False] += 1
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("aeros.spec.planning.bounded.LONGEST", 8)
+        _law(compare, 60)
+    assert decided[True] > 40
+
+
+def test_runs_never_leave_hope_and_every_step_starts_where_it_may() -> None:
+    ends = Counter[bool]()
+
+    @_QUIETLY(max_examples=300)
+    @given(problems(), st.integers(0, 2**32))
+    def law(problem: Problem, seed: int) -> None:
+        every = Enumeration(problem)
+        if every.start not in every.hopeful or every.holds(problem.goal, every.start):
+            return
+        chance = random.Random(seed)  # noqa: S311 - draws outcomes
+        likely = {
+            one.id: [outcome.id for outcome in one.outcomes.values() if outcome.probability != 0]
+            for one in problem.ecm.skills.values()
+        }
+        runtime = Recording(
+            problem.ecm, problem.site, problem.start, lambda name, _: chance.choice(likely[name])
+        )
+        pursued = replace(
+            task("task", ("word",), "area == pot"), goal=problem.goal, invariants=problem.invariants
+        )
+        report = pursue(problem.ecm, pursued, runtime, SmtPlanner(problem.site))
+        assert {frozenset(state.items()) for state in runtime.states} <= every.hopeful
+        unmet = [
+            note for kind, note in runtime.notes if kind == "step-not-started" and note["role"] == "step"
+        ]
+        assert not unmet
+        assert "plan-rejected" not in runtime.kinds()
+        ends[report.reached] += 1
+
+    law()
+    assert ends[True] > 50
+
+
+class _Careless(Domain):
+    """A twin: nothing ever fails."""
+
+    def after(self, choice: Choice, state: State) -> list[tuple[State, Outcome, Fraction]]:
+        return [way for way in super().after(choice, state) if not way[1].failure]
+
+
+class _Bold(Domain):
+    """A twin: what is unknown is taken to be as it should be."""
+
+    def can_start(self, choice: Choice, state: State) -> bool:
+        return choice.condition(state) is not False
+
+
+class _Ruthless(Domain):
+    """A twin: invariants are for others."""
+
+    def broken(self, state: State) -> str | None:
+        return None
+
+
+def roundabout(domain: Domain, start: State, avoided: Avoided) -> Path | None:
+    """A twin: it makes a detour where there is one."""
+    direct = shortest_plan(domain, start, avoided)
+    for choice in domain.choices if direct else ():
+        if domain.can_start(choice, start) and (start, choice) not in avoided.pairs:
+            for then, outcome, _ in domain.after(choice, start):
+                rest = None if outcome.failure else shortest_plan(domain, then, avoided)
+                if rest is not None and start not in [state for state, _ in rest] and then != start:
+                    return [(start, choice), *rest]
+    return direct
+
+
+@pytest.mark.parametrize("twin", [_Careless, _Bold, _Ruthless])
+def test_a_domain_that_is_wrong_in_one_way_is_noticed(twin: type[Domain]) -> None:
+    def compare(problem: Problem) -> None:
+        right = domain_of(problem)
+        judge(problem, Strategy(twin(**{one.name: getattr(right, one.name) for one in fields(right)})), Mix())
+
+    with pytest.raises((AssertionError, KeyError)):
+        _law(compare, 400, phases=[Phase.generate])
+
+
+def test_plans_that_are_not_the_shortest_are_noticed() -> None:
+    with pytest.raises(AssertionError):
+        _law(
+            lambda problem: judge(problem, Strategy(domain_of(problem), roundabout), Mix()),
+            400,
+            phases=[Phase.generate],
+        )
+
+
+def _law(check: Callable[[Problem], None], examples: int, **more: Any) -> None:
+    @_QUIETLY(max_examples=examples, **more)
+    @given(problems())
+    def law(problem: Problem) -> None:
+        check(problem)
+
+    law()
+
+
+def test_a_plan_from_elsewhere_is_accepted_exactly_where_it_works() -> None:
+    seen = Mix()
+    _plans_are_judged(Strategy, seen)
+    seen.assert_both("plan", at_least=40)
+
+
+class _Hopeful(Strategy):
+    """A twin: it will turn out well."""
+
+    def solves(self, start: State) -> bool:
+        return True
+
+
+def test_a_judge_that_minds_no_outcome_is_noticed() -> None:
+    with pytest.raises(AssertionError):
+        _plans_are_judged(_Hopeful, Mix(), phases=[Phase.generate])
+
+
+def _plans_are_judged(strategy: type[Strategy], seen: Mix, **more: Any) -> None:
+    @_QUIETLY(max_examples=400, **more)
+    @given(problems(), st.data())
+    def law(problem: Problem, data: st.DataObject) -> None:
+        steps = data.draw(_steps(problem))
+        labels = [f"{problem.ecm.id}.{name}" for name in steps]
+        modules = {problem.ecm.id: problem.ecm}
+        domain = domain_for(
+            modules, problem.site, problem.start, problem.goal, problem.invariants, also=labels
+        )
+        wrong = problems_of(strategy(domain), domain.state(problem.start), labels)
+        seen.compare("plan", proved=not wrong, expected=works(Enumeration(problem), steps))
+
+    law()
+
+
+@st.composite
+def _steps(draw: st.DrawFn, problem: Problem) -> list[str]:
+    """Any skills, or what a strategy does where its steps succeed one way."""
+    strategy = Strategy(domain_of(problem))
+    domain, state = strategy.domain, strategy.domain.state(problem.start)
+    if not strategy.solves(state) or draw(st.booleans()):
+        return draw(st.lists(st.sampled_from([*problem.ecm.skills]), max_size=4))
+    steps: list[str] = []
+    while domain.goal(state) is not True and len(steps) < 8:
+        chosen = strategy.chosen[state]
+        steps.append(chosen.skill.id)
+        state = draw(st.sampled_from([then for then, o, _ in domain.after(chosen, state) if not o.failure]))
+    return steps
+
+
+def works(every: Enumeration, steps: Sequence[str]) -> bool:
+    """By enumeration: each step starts after any successes, and no outcome leaves the states with hope."""
+    states = {every.start}
+    for name in steps:
+        one = every.problem.ecm.skills[name]
+        pending = {state for state in states if not every.holds(every.problem.goal, state)}
+        states -= pending
+        for state in pending:
+            if one.precondition is not None and not every.holds(one.precondition.term, state):
+                return False
+            for then, failed in every.ends(one, state):
+                if then not in every.hopeful:
+                    return False
+                states |= set() if failed else {then}
+    return all(every.holds(every.problem.goal, state) for state in states)
