@@ -23,6 +23,7 @@ from aeros.cli.arguments import UsageError, existing_path, film_path, mcap_path,
 from aeros.cli.bag import BagRefusedError, bagged
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.goal import goal_of
+from aeros.cli.interruptible import Interruptible
 from aeros.cli.plants import (
     PLANTS,
     PlantRefusedError,
@@ -64,7 +65,7 @@ _EXAMPLES = """\
 All modules are proved before anything moves, and each `ecm.lock` must be the certificate that
 results.  The folder given by --out holds afterwards: run.webp (physics), trace.jsonl (what the agent
 did), audit.jsonl (every decision, chained).  The exit code is 0 when the goal is measured, 1 when not.
-A film, bag or MCAP file is whole or not there: after Ctrl-C it ends there.
+A film, bag or MCAP file is whole or not there: after Ctrl-C, which stops the robot, it ends there.
 A person walks their own way and minds nothing; the robot slows down or stops as the site says.
 A composition is a graph of skills that the module declares; its branches run at the same time.
 The planner smt needs no planning rules: it plans by what skills declare, for any goal (`aeros plan`).
@@ -337,7 +338,10 @@ def _run(
     ):
         plant = opened if feed is None else WatchedPlant(opened, feed)
         gate = Gate(configuration, GateMode(arguments.gate))
-        with Executor(configuration, gate, plant, audit, skills, governor) as executor:
+        with (
+            Interruptible(governor) as governed,
+            Executor(configuration, gate, plant, audit, skills, governed) as executor,
+        ):
             audit.append("isolation", skills.details())
             with awake(
                 arguments.state, configuration.site.id, executor, planner, trace.tell, arguments.seed
@@ -353,6 +357,8 @@ def _run(
         kept = f"bag        {arguments.bag}/" if arguments.mcap is None else f"mcap       {arguments.mcap}"
         print(kept + (f", {feed.lost} not kept: {feed.trouble}" if feed.lost else ""))
     print(f"left in    {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
+    if governed.is_interrupted:
+        return Exit.INTERRUPTED
     return Exit.PROVED if report.reached and audited.bad_record is None else Exit.REJECTED
 
 
