@@ -103,6 +103,7 @@ class SymbolicPlant:
         """Let end what ends next; `monitor` sees all under way, and that end, before time passes."""
         if not self._under_way:
             self._time = max(self._time, until)
+            self._observed = None
             return {}
         first = min(self._under_way, key=lambda motion: self._under_way[motion].ends)
         one = self._under_way[first]

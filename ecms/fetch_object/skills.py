@@ -32,6 +32,9 @@ REACH = 0.50
 LOOK_HEIGHT = 0.17
 """Height of the tool over the object's middle from which the hand camera looks, m."""
 
+FARTHEST = 0.80
+"""How far from the arm's base the tool goes, along x and along y, m: the site's `workspace`."""
+
 LIFT = 0.13
 """How far the object is lifted before it is carried, m."""
 
@@ -67,8 +70,8 @@ def detect(observed: Observation, inputs: Inputs) -> SkillBody:
 
 
 def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Look again from above with the hand camera, grip the object and lift it, if a hand has room there."""
-    if not observed["object_free"]:
+    """Look again from above with the hand camera, grip the object and lift it, if a hand can get there."""
+    if not (observed["object_free"] and _in_reach(observed, observed["object_position"])):
         return
     yield act("grip", width=OPEN, force=GRIP_FORCE)
     yaw = observed["object_yaw"]
@@ -130,6 +133,12 @@ def _from_base(observed: Observation, offset: Place) -> Place:
     """Where a point given from the arm's base is in the world."""
     x, y, z = observed["base_position"]
     return (x + offset[0], y + offset[1], z + offset[2])
+
+
+def _in_reach(observed: Observation, place: Place) -> bool:
+    """Whether the arm reaches over the place from where the base is."""
+    x, y, _ = observed["base_position"]
+    return bool(abs(place[0] - x) <= FARTHEST and abs(place[1] - y) <= FARTHEST)
 
 
 def _look(observed: Observation) -> Task:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from itertools import pairwise
 from math import isfinite
-from typing import Any
+from typing import Any, Final
 
 from aeros.runtime.ports import Plant
 from aeros.sim.conformance.subject import PATIENCE, Subject, Watch, begun, ended, require
+
+_REST: Final = 1.0  # s
 
 
 def the_clock_never_goes_back(subject: Subject) -> None:
@@ -36,14 +38,20 @@ def the_clock_never_goes_back(subject: Subject) -> None:
 
 
 def no_reading_is_of_the_future_and_each_is_taken_anew(subject: Subject) -> None:
-    """Each reading has its own time, at most `now`; what moves is measured again, later than before."""
+    """Each reading has its own time, at most `now`; it is taken again in motion, and while nothing moves."""
     with subject.plant() as plant:
         before = _timely(plant)
         ended(plant, begun(plant, subject.moving), Watch())
         after = _timely(plant)
+        plant.advance(Watch(), plant.now() + _REST)
+        rested = _timely(plant)
     name = subject.joints
-    require(name in before and name in after, f"`{name}` is not measured")
+    require(name in before and name in after and name in rested, f"`{name}` is not measured")
     require(after[name] > before[name], f"`{name}` was moved, and its reading is still of {before[name]} s")
+    require(
+        rested[name] > after[name],
+        f"`{name}` is still of {after[name]} s though nothing moved for {_REST:g} s since",
+    )
 
 
 def _timely(plant: Plant) -> dict[str, float]:

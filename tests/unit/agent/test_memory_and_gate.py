@@ -104,7 +104,7 @@ def test_the_same_requests_are_decided_alike_whatever_is_remembered(
 ) -> None:
     praised = decisions(tmp_path / "praised", configuration, {"wipe": (200, 0), "wipe_again": (0, 200)})
     blamed = decisions(tmp_path / "blamed", configuration, {"wipe": (20, 180), "wipe_again": (0, 400)})
-    assert {one["skill"] for one in praised} == {"wipe", "organize"}
+    assert {one["skill"] for one in praised} == {"wipe", "organize", "verify"}
     assert praised == blamed
 
 
@@ -113,7 +113,7 @@ def test_another_choice_asks_for_the_same_and_is_decided_alike(
 ) -> None:
     one = decisions(tmp_path / "one", configuration, {"wipe": (200, 0), "wipe_again": (0, 200)})
     other = decisions(tmp_path / "other", configuration, {"wipe": (0, 200), "wipe_again": (200, 0)})
-    assert {decision["skill"] for decision in other} == {"wipe_again", "organize"}
+    assert {decision["skill"] for decision in other} == {"wipe_again", "organize", "verify"}
     for decision in other:
         decision["skill"] = "wipe" if decision["skill"] == "wipe_again" else decision["skill"]
     assert one == other

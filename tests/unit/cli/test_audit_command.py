@@ -48,6 +48,13 @@ def audit(command: str, folder: Path, *options: str) -> int:
     return main(["audit", command, str(folder / "out" / "audit.jsonl"), *options])
 
 
+def decisions_in(folder: Path) -> int:
+    """How many decisions the log of the run holds, which has some."""
+    count = [json.loads(line)["event"] for line in lines_of(folder)].count("decision")
+    assert count > 100
+    return count
+
+
 def with_key(folder: Path) -> tuple[str, str]:
     return "--public-key", str(folder / "key.pub")
 
@@ -65,7 +72,7 @@ def test_verify_says_what_it_checked_and_what_nobody_could_notice(
     count = len(lines_of(ran))
     assert audit("verify", ran) == Exit.PROVED
     said = capsys.readouterr().out
-    assert f"chain        sound, {count} records: 163 allowed, 0 attenuated, 0 denied" in said
+    assert f"chain        sound, {count} records: {decisions_in(ran)} allowed, 0 attenuated, 0 denied" in said
     assert "signatures   not checked: no --public-key, though 5 checkpoints are in the log" in said
     assert "NOT NOTICED  a tail cut off\n" in said
     assert audit("verify", ran, *with_key(ran)) == Exit.PROVED
@@ -321,7 +328,7 @@ def test_an_unsound_log_is_read_up_to_where_it_is_sound(
 @pytest.mark.parametrize("gate", ["compiled", "shadow"])
 def test_a_run_is_decided_the_same_again(gate: str, ran: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert audit("replay", ran, "--ecms", str(REPOSITORY / "ecms"), "--gate", gate) == Exit.PROVED
-    assert "163 decisions come out the same; 0 do not" in capsys.readouterr().out
+    assert f"{decisions_in(ran)} decisions come out the same; 0 do not" in capsys.readouterr().out
 
 
 def test_replay_names_what_does_not_come_out_the_same(

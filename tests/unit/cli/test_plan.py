@@ -43,9 +43,11 @@ def test_any_goal_may_be_planned_for_and_the_plan_be_had_as_json(capsys: pytest.
 
 
 def test_where_there_is_no_plan_it_is_said_why(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["plan", "clean the table", "--start", "wiping_area_clear=unknown", *ECMS]) == Exit.REJECTED
-    said = capsys.readouterr().out
-    assert "`wiping_area_clear` is not measured, and no skill settles it" in said
+    goal = ["--goal", "table_wiped and not estop_pressed"]
+    assert main(["plan", *goal, "--start", "estop_pressed=unknown", *ECMS]) == Exit.REJECTED
+    assert "`estop_pressed` is not measured, and no skill settles it" in capsys.readouterr().out
+    assert main(["plan", *goal, "--start", "estop_pressed=true", *ECMS]) == Exit.REJECTED
+    assert "`not estop_pressed`, which is not so as measured, and no skill" in capsys.readouterr().out
 
 
 def test_a_goal_that_holds_already_needs_no_plan(capsys: pytest.CaptureFixture[str]) -> None:
@@ -141,12 +143,14 @@ def test_a_plan_from_elsewhere_is_judged(
 
 
 def test_a_judgement_may_be_had_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "a.plan").write_text("(clean_table.wipe) (clean_table.organize)".replace(") (", ")\n("))
+    (tmp_path / "a.plan").write_text(
+        "(clean_table.organize)\n(clean_table.wipe)\n(clean_table.organize)\n(clean_table.verify)"
+    )
     arguments = ["--check", str(tmp_path / "a.plan"), "--format", "json"]
     assert main(["plan", "clean the table", *ECMS, *arguments]) == Exit.PROVED
     assert json.loads(capsys.readouterr().out) == {
         "schema": "aeros/plan-check/1",
-        "steps": ["clean_table.wipe", "clean_table.organize"],
+        "steps": ["clean_table.organize", "clean_table.wipe", "clean_table.organize", "clean_table.verify"],
         "accepted": True,
         "problems": [],
     }

@@ -24,6 +24,7 @@ from aeros.runtime.isolation.opening import SkillRuns
 from aeros.runtime.ports import StepRequest, StepResult, StepStatus
 from aeros.runtime.skill_code import SkillRefusedError
 from aeros.runtime.skill_run import SkillRun
+from aeros.runtime.watched import Watched
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, act
 from aeros.spec.model import Ecm, Isolation, Site
@@ -164,6 +165,9 @@ def test_numpy_is_preloaded_for_code_that_imports_it(
 
 
 class AllowAll:
+    def __init__(self, configuration: Configuration) -> None:
+        self.watched = Watched(configuration.site)
+
     def decide(self, caller: Any, readings: Any, action: Action, now: float, usage: Any) -> Decision:
         return Decision(Verdict.ALLOW, action, ())
 
@@ -173,7 +177,7 @@ def _executor(site: Site, ecm: Ecm, runs: SkillRuns, log: Path) -> Iterator[tupl
     plant = FakePlant({"tool_position": (0.3, 0.0, 0.5), "human_distance": 20.0, "holding": False})
     configuration = Configuration(site=site, modules={ecm.id: ecm}, certificates={}, digest="c" * 64)
     with AuditLog(log) as audit:
-        yield Executor(configuration, cast("Gate", AllowAll()), plant, audit, runs), plant
+        yield Executor(configuration, cast("Gate", AllowAll(configuration)), plant, audit, runs), plant
 
 
 def test_a_step_runs_in_a_worker(site: Site, make_ecm: Any, nursery: Nursery, tmp_path: Path) -> None:

@@ -45,6 +45,21 @@ class ReadingsThatAreNeverTakenAnew(Twin):
         return {name: Reading(one.value, 0.0) for name, one in super().observe().items()}
 
 
+class ReadingsThatStandStillAtRest(Twin):
+    """What was measured when motion ended goes on being shown."""
+
+    shown: Readings | None = None
+
+    def observe(self) -> Readings:
+        return self.shown or super().observe()
+
+    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+        before = super().observe()
+        over = super().advance(monitor, until)
+        self.shown = None if over else before
+        return over
+
+
 class ReadingsThatAreNumPys(Twin):
     def observe(self) -> Readings:
         readings = super().observe()
@@ -311,6 +326,7 @@ BROKEN: Final[Mapping[str, tuple[type[Twin], ...]]] = {
     "no_reading_is_of_the_future_and_each_is_taken_anew": (
         ReadingsOfTheFuture,
         ReadingsThatAreNeverTakenAnew,
+        ReadingsThatStandStillAtRest,
     ),
     "readings_are_of_the_types_that_the_port_has": (ReadingsThatAreNumPys,),
     "planning_moves_nothing": (PlanThatMoves, PlanThatSees),

@@ -37,7 +37,7 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
     assert motion.tool.moving == (Fraction(17, 10), Fraction(13), Fraction(6500))
     assert motion.tool.turning == (Fraction(5, 2), Fraction(25), Fraction(12500))
     assert motion.clearance == Fraction(15, 1000)
-    fence, column = motion.barriers[2:]
+    fence, column = motion.barriers[2:4]
     assert fence.inside
     assert fence.links is None
     assert column.in_base
