@@ -93,6 +93,8 @@ class PhysicsPlant(TickingPlant):
         super().__init__(robot, scene.cameras)
         self._truth = Truth(0, self._fast_values())
         self.sensors.sample(self._truth)
+        for camera in scene.watching:
+            self._show(self.sensors.read_once(Truth(0, self._see(camera))))
 
     def now(self) -> float:
         """Simulated seconds since the scene came to rest."""
@@ -126,7 +128,7 @@ class PhysicsPlant(TickingPlant):
         picture = Truth(self._world.ticks, self._see(camera))
         for _ in range(LOOK_TICKS + self.sensors.delay(picture.values)):
             yield
-        self._seen.update(self.sensors.read_once(picture))
+        self._show(self.sensors.read_once(picture))
 
     def _pass_tick(self) -> None:
         self._disturbance.before_tick()

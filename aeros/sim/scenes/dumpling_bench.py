@@ -46,6 +46,7 @@ class DumplingBench:
     view = Camera(eye=(1.15, 0.55, 0.62), target=(0.42, 0.03, 0.1), field_of_view=40.0)
     things: tuple[str, ...] = ("wrapper", "filling")
     cameras: tuple[str, ...] = ()
+    watching: tuple[str, ...] = ()
 
     def build(self, world: World, robot: Panda, chance: Chance) -> None:
         """Place tray and stand by chance, the wrapper on its tray and the filling on its stand."""

@@ -35,6 +35,7 @@ class Fetch:
     view = Camera(eye=(0.2, -2.3, 1.9), target=(1.1, -0.35, 0.4), field_of_view=50.0)
     things: tuple[str, ...] = ("can", "decoy")
     cameras = CAMERAS
+    watching: tuple[str, ...] = ()
 
     def build(self, world: World, robot: Panda, chance: Chance) -> None:
         """Place both stands, the can and the decoy by chance."""

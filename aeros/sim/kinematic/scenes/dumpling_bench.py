@@ -87,6 +87,7 @@ class DumplingBench:
 
     robot = RobotOptions()
     cameras: tuple[str, ...] = ()
+    watching: tuple[str, ...] = ()
 
     def lay(self, chance: Chance) -> Things:
         """Wrapper on its tray and filling on its stand, by chance; press and pot are fixed."""

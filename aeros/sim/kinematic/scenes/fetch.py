@@ -33,6 +33,7 @@ class Fetch:
 
     robot = ROBOT
     cameras = CAMERAS
+    watching: tuple[str, ...] = ()
 
     def lay(self, chance: Chance) -> Things:
         """Can and decoy on their stand, and the stand to deliver to, by chance."""
