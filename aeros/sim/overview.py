@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from aeros.sim.detection import BRIGHTNESS, FACE, PIXELS_MIN, points_of
 from aeros.sim.geometry import Camera
+from aeros.sim.rectangles import Rectangle, rectangle_around, turned_into
 from aeros.sim.sight import Sight
 from aeros.sim.world import Image
 
@@ -26,9 +27,6 @@ PURE: Final = 1.5
 
 YELLOW: Final = (0.6, 0.5)
 """Of a yellow pixel's red, green is more than the first share and blue less than the second."""
-
-_HEADINGS: Final = np.arange(0.0, pi / 2.0, pi / 360.0)
-"""Those that a rectangle is tried at, rad."""
 
 Mask = NDArray[np.bool_]
 
@@ -61,40 +59,20 @@ def _sponge(foam: NDArray[np.float64]) -> Sight | None:
     """Where the foam's middle is, half as high as its top."""
     if len(foam) < PIXELS_MIN:
         return None
-    x, y, heading, length, width, top = _top_face(foam)
-    along = heading if length >= width else heading + pi / 2.0
-    return Sight((x, y, top / 2.0), None, _turned_into(along, pi))
+    face, top = _top_face(foam)
+    along = face.heading if face.length >= face.width else face.heading + pi / 2.0
+    return Sight((face.x, face.y, top / 2.0), None, turned_into(along, pi))
 
 
 def _piece(points: NDArray[np.float64]) -> Sight | None:
     """Where a piece's middle is, half as high as its top."""
     if len(points) < PIXELS_MIN:
         return None
-    x, y, heading, _, _, top = _top_face(points)
-    return Sight((x, y, top / 2.0), None, _turned_into(heading, pi / 2.0))
+    face, top = _top_face(points)
+    return Sight((face.x, face.y, top / 2.0), None, turned_into(face.heading, pi / 2.0))
 
 
-def _top_face(points: NDArray[np.float64]) -> tuple[float, float, float, float, float, float]:
-    """Middle, heading, length and width of the rectangle around what is highest of `points`, and its height."""
+def _top_face(points: NDArray[np.float64]) -> tuple[Rectangle, float]:
+    """The rectangle around what is highest of `points` (n, 3), and its height."""
     face = points[points[:, 2] > points[:, 2].max() - FACE]
-    ways = np.stack((np.cos(_HEADINGS), np.sin(_HEADINGS)))
-    along = face[:, :2] @ ways
-    across = face[:, :2] @ np.stack((-ways[1], ways[0]))
-    lengths, widths = np.ptp(along, axis=0), np.ptp(across, axis=0)
-    best = int(np.argmin(lengths * widths))
-    u = float(along[:, best].min() + along[:, best].max()) / 2.0
-    v = float(across[:, best].min() + across[:, best].max()) / 2.0
-    c, s = (float(part) for part in ways[:, best])
-    return (
-        u * c - v * s,
-        u * s + v * c,
-        float(_HEADINGS[best]),
-        float(lengths[best]),
-        float(widths[best]),
-        float(np.median(face[:, 2])),
-    )
-
-
-def _turned_into(heading: float, period: float) -> float:
-    """The same heading of what looks alike when turned by `period`, within half a period of 0."""
-    return (heading + period / 2.0) % period - period / 2.0
+    return rectangle_around(face[:, :2]), float(np.median(face[:, 2]))
