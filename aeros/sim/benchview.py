@@ -88,7 +88,7 @@ def view_bench(image: Image, camera: Camera) -> BenchView:
 
 
 def shows_filling(image: Image, camera: Camera, wrapper: WrapperSight) -> bool:
-    """Whether a picture from the side shows filling between the plates of the closed `wrapper`, and none beside."""
+    """Whether a picture from the side shows filling between a closed wrapper's plates, and none beside."""
     points, _, _, green = _colours(image, camera)
     x, y, z = wrapper.hinge
     away = points[green] - np.array((x, y, z))
@@ -137,12 +137,10 @@ def _plate(points: Points) -> _Plate | None:
 def _wrapper(a: _Plate | None, b: _Plate | None) -> WrapperSight | None:
     if a is not None and b is not None and _is_over(b, a):
         a = None
-    if a is None and b is None:
-        return None
-    if a is None or b is None:
-        return (
-            _by_one(b, CLOSED_HEIGHT, closed=True) if a is None else _by_one(a, PLATE_HALF[2], closed=False)
-        )
+    if a is None:
+        return None if b is None else _by_one(b, CLOSED_HEIGHT, closed=True)
+    if b is None:
+        return _by_one(a, PLATE_HALF[2], closed=False)
     if a.stands or b.stands:
         return _standing(a, b)
     away = (a.around.x - b.around.x, a.around.y - b.around.y)
@@ -152,10 +150,9 @@ def _wrapper(a: _Plate | None, b: _Plate | None) -> WrapperSight | None:
         heading += pi
     way, side = np.array((cos(heading), sin(heading))), np.array((-sin(heading), cos(heading)))
     near, far = float((a.points[:, :2] @ way).min()), float((b.points[:, :2] @ way).max())
-    beside = (
-        np.concatenate((a.points, b.points))[:, :2] @ side if not best.is_whole else best.points[:, :2] @ side
-    )
-    u, v = (near + far) / 2.0, float(beside.min() + beside.max()) / 2.0
+    beside = best.points if best.is_whole else np.concatenate((a.points, b.points))
+    across = beside[:, :2] @ side
+    u, v = (near + far) / 2.0, float(across.min() + across.max()) / 2.0
     x, y = u * way + v * side
     fold = acos(max(-1.0, min(1.0, sum(p * q for p, q in zip(a.normal, b.normal, strict=True)))))
     return WrapperSight((float(x), float(y), a.height - PLATE_HALF[2]), _wrapped(heading), fold)
@@ -167,9 +164,8 @@ def _is_over(b: _Plate, a: _Plate) -> bool:
     return b.is_whole and b.height - a.height > HINGE_TO_PLATE / 2.0 and apart < PLATE_HALF[1]
 
 
-def _by_one(plate: _Plate | None, above: float, *, closed: bool) -> WrapperSight:
+def _by_one(plate: _Plate, above: float, *, closed: bool) -> WrapperSight:
     """By the only plate that is seen: the upper one of a closed wrapper, or the lower one of an open."""
-    assert plate is not None
     if plate.stands:
         return _standing(plate, plate)
     heading = plate.heading

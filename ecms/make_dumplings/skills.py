@@ -131,7 +131,7 @@ POT_REACH = 0.08
 
 
 def prepare(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Bring the wrapper onto the open press and the filling onto the wrapper, whichever is missing, and look."""
+    """Bring the wrapper onto the open press and the filling onto the wrapper, what is missing, and look."""
     observed = yield from _open_press(observed)
     observed = yield from _look(observed)
     if observed.get("dough_on_workspace") is not True and not _holds(observed, FILLING_GAP):
