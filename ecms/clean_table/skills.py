@@ -90,7 +90,7 @@ DRAWN_IN = (0.30, 0.0, 0.45)
 """Where the tool is out of the cameras' sight of the table, m."""
 
 LOOKS = 5
-"""How often a skill looks at most for a sponge that it does not see."""
+"""How often a skill looks at most for a sponge or for clutter that it does not see."""
 
 DROPS = (-0.045, 0.045)
 """Where along the bin successive pieces are let go, m from its middle."""
@@ -167,14 +167,22 @@ def _draw_in(observed: Observation) -> Task:
 
 
 def _overlook(observed: Observation) -> Task:
-    """Look at the table from above; again, if neither picture nor hand has the sponge."""
+    """Look at the table from above; again, if neither picture nor hand has what is looked for."""
     observed = yield from _draw_in(observed)
     for _ in range(LOOKS):
         observed = yield act("look", camera="overhead")
-        observed = yield from _sense(observed, "holding", "sponge_seen", "clutter_on_table")
-        if observed["sponge_seen"] or observed["holding"]:
+        observed = yield from _sense(observed, "holding", "bin_position", "sponge_rest_position")
+        if _shows_all(observed):
             break
     return observed
+
+
+def _shows_all(observed: Observation) -> bool:
+    """Whether it is known where the sponge is, and the clutter if there is any."""
+    sponge = observed["holding"] or ("sponge_position" in observed and "sponge_yaw" in observed)
+    seen = "clutter_position" in observed and "clutter_yaw" in observed
+    clutter = seen or not observed.get("clutter_on_table")
+    return bool(sponge and clutter and "clutter_on_table" in observed and "sponge_seen" in observed)
 
 
 def _sponge_at_rest(observed: Observation) -> bool:
