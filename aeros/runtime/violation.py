@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
+from math import sqrt
 from typing import Any, Final, NamedTuple, cast
 
 from aeros.spec.expr import terms as t
@@ -51,7 +52,9 @@ def _broken(term: t.Term, values: Environment, *, wanted: bool) -> Iterator[str]
                 (_TURNED if is_turned else _LIMIT) if wanted else (_NEGATED_TURNED if is_turned else _NEGATED)
             )
             measured, bound = (right, left) if is_turned else (left, right)
-            yield f"{_named(measured)} is {_value(measured, values)} ({words[op]} {_value(bound, values)})"
+            measured, limit = _solved(measured, evaluate(bound, values))
+            unit = _unit(measured)
+            yield f"{_named(measured)} is {_value(measured, values)} ({words[op]} {_said(limit)}{unit})"
         case t.Literal():
             yield "never allowed"
         case _:
@@ -69,12 +72,40 @@ def _named(term: t.Term) -> str:
     return text if isinstance(term, t.Variable | t.Absolute) else f"`{text}`"
 
 
+def _solved(measured: t.Term, limit: Any) -> tuple[t.Term, Any]:
+    """The same bound of what is measured alone: without its square, and without what is added to it.
+
+    Lengths are compared by their squares, of which neither is negative here.
+    """
+    match measured:
+        case t.Multiply(left=left, right=right) if left == right and limit >= 0:
+            return _solved(left, Fraction(sqrt(limit)))
+        case t.Add(left=part, right=t.Literal(value=Fraction() as added)):
+            return _solved(part, limit - added)
+        case _:
+            return measured, limit
+
+
 def _value(term: t.Term, values: Environment) -> str:
     value = evaluate(term, values)
+    return _said(value) + (_unit(term) if isinstance(value, Fraction) else "")
+
+
+def _said(value: Any) -> str:
     if isinstance(value, Fraction):
-        dimension = _dimension(term)
-        return f"{float(value):.4g}" + ("" if dimension == NUMBER else f" {dimension}")
+        return f"{float(value):.4g}"
     return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _unit(term: t.Term) -> str:
+    """Of a number of the scalar core, after a space; nothing for one without, and for what is no number."""
+    match term:
+        case t.Variable(type=kind) if not isinstance(kind, RealType):
+            return ""
+        case t.Literal(value=value) if not isinstance(value, Fraction):
+            return ""
+    dimension = _dimension(term)
+    return "" if dimension == NUMBER else f" {dimension}"
 
 
 def _dimension(term: t.Term) -> Dimension:
