@@ -179,8 +179,10 @@ def test_a_carriage_is_slowed_as_far_as_separation_needs(run: Run, tmp_path: Pat
 def test_without_the_monitor_the_robot_comes_too_near(
     instruction: str, person: str, until: int, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # In which the arm is under way when they come.
+    seed = "1" if instruction == "clean the table" else "0"
     monkeypatch.setattr(Monitors, "__call__", lambda *_: None)
-    _, referee, records = run(instruction, person, "--timeout", str(until), "--seed", "1")
+    _, referee, records = run(instruction, person, "--timeout", str(until), "--seed", seed)
     assert stops(records) == []
     assert referee.breaches() != []
 
