@@ -32,7 +32,7 @@ from aeros.runtime.configuration import Configuration
 from aeros.runtime.deciding import Deciding
 from aeros.runtime.gate import Gate
 from aeros.runtime.governor import Command, Fixed, Governor
-from aeros.runtime.observation import observation_for
+from aeros.runtime.observation import Sight
 from aeros.runtime.passing import may_pass
 from aeros.runtime.ports import (
     Completion,
@@ -260,7 +260,9 @@ class Executor:
         if step.actions == MOST_ACTIONS:
             return Ending(StepStatus.RAISED, f"the skill floods: more than {MOST_ACTIONS} actions")
         step.actions += 1
-        observed = observation_for(step.ecm, self.site, self._plant.observe(), self.now())
+        if step.sight is None or step.sight.site is not self.site:
+            step.sight = Sight(step.ecm, self.site)
+        observed = step.sight.observation(self._plant.observe(), self.now())
         asked = step.run.resume(observed, step.deadline - self.now())
         if isinstance(asked, Ending) and asked.status is StepStatus.RAISED:
             return asked

@@ -134,9 +134,9 @@ class Monitors:
             if form is None:
                 return f"input:{name}"
             if type(value) is Reading:
-                if check_age(form, getattr(value, "time", None), now, True) is not None:
+                if len(value) != len(Reading._fields) or check_age(form, value.time, now, True) is not None:
                     return f"input:{name}"
-                value = getattr(value, "value", None)
+                value = value.value
             if self._scalars(name, value) is None:
                 return f"input:{name}"
         return None

@@ -40,7 +40,7 @@ class Writer:
         self.local: dict[str, str] = {}
         self.names: dict[str, Any] = {
             "__builtins__": {},
-            "AttributeError": AttributeError,
+            "IndexError": IndexError,
             "KeyError": KeyError,
             "Reading": Reading,
             "dict": dict,
@@ -85,7 +85,7 @@ class Writer:
         """Form and time of `reading`, which is not from the future of `exactly`.
 
         Most readings share one time, which is then checked once: `time` is `measured` as a double, and
-        `age` its distance from `exactly`.
+        `age` its distance from `exactly`.  Raises IndexError for a reading with nothing in it.
         """
         self.require("type(reading) is Reading")
         self.line("if reading.time is not measured:")
