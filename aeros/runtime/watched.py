@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from operator import itemgetter
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from aeros.runtime.beside import Begun, JointRules
 from aeros.runtime.conditions import CompiledCondition, Condition, Truth
@@ -54,8 +54,15 @@ class Rules:
         return None
 
 
-Quick = Callable[[Mapping[str, Any]], bool]
-"""Whether all that is measured has its form and all rules hold; False where in doubt, too."""
+class Quick(NamedTuple):
+    """Decides ticks at which the same is measured; what it has seen of that outlasts an action.
+
+    decide: takes parameters and state that an action was decided on; KeyError where anything is missing.
+    holds: whether all that is measured has its form and all rules hold; False where in doubt, too.
+    """
+
+    decide: Callable[[Scalars], None]
+    holds: Callable[[Mapping[str, Any]], bool]
 
 
 class Watched:
@@ -77,7 +84,7 @@ class Watched:
         self._rules = {name: self._of_kind(site, kind) for name, kind in site.kinds.items()}
         self._joint = JointRules(site, compiled=True)
         self._site = site
-        self._quick: dict[tuple[str, frozenset[str]], Callable[[Scalars], Quick]] = {}
+        self._quick: dict[tuple[str, frozenset[str]], Callable[[], Quick]] = {}
 
     def of(self, kind: str) -> Rules:
         """The rules on actions of a kind."""
@@ -88,11 +95,10 @@ class Watched:
         for rule, roles in self._joint.of(one, other):
             yield Rules([(rule.id, rule.condition, rule.term)], self._variables), rule.values(roles)
 
-    def quick(self, kind: str, measured: frozenset[str], values: Scalars) -> Quick | None:
-        """Decides ticks at which exactly these variables are measured; None where histories are kept.
+    def quick(self, kind: str, measured: frozenset[str]) -> Quick | None:
+        """For one monitor, of ticks at which exactly these variables are measured.
 
-        values: parameters and state that the action was decided on.  None, too, where something that rules
-            read is neither there nor measured, or what is measured is no state variable.
+        None where histories are kept, or what is measured is no state variable.
         """
         if self._site.histories or not measured <= self.forms.keys():
             return None
@@ -105,10 +111,7 @@ class Watched:
             forms = {name: self.forms[name] for name in sorted(measured)}
             making = _Writer().deciding([rule.terms[kind] for rule in rules], declared, forms)
             self._quick[kind, measured] = making
-        try:
-            return making(values)
-        except KeyError:
-            return None
+        return making()
 
     def _of_kind(self, site: Site, kind: ActionKind) -> Rules:
         declared = (*site.observed.values(), *kind.parameters.values())
@@ -127,13 +130,13 @@ class _Writer(Writer):
 
     def deciding(
         self, terms: Sequence[t.Term], declared: Sequence[Declared], forms: Mapping[str, Form]
-    ) -> Callable[[Scalars], Quick]:
-        """A function that makes a `Quick` from the values of what is not measured.
+    ) -> Callable[[], Quick]:
+        """A function that makes a `Quick`.
 
         What is the same object as at the tick before has its form and its scalars already.
         """
         self.leaving = "return False"
-        self.names |= {"nothing": object()}
+        self.names |= {"nothing": object(), "Quick": Quick}
         for number, (name, form) in enumerate(forms.items()):
             self.line(f"value = measured[{name!r}]")
             self.line(f"if value is not last{number}:")
@@ -145,21 +148,26 @@ class _Writer(Writer):
             self.indent(start)
         measured = dict(self.local)
         read = {name for term in terms for name in t.variables_of(lower(term))}
-        for name in sorted(read - measured.keys()):
+        given = sorted(read - measured.keys())
+        for name in given:
             self.local[name] = f"x{len(self.local)}"
         self.line(f"return {' and '.join(self.conditions(terms, declared)) or 'True'}")
         lasts = [f"last{number}" for number in range(len(forms))]
         outlasting = [*lasts, *(measured[name] for name in sorted(read & measured.keys()))]
+        taken = [self.local[name] for name in given]
         source = [
-            "def deciding(values):",
-            *(f"  {name} = nothing" for name in outlasting),
-            *(f"  {self.local[name]} = values[{name!r}]" for name in sorted(read - measured.keys())),
-            "  def quick(measured):",
+            "def deciding():",
+            *(f"  {name} = nothing" for name in [*outlasting, *taken]),
+            "  def decide(values):",
+            *([f"    nonlocal {', '.join(taken)}"] if taken else []),
+            *(f"    {self.local[name]} = values[{name!r}]" for name in given),
+            "    return None",
+            "  def holds(measured):",
             *([f"    nonlocal {', '.join(outlasting)}"] if outlasting else []),
             "    try:",
             f"      if len(measured) != {len(forms)}: return False",
             *(f"    {line}" for line in self.lines),
             "    except KeyError: return False",
-            "  return quick",
+            "  return Quick(decide, holds)",
         ]
         return self.function("deciding", source)

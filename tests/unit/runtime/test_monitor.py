@@ -177,7 +177,7 @@ def test_what_was_measured_before_counts_until_it_is_too_old(
 class _Slowly(Watched):
     """Has no quick answer."""
 
-    def quick(self, kind: str, measured: frozenset[str], values: Any) -> None:
+    def quick(self, kind: str, measured: frozenset[str]) -> None:
         """See `Watched`."""
 
 
@@ -192,10 +192,12 @@ def test_the_quick_answer_at_a_tick_is_the_slow_one(kind: str) -> None:
     assert decision.action is not None
     answers, quickly = set(), 0
     compiled = Watched(site), _Slowly(site)
-    for _ in range(400):
-        quick, slow = (Monitors(watched, Histories(site)) for watched in compiled)
+    for action in range(400):
+        if action % 4 == 0:  # what a monitor has seen outlasts an action
+            quick, slow = (Monitors(watched, Histories(site)) for watched in compiled)
+        begun = Begun(decision.action, asked.readings, NOW, 0)
         for monitor in (quick, slow):
-            monitor.watch(Begun(decision.action, asked.readings, NOW, 0))
+            monitor.watch(begun)
         measured = {name: STATE[name] for name in chance.sample(sorted(STATE), chance.randint(0, len(STATE)))}
         for _ in range(6):
             name, drawn = chance.choice(sorted(STATE)), chance.random()
@@ -215,5 +217,7 @@ def test_the_quick_answer_at_a_tick_is_the_slow_one(kind: str) -> None:
             quickly += quick._quick is not None
             if answer is not None:
                 break
+        for monitor in (quick, slow):
+            monitor.forget(begun)
     assert {None, "stop-button", "input:human_distance"} <= answers
     assert quickly > 400
