@@ -18,7 +18,7 @@ import time
 from pathlib import Path
 from typing import Final
 
-from aeros.agent.loop import awake
+from aeros.agent.loop import awake_once
 from aeros.agent.memory import Memory
 from aeros.runtime import deciding
 from aeros.runtime.audit import AuditLog
@@ -52,13 +52,13 @@ _PARTS: Final[tuple[Part, ...]] = (
 def run_tasks(configuration: Configuration, gate: Gate, runs: int, folder: Path) -> tuple[int, int, int]:
     """Runs that reached their goal, steps, and records; seeds are 0, 1, and so on."""
     initial = as_doubles(configuration.modules[_TASK].tasks[_TASK].initial)
+    rested = SymbolicPlant(configuration.site, configuration.modules, 0, initial)
     reached = steps = 0
     with AuditLog(folder / "audit.jsonl", durability=Durability.BATCHED) as audit:
         for seed in range(runs):
-            plant = SymbolicPlant(configuration.site, configuration.modules, seed, initial)
             with (
-                Executor(configuration, gate, plant, audit, run_in_process) as executor,
-                awake(folder / "state", configuration.site.id, executor) as agent,
+                Executor(configuration, gate, rested.anew(seed), audit, run_in_process) as executor,
+                awake_once(configuration.site.id, executor) as agent,
             ):
                 report = agent.run("make dumplings")
             reached += report.reached

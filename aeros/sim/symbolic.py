@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import partial
 from itertools import repeat
@@ -60,13 +61,7 @@ class SymbolicPlant:
         self, site: Site, modules: Mapping[str, Ecm], seed: int, initial: Mapping[str, Any] | None = None
     ) -> None:
         self._site = site
-        self._seed = seed
-        self._time = 0.0
-        # What is measured now, until time goes on or something changes.
-        self._observed: Readings | None = None
-        # Never changed but replaced, so that what was computed of it can tell whether it still holds.
-        self._values: Mapping[str, Any] = initial_values(site, initial or {})
-        self._planned: _Planned | None = None
+        self._initial = initial_values(site, initial or {})
         self._shares = {
             f"{ecm.id}.{skill.id}": shares_of(skill.outcomes.values())
             for ecm in modules.values()
@@ -77,6 +72,22 @@ class SymbolicPlant:
             for name, shares in self._shares.items()
             for outcome, _ in shares
         }
+        self._begin(seed)
+
+    def anew(self, seed: int) -> SymbolicPlant:
+        """A plant as this one was before anything happened, with another seed: for many trials alike."""
+        plant = copy(self)
+        plant._begin(seed)
+        return plant
+
+    def _begin(self, seed: int) -> None:
+        self._seed = seed
+        self._time = 0.0
+        # What is measured now, until time goes on or something changes.
+        self._observed: Readings | None = None
+        # Never changed but replaced, so that what was computed of it can tell whether it still holds.
+        self._values: Mapping[str, Any] = self._initial
+        self._planned: _Planned | None = None
         self._runs: Counter[str] = Counter()
         self._began: dict[str, float] = {}
         self._under_way: dict[Motion, _UnderWay] = {}

@@ -77,6 +77,16 @@ def test_a_person_who_comes_near_stops_a_fast_motion_and_not_a_slow_one() -> Non
     assert slow(NOW, {"human_distance": 0.4}) == "separation"
 
 
+def test_one_monitor_watches_each_motion_with_its_own_parameters() -> None:
+    monitor, near = monitors(), {"human_distance": 1.2}
+    for speed, tripped in ((0.25, None), (0.5, "near-person"), (0.25, None)):
+        asked = request(speed=speed)
+        begun = Begun(asked.action, asked.readings, NOW, 0)
+        monitor.watch(begun)
+        assert monitor(NOW, near) == tripped
+        monitor.forget(begun)
+
+
 def test_an_attenuated_motion_is_watched_with_its_reduced_parameters() -> None:
     monitor = watch(request(speed=0.5, human_distance=1.0))
     assert monitor(NOW, {"human_distance": 1.0}) is None
