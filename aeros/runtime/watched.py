@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from operator import itemgetter
 from typing import Any, Final, NamedTuple
@@ -133,16 +134,23 @@ class _Writer(Writer):
     ) -> Callable[[], Quick]:
         """A function that makes a `Quick`.
 
-        What is the same object as at the tick before has its form and its scalars already.
+        What is the same object as at the tick before has its form and its scalars already, and rules that
+        read nothing else hold as they did: `still` says so, of all that read the same.
         """
         self.leaving = "return False"
         self.names |= {"nothing": object(), "Quick": Quick}
+        of_scalar = {scalar: name for name, form in forms.items() for scalar in form.names}
+        reads = [
+            frozenset(of_scalar[one] for one in t.variables_of(lower(term)) if one in of_scalar)
+            for term in terms
+        ]
+        still = {alike: f"still{number}" for number, alike in enumerate(dict.fromkeys(reads))}
         for number, (name, form) in enumerate(forms.items()):
             self.line(f"value = measured[{name!r}]")
             self.line(f"if value is not last{number}:")
             start = len(self.lines)
             self.line(f"last{number} = nothing")
-            self.require("type(value) is not Reading")
+            self.line("".join(f"{flag} = " for alike, flag in still.items() if name in alike) + "False")
             self.take(form, "value")
             self.line(f"if type(value) is not list: last{number} = value")
             self.indent(start)
@@ -151,15 +159,26 @@ class _Writer(Writer):
         given = sorted(read - measured.keys())
         for name in given:
             self.local[name] = f"x{len(self.local)}"
-        self.line(f"return {' and '.join(self.conditions(terms, declared)) or 'True'}")
-        lasts = [f"last{number}" for number in range(len(forms))]
-        outlasting = [*lasts, *(measured[name] for name in sorted(read & measured.keys()))]
+        codes = self.conditions(terms, declared)
+        for alike, flag in still.items():
+            self.line(f"if not {flag}:")
+            start = len(self.lines)
+            self.require(
+                " and ".join(code for code, read_by in zip(codes, reads, strict=True) if read_by == alike)
+            )
+            self.line(f"{flag} = True")
+            self.indent(start)
+        self.line("return True")
         taken = [self.local[name] for name in given]
+        flags = [*still.values()]
+        lasts = [f"last{number}" for number in range(len(forms))]
+        outlasting = [*lasts, *flags, *(measured[name] for name in sorted(read & measured.keys()))]
         source = [
             "def deciding():",
             *(f"  {name} = nothing" for name in [*outlasting, *taken]),
             "  def decide(values):",
-            *([f"    nonlocal {', '.join(taken)}"] if taken else []),
+            *([f"    nonlocal {', '.join([*flags, *taken])}"] if flags else []),
+            *(f"    {flag} = False" for flag in flags),
             *(f"    {self.local[name]} = values[{name!r}]" for name in given),
             "    return None",
             "  def holds(measured):",
