@@ -77,6 +77,8 @@ class World:
         self.ticks = 0
         # Contact points by body, after the last step, of those that were asked about since.
         self._touching: dict[int, Any] = {}
+        # What is to be on pictures once somebody looks: a sponge changes one at every tick.
+        self._unpainted: dict[int, NDArray[np.uint8]] = {}
 
     @property
     def time(self) -> float:
@@ -169,7 +171,11 @@ class World:
         return body
 
     def paint(self, body: int, rgb: NDArray[np.uint8]) -> None:
-        """Show `rgb` (rows from the least y, columns from the least x, 3 bytes) on a picture.
+        """Show `rgb` (rows from the least y, columns from the least x, 3 bytes) on a picture to whoever looks."""
+        self._unpainted[body] = rgb
+
+    def _paint(self, body: int, rgb: NDArray[np.uint8]) -> None:
+        """Change what is on a picture.
 
         The TinyRenderer sees no change of a texture that it has, and Bullet reads a file name once: so it
         is a new texture from a new file each time.
@@ -309,6 +315,8 @@ class World:
 
     def render(self, camera: Camera) -> Image:
         """What `camera` sees, by the TinyRenderer (about 45 ms at 320 × 240)."""
+        while self._unpainted:
+            self._paint(*self._unpainted.popitem())
         view = bullet.computeViewMatrix(camera.eye, camera.target, camera.up)
         projection = bullet.computeProjectionMatrixFOV(
             camera.field_of_view, camera.width / camera.height, camera.near, camera.far
