@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from fractions import Fraction
 from operator import itemgetter
 from typing import Any, Final, NamedTuple
 
@@ -14,6 +15,7 @@ from aeros.runtime.writing import Writer
 from aeros.spec.backends.closure import Truths, compile_truths
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower
+from aeros.spec.expr.types import FamilyType, IntegerType
 from aeros.spec.model import ActionKind, Declared, Site, ranges_of
 
 _MOST_KEPT: Final = 256
@@ -138,6 +140,7 @@ class _Writer(Writer):
         """
         self.leaving = "return False"
         self.names |= {"nothing": object(), "Quick": Quick}
+        self.implied = _bounded_by(terms, forms.values())
         of_scalar = {scalar: name for name, form in forms.items() for scalar in form.names}
         reads = [
             frozenset(of_scalar[one] for one in t.variables_of(lower(term)) if one in of_scalar)
@@ -189,3 +192,51 @@ class _Writer(Writer):
             "  return Quick(decide, holds)",
         ]
         return self.function("deciding", source)
+
+
+def _bounded_by(terms: Iterable[t.Term], forms: Iterable[Form]) -> frozenset[str]:
+    """Reals of which `terms` say nothing but bounds, and these are inside their ranges.
+
+    Where all of `terms` hold they are in range; and nothing is computed of them, which could go wrong.
+    """
+    low: dict[str, Fraction] = {}
+    high: dict[str, Fraction] = {}
+    others: set[str] = set()
+    parts = [lower(term) for term in terms]
+    while parts:
+        match part := parts.pop():
+            case t.And(operands=operands):
+                parts += operands
+            case t.Compare(
+                left=t.Variable(name=name), right=t.Literal(value=Fraction() as bound), op="<" | "<="
+            ):
+                high[name] = min(bound, high.get(name, bound))
+            case t.Compare(
+                left=t.Literal(value=Fraction() as bound), right=t.Variable(name=name), op="<" | "<="
+            ):
+                low[name] = max(bound, low.get(name, bound))
+            case t.Compare(
+                left=t.Absolute(operand=t.Variable(name=name)),
+                right=t.Literal(value=Fraction() as bound),
+                op="<" | "<=",
+            ):
+                low[name] = max(-bound, low.get(name, -bound))
+                high[name] = min(bound, high.get(name, bound))
+            case _:
+                others.update(t.variables_of(part))
+    found = set()
+    for form in forms:
+        least, most = form.declared.range or (None, None)
+        if least is None or most is None or _is_whole(form):
+            continue
+        found |= {
+            name
+            for name in form.names
+            if name in low and name in high and least <= low[name] and high[name] <= most
+        }
+    return frozenset(found - others)
+
+
+def _is_whole(form: Form) -> bool:
+    type_ = form.declared.variable.type
+    return isinstance(type_.element if isinstance(type_, FamilyType) else type_, IntegerType)

@@ -171,7 +171,7 @@ class World:
         return body
 
     def paint(self, body: int, rgb: NDArray[np.uint8]) -> None:
-        """Show `rgb` (rows from the least y, columns from the least x, 3 bytes) on a picture to whoever looks."""
+        """Show `rgb` (rows from the least y, columns from the least x, 3 bytes) on a picture."""
         self._unpainted[body] = rgb
 
     def _paint(self, body: int, rgb: NDArray[np.uint8]) -> None:
