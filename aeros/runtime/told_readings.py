@@ -6,10 +6,10 @@ From one decision to the next most values stay the same objects, and all reading
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import repeat
+from itertools import compress, count, repeat
 from json.encoder import encode_basestring_ascii
 from math import isfinite
-from operator import is_, itemgetter
+from operator import is_, is_not, itemgetter
 from typing import Any, Final
 
 from aeros.runtime.canonical import MOST_SIZE, Encoded, Encoder, encoded
@@ -35,6 +35,8 @@ class ReadingsTeller:
 
     def __init__(self) -> None:
         self._names: dict[str, None] = {}  # sorted
+        self._quoted: list[str] = []
+        self._lengths: list[int] = []
         self._pick: Callable[[Readings], tuple[Reading, ...]]
         self._values: list[Any] = []  # that were told last
         self._texts: list[str] = []  # of each, name and value up to the time
@@ -48,8 +50,9 @@ class ReadingsTeller:
                 return told_readings(readings)
             self._begin(sorted(readings))
         values, times = zip(*self._pick(readings), strict=True)
-        if not all(map(is_, values, self._values)) and not self._keep(values):
-            return told_readings(readings)
+        for place in compress(count(), map(is_not, values, self._values)):
+            if not self._keep(place, values[place]):
+                return told_readings(readings)
         endings = _endings(times)
         size = 1 + len(readings) + sum(self._sizes)
         if endings is None or size > MOST_SIZE:
@@ -60,24 +63,23 @@ class ReadingsTeller:
 
     def _begin(self, names: list[str]) -> None:
         self._names = dict.fromkeys(names)
+        self._quoted = [*map(encode_basestring_ascii, names)]
+        self._lengths = [*map(len, names)]
         self._pick = itemgetter(*names)
         self._values = [_NOTHING] * len(names)
         self._texts = [""] * len(names)
         self._sizes = [0] * len(names)
 
-    def _keep(self, values: tuple[Any, ...]) -> bool:
-        """Whether all of these could be told by parts; they are kept, as far as they can never change."""
-        for place, (name, value) in enumerate(zip(self._names, values, strict=True)):
-            if value is self._values[place]:
-                continue
-            self._values[place] = _NOTHING
-            if not _is_constant(value):
-                return False
-            encoder = Encoder()
-            self._texts[place] = f"{encode_basestring_ascii(name)}:[{encoder.text(value, 2)},"
-            # The name, a list of two, the value and its time.
-            self._sizes[place] = len(name) + 3 + encoder.used + 1
-            self._values[place] = value
+    def _keep(self, place: int, value: Any) -> bool:
+        """Whether this value can be told by itself and kept, as it can never change."""
+        self._values[place] = _NOTHING
+        if not _is_constant(value):
+            return False
+        encoder = Encoder()
+        self._texts[place] = f"{self._quoted[place]}:[{encoder.text(value, 2)},"
+        # The name, a list of two, the value and its time.
+        self._sizes[place] = self._lengths[place] + 3 + encoder.used + 1
+        self._values[place] = value
         return True
 
 
