@@ -13,7 +13,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from json.encoder import encode_basestring_ascii
 from math import isfinite
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 MOST_SIZE: Final = 1_000_000
 """Characters and values in one encoding; more is not encoded.  A record is about 2,000."""
@@ -31,8 +31,7 @@ _MARKS: Final = ("float", "unencodable", "dict")
 """Keys that, alone in a dict, say that it stands for something else."""
 
 
-@dataclass(frozen=True)
-class Encoded:
+class Encoded(NamedTuple):
     """The canonical text of a value: what is put into a record after it was encoded for its digest.
 
     size: what it takes of `MOST_SIZE`.
