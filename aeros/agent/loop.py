@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Final
 
 from aeros.agent.attempt import Attempts
-from aeros.agent.identity import Identity, sole_identity
+from aeros.agent.identity import Identity, born, sole_identity
 from aeros.agent.journal import Journal, Observer
 from aeros.agent.memory import Memory, open_memory
+from aeros.agent.memory_schema import IN_RAM
 from aeros.agent.planner import Planner, RulePlanner
 from aeros.agent.pursuit import Pursuit
 from aeros.agent.report import RunReport
@@ -111,4 +112,21 @@ def awake(
     ends, the session is closed in memory and the lock released.
     """
     with sole_identity(folder, name) as identity, open_memory(folder / MEMORY, identity) as memory:
+        yield Agent(identity, runtime, memory, planner or RulePlanner(), on_event, seed)
+
+
+@contextmanager
+def awake_once(
+    name: str,
+    runtime: Runtime,
+    planner: Planner | None = None,
+    on_event: Observer | None = None,
+    seed: int = 0,
+) -> Iterator[Agent]:
+    """An agent that is born for this block and remembers what it does in it, in RAM; nothing is left of it.
+
+    For trials, each of which is to begin as the first: otherwise as `awake`.
+    """
+    identity = born(name)
+    with open_memory(IN_RAM, identity) as memory:
         yield Agent(identity, runtime, memory, planner or RulePlanner(), on_event, seed)

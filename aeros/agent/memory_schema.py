@@ -48,6 +48,9 @@ _MIGRATIONS: Final = (_TO_1, _TO_2)
 
 SCHEMA_VERSION: Final = len(_MIGRATIONS)
 
+IN_RAM: Final = Path(":memory:")
+"""In place of a file: a memory that nothing is left of."""
+
 
 def connected(path: Path) -> sqlite3.Connection:
     """The memory at `path`, sound and of today's schema; raises `RefusedError` where it cannot be trusted.

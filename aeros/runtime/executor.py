@@ -21,8 +21,8 @@ An isolated skill is interrupted at any time; one that runs in this process, not
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import ExitStack
 from dataclasses import replace
 from math import inf
 from typing import Any, Final, Self
@@ -32,7 +32,7 @@ from aeros.runtime.configuration import Configuration
 from aeros.runtime.deciding import Deciding
 from aeros.runtime.gate import Gate
 from aeros.runtime.governor import Command, Fixed, Governor
-from aeros.runtime.observation import observation_for
+from aeros.runtime.observation import Sight
 from aeros.runtime.passing import may_pass
 from aeros.runtime.ports import (
     Completion,
@@ -92,6 +92,7 @@ class Executor:
         # Held while anything moves: until then no change of the configuration is complete.
         self._acting = ExitStack()
         self._is_paused = False
+        self._breaking_off = _BreakingOff(self._break_off)
         audit.append("session-opened", session_details(configuration))
 
     @property
@@ -127,7 +128,7 @@ class Executor:
 
     def start(self, request: StepRequest) -> StepHandle | StepResult:
         """See `ports.Runtime`; never raises for a bad request."""
-        with self._breaking_off():
+        with self._breaking_off:
             return self._start(request)
 
     def _start(self, request: StepRequest) -> StepHandle | StepResult:
@@ -149,7 +150,7 @@ class Executor:
         if not self._steps and not self._results:
             if until == inf:
                 raise MisuseError("nothing was started that could end")
-            with self._breaking_off():
+            with self._breaking_off:
                 self._plant.advance(self._watch, until)
             return None
         while not self._results:
@@ -169,7 +170,7 @@ class Executor:
     def cancel(self, step: StepHandle, reason: str) -> None:
         """See `ports.Runtime`."""
         if step in self._steps:
-            with self._breaking_off():
+            with self._breaking_off:
                 self._halt(step, Ending(StepStatus.CANCELLED, reason))
 
     def counts(self, step: StepHandle) -> DecisionCounts | None:
@@ -211,7 +212,7 @@ class Executor:
 
     def _go_on(self, until: float) -> bool:
         """Let a skill that is due act; where none is, let time go on.  Whether `until` comes first."""
-        with self._breaking_off():
+        with self._breaking_off:
             self._begin()
             due = next((handle for handle, step in self._steps.items() if step.is_due), None)
             if due is not None and not self._is_held_back():
@@ -260,7 +261,9 @@ class Executor:
         if step.actions == MOST_ACTIONS:
             return Ending(StepStatus.RAISED, f"the skill floods: more than {MOST_ACTIONS} actions")
         step.actions += 1
-        observed = observation_for(step.ecm, self.site, self._plant.observe(), self.now())
+        if step.sight is None or step.sight.site is not self.site:
+            step.sight = Sight(step.ecm, self.site)
+        observed = step.sight.observation(self._plant.observe(), self.now())
         asked = step.run.resume(observed, step.deadline - self.now())
         if isinstance(asked, Ending) and asked.status is StepStatus.RAISED:
             return asked
@@ -421,15 +424,6 @@ class Executor:
                 leaving.callback(lambda: self._plant.skill_ended(step.name, finished=step.finished))
             leaving.callback(step.close)
 
-    @contextmanager
-    def _breaking_off(self) -> Iterator[None]:
-        """Clean up after every step where the block raises."""
-        try:
-            yield
-        except BaseException as failure:
-            self._break_off(failure)
-            raise
-
     def _break_off(self, failure: BaseException) -> None:
         """The one clean-up of every step that has not ended."""
         steps = dict(self._steps)
@@ -471,6 +465,21 @@ class Executor:
         now = self._configuration.modules.get(ecm.id)
         was = (ecm.manifest_digest, ecm.code_digest)
         return now is not None and (now.manifest_digest, now.code_digest) == was
+
+
+class _BreakingOff:
+    """Cleans up after every step where the block raises."""
+
+    def __init__(self, break_off: Callable[[BaseException], None]) -> None:
+        self._break_off = break_off
+
+    def __enter__(self) -> None:
+        """Nothing is to be cleaned up yet."""
+
+    def __exit__(self, _: object, failure: BaseException | None, __: object) -> None:
+        """What was raised goes on, after the clean-up."""
+        if failure is not None:
+            self._break_off(failure)
 
 
 def _stopped_by(completion: Completion) -> Ending:

@@ -16,8 +16,7 @@ from aeros.skill import Action
 from aeros.spec.model import Ecm, Site
 
 
-@dataclass(frozen=True, slots=True)
-class Reading:
+class Reading(NamedTuple):
     """One measured value and when it was measured.
 
     value: SI; bool, float, enum member as str, 3-tuple of float, or tuple of float for a family

@@ -155,8 +155,9 @@ class PhysicsPlant(TickingPlant):
         return Truth(self._truth.tick, values)
 
     def _fast_values(self) -> dict[str, Any]:
-        near = min(SCANNER_RANGE, self._people.distance(SCANNER_RANGE))
-        return {**super()._fast_values(), "human_distance": near}
+        values = super()._fast_values()
+        values["human_distance"] = min(SCANNER_RANGE, self._people.distance(SCANNER_RANGE))
+        return values
 
     def _check_tracking(self) -> None:
         if self._robot.tracking_error(self._state) > _BLOCKED:

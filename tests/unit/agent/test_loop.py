@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from aeros.agent.errors import RefusedError
 from aeros.agent.graph import Step, TaskGraph
 from aeros.agent.journal import Event
-from aeros.agent.loop import awake
+from aeros.agent.loop import awake, awake_once
 from aeros.agent.planner import Planner
 from aeros.agent.pursuit import PATIENCE, PAUSE
 from aeros.agent.report import Role, RunReport
@@ -390,6 +390,24 @@ def test_everything_is_noted_remembered_and_observed(tmp_path: Path) -> None:
     assert json.loads(rows[0][4])["dough_on_workspace"] is False
     assert json.loads(rows[0][5])["dough_on_workspace"] is True
     assert events == [kind for kind in runtime.kinds() if kind not in ("step-started", "step-ended")]
+
+
+def test_an_agent_awake_once_remembers_until_then_and_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for _ in range(2):
+        seen: list[Event] = []
+        runtime = FakeRuntime(endings={"wrap": ["misaligned"]})
+        with awake_once("chef", runtime, on_event=seen.append) as agent:
+            assert agent.run("dumplings").reached
+        failures = [
+            event.details["failures"]
+            for event in seen
+            if event.kind == "step-started" and event.details["skill"].endswith(".wrap")
+        ]
+        assert failures == [0, 1]
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_request_carries_the_default_inputs(tmp_path: Path) -> None:
