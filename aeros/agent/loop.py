@@ -48,11 +48,18 @@ class Agent:
         for skill in memory.interrupt():
             self._journal.tell("step-interrupted", f"{skill} was under way when the agent ended", skill=skill)
 
-    def run(self, instruction: str, timeout: float | None = None, goal: Clause | None = None) -> RunReport:
+    def run(
+        self,
+        instruction: str,
+        timeout: float | None = None,
+        goal: Clause | None = None,
+        within: float | None = None,
+    ) -> RunReport:
         """Pursue `instruction` until its goal is measured, or say why not; semantics in `pursuit.py`.
 
         timeout: plant seconds after which what is under way is cancelled.
         goal: what to reach in place of the task's own goal.
+        within: seconds for each plan, which is then made beside the plant's time; by default in place.
 
         Raises `RoutingError` where the instruction names no task or several, and lets through what
         keeps the audit record or memory from being written.
@@ -62,7 +69,7 @@ class Agent:
             routed = replace(routed, task=replace(routed.task, goal=goal.term, goal_text=goal.text))
         try:
             attempts = Attempts(self._runtime, self._memory, self._journal, str(routed), self._seed)
-            pursuit = Pursuit(self._runtime, self._planner, attempts, self._journal, routed, timeout)
+            pursuit = Pursuit(self._runtime, self._planner, attempts, self._journal, routed, timeout, within)
             report = pursuit.run(instruction)
         except KeyboardInterrupt:
             self._journal.tell("run-interrupted", f"{routed} was interrupted", task=str(routed))

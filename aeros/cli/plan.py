@@ -9,7 +9,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from aeros.agent.graph import Part, Step, verify_plan
+from aeros.agent.graph import verify_plan
+from aeros.agent.plan_form import form_of
 from aeros.agent.routing import RoutingError, route
 from aeros.agent.smt_planner import why_not
 from aeros.agent.unfolding import task_graph
@@ -26,7 +27,6 @@ from aeros.spec.expr.semantics import Value
 from aeros.spec.folders import module_folders, reference_site
 from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Clause, Ecm, Site, Task
-from aeros.spec.parts import If, Seq
 from aeros.spec.planning.avoiding import NotDecidedError
 from aeros.spec.planning.checking import UnreadablePlanError, problems_of, read_plan
 from aeros.spec.planning.cyclic import Strategy
@@ -144,7 +144,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
             graph = task_graph(strategy, start, site.limits.retries)
             if graph.parts and (problems := verify_plan(graph, modules, site)):
                 raise InternalError("; ".join(problems))
-            found["plan"] = [_part(part) for part in graph.parts]
+            found["plan"] = form_of(graph)
             found["steps_at_least"] = strategy.steps_from(start)
             found["states"] = len(strategy.states_from(start))
         else:
@@ -218,25 +218,6 @@ def _start(site: Site, task: Task | None, given: Mapping[str, str]) -> dict[str,
         else:
             known[name] = exact(site.state[name], value)
     return known
-
-
-def _part(part: Part) -> dict[str, Any]:
-    match part:
-        case Step():
-            inputs = {name: plain(value) for name, value in part.inputs.items()}
-            skill = f"{part.module}.{part.skill}"
-            return {"skill": skill, "inputs": inputs, "retry": part.retry, "on_failure": part.on_failure}
-        case If(text=text, then=then, otherwise=otherwise):
-            other = [] if otherwise is None else _inner(otherwise)
-            return {"if": text, "then": _inner(then), "else": other}
-        case Seq():
-            return {"seq": _inner(part)}
-        case _:
-            raise InternalError("no plan of ours has parallel branches")
-
-
-def _inner(part: Part) -> list[dict[str, Any]]:
-    return [_part(one) for one in part.parts] if isinstance(part, Seq) else [_part(part)]
 
 
 def _as_text(found: Mapping[str, Any]) -> str:

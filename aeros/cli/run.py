@@ -10,7 +10,7 @@ from contextlib import ExitStack, contextmanager
 from datetime import datetime
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from aeros.agent.composing import CompositionPlanner
 from aeros.agent.errors import RefusedError
@@ -61,6 +61,9 @@ if TYPE_CHECKING:
 
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
+_PLAN_WITHIN: Final = 30.0
+"""Seconds for a plan, unless said otherwise."""
+
 _EXAMPLES = """\
 All modules are proved before anything moves, and each `ecm.lock` must be the certificate that
 results.  The folder given by --out holds afterwards: run.webp (physics), trace.jsonl (what the agent
@@ -76,7 +79,7 @@ examples:
   aeros run "make dumplings" --plant symbolic --gate shadow
   aeros run "fetch the object" --plant kinematic --seed 3
   aeros run "fetch the object" --composition fetch_once --timeout 60
-  aeros run "make dumplings" --planner smt
+  aeros run "make dumplings" --planner smt --plan-within 5
   aeros run "make dumplings" --goal "dumpling_wrapped and not dumpling_cooked"
   aeros run "fetch the object" --person across_the_room
   aeros run "make dumplings" --faults wrapper_bumped --seed 4
@@ -131,6 +134,12 @@ def add_to(commands: Subparsers) -> None:
     )
     parser.add_argument(
         "--goal", metavar="EXPR", help="reach this in place of the task's goal, where the task takes place"
+    )
+    parser.add_argument(
+        "--plan-within",
+        type=_seconds,
+        metavar="SECONDS",
+        help="what --planner smt may take for a plan, while the plant's time goes on (default: 30)",
     )
     parser.add_argument(
         "--timeout",
@@ -260,7 +269,10 @@ def _planner(arguments: argparse.Namespace, module: Ecm, site: Site) -> Planner:
         raise UsageError("--composition is followed as it is: neither --planner nor --goal goes with it")
     if arguments.goal is not None and by_rules:
         raise UsageError("planning rules pursue their own task's goal: --goal goes with --planner smt")
-    if arguments.goal is not None or arguments.planner == "smt":
+    by_search = arguments.goal is not None or arguments.planner == "smt"
+    if arguments.plan_within is not None and not by_search:
+        raise UsageError("what is declared is at hand at once: --plan-within goes with --planner smt")
+    if by_search:
         return SmtPlanner(site)
     if composition is None:
         return RulePlanner()
@@ -269,6 +281,12 @@ def _planner(arguments: argparse.Namespace, module: Ecm, site: Site) -> Planner:
         hint = f"; did you mean `{near}`?" if near else ""
         raise RefusedError(f"`{module.id}` has no composition `{composition}`{hint}")
     return CompositionPlanner(composition)
+
+
+def _within(arguments: argparse.Namespace, planner: Planner) -> float | None:
+    """Seconds for a plan that is made beside the plant's time; None of a planner that answers at once."""
+    at_once = isinstance(planner, RulePlanner | CompositionPlanner)
+    return None if at_once else arguments.plan_within or _PLAN_WITHIN
 
 
 @contextmanager
@@ -346,7 +364,8 @@ def _run(
             with awake(
                 arguments.state, configuration.site.id, executor, planner, trace.tell, arguments.seed
             ) as agent:
-                report = agent.run(arguments.instruction, arguments.timeout, goal)
+                within = _within(arguments, planner)
+                report = agent.run(arguments.instruction, arguments.timeout, goal, within)
         simulated = plant.now()
     print(summary(proof, report, arguments.plant, simulated, time.perf_counter() - began))
     audited, sound = _audited(audit_path, signing)

@@ -87,10 +87,21 @@ def test_a_run_may_pursue_another_goal_than_the_tasks(
     assert "step make_dumplings.boil" not in said
 
 
+def test_no_plan_in_time_leaves_the_robot_where_it_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["--planner", "smt", "--plan-within", "0.000001", "--timeout", "2"]
+    assert _run(tmp_path, *arguments) == Exit.REJECTED
+    said = capsys.readouterr().out
+    assert "nothing came within 1e-06 s; stands still" in said
+    assert "steps      0 run" in said
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
         (["--goal", "dumpling_cooked", "--planner", "rules"], "--goal goes with --planner smt"),
+        (["--plan-within", "5"], "--plan-within goes with --planner smt"),
         (["--composition", "any", "--planner", "smt"], "neither --planner nor --goal goes with it"),
     ],
 )
