@@ -7,7 +7,9 @@ where that is found to lead to the goal from what is measured now.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf
+from typing import Any
 
 from aeros.agent.beside import Beside, LateError, ThinkingFailedError, told
 from aeros.agent.graph import TaskGraph
@@ -46,9 +48,18 @@ class Proposals:
                 return self._planner.plan(routed, world, modules)
             except Exception as error:  # an untrusted planner may raise anything
                 raise ThinkingFailedError(told(error)) from error
-        form = self._beside(lambda: form_of(self._planner.plan(routed, world, modules)))
+
+        def propose() -> tuple[Any, str]:
+            graph = self._planner.plan(routed, world, modules)
+            return form_of(graph), graph.remark
+
+        match self._beside(propose):
+            case [form, remark]:
+                pass
+            case _:
+                raise ThinkingFailedError("its process has said something else than a plan")
         try:
-            return graph_of(form, self._runtime.site)
+            return replace(graph_of(form, self._runtime.site), remark=remark)
         except MalformedPlanError as error:
             raise ThinkingFailedError(told(error)) from error
 

@@ -148,8 +148,14 @@ class Pursuit:
         self._attempts.observe()
         self._rejected, self._followed = [], graph
         steps = [str(part) for part in graph.parts]
+        text, said = " → ".join(steps), {"remark": graph.remark} if graph.remark else {}
         self._journal.tell(
-            "plan", " → ".join(steps), planner=self._proposals.name, task=str(self._routed), steps=steps
+            "plan",
+            f"{text} ({graph.remark})" if said else text,
+            planner=self._proposals.name,
+            task=str(self._routed),
+            steps=steps,
+            **said,
         )
         return graph
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -64,6 +65,9 @@ if TYPE_CHECKING:
 _PLAN_WITHIN: Final = 30.0
 """Seconds for a plan, unless said otherwise."""
 
+LLM_KEY: Final = "AEROS_LLM_KEY"
+"""The variable of the environment that holds the key of the language model's API."""
+
 _EXAMPLES = """\
 All modules are proved before anything moves, and each `ecm.lock` must be the certificate that
 results.  The folder given by --out holds afterwards: run.webp (physics), trace.jsonl (what the agent
@@ -80,6 +84,7 @@ examples:
   aeros run "fetch the object" --plant kinematic --seed 3
   aeros run "fetch the object" --composition fetch_once --timeout 60
   aeros run "make dumplings" --planner smt --plan-within 5
+  aeros run "make dumplings" --planner llm --llm-url http://localhost:11434/v1 --llm-model qwen3
   aeros run "make dumplings" --goal "dumpling_wrapped and not dumpling_cooked"
   aeros run "fetch the object" --person across_the_room
   aeros run "make dumplings" --faults wrapper_bumped --seed 4
@@ -129,9 +134,16 @@ def add_to(commands: Subparsers) -> None:
     )
     parser.add_argument(
         "--planner",
-        choices=("rules", "smt"),
-        help="plan by the task's rules, or by what skills declare (default: rules; smt with --goal)",
+        choices=("rules", "smt", "llm"),
+        help="plan by the task's rules, by what skills declare, or as a language model proposes "
+        "(default: rules; smt with --goal)",
     )
+    parser.add_argument(
+        "--llm-url",
+        metavar="URL",
+        help=f"the OpenAI-compatible API to ask, as in http://localhost:11434/v1; its key in {LLM_KEY}",
+    )
+    parser.add_argument("--llm-model", metavar="NAME", help="the language model to ask there")
     parser.add_argument(
         "--goal", metavar="EXPR", help="reach this in place of the task's goal, where the task takes place"
     )
@@ -139,7 +151,8 @@ def add_to(commands: Subparsers) -> None:
         "--plan-within",
         type=_seconds,
         metavar="SECONDS",
-        help="what --planner smt may take for a plan, while the plant's time goes on (default: 30)",
+        help="what a planner that searches or asks may take for a plan, while the plant's time goes on "
+        "(default: 30)",
     )
     parser.add_argument(
         "--timeout",
@@ -269,9 +282,15 @@ def _planner(arguments: argparse.Namespace, module: Ecm, site: Site) -> Planner:
         raise UsageError("--composition is followed as it is: neither --planner nor --goal goes with it")
     if arguments.goal is not None and by_rules:
         raise UsageError("planning rules pursue their own task's goal: --goal goes with --planner smt")
-    by_search = arguments.goal is not None or arguments.planner == "smt"
+    if (arguments.planner == "llm") is not (
+        arguments.llm_url is not None and arguments.llm_model is not None
+    ):
+        raise UsageError("--planner llm, --llm-url and --llm-model go together")
+    by_search = arguments.goal is not None or arguments.planner in ("smt", "llm")
     if arguments.plan_within is not None and not by_search:
-        raise UsageError("what is declared is at hand at once: --plan-within goes with --planner smt")
+        raise UsageError("what is declared is at hand at once: --plan-within goes with --planner smt or llm")
+    if arguments.planner == "llm":
+        return _asking_planner(arguments, site)
     if by_search:
         return SmtPlanner(site)
     if composition is None:
@@ -281,6 +300,21 @@ def _planner(arguments: argparse.Namespace, module: Ecm, site: Site) -> Planner:
         hint = f"; did you mean `{near}`?" if near else ""
         raise RefusedError(f"`{module.id}` has no composition `{composition}`{hint}")
     return CompositionPlanner(composition)
+
+
+def _asking_planner(arguments: argparse.Namespace, site: Site) -> Planner:
+    """A language model, and where it does not help what would plan without it."""
+    try:
+        from aeros.agent.chat import Endpoint
+        from aeros.agent.llm_planner import LlmPlanner
+    except ImportError as error:
+        missing = f"({error.name} is missing)"
+        raise RefusedError(f"--planner llm needs `pip install 'aeros[llm]'` {missing}") from error
+    endpoint = Endpoint(arguments.llm_url, arguments.llm_model, os.environ.get(LLM_KEY))
+    fallback = RulePlanner() if arguments.goal is None else SmtPlanner(site)
+    # So that the other planner can still plan in time.
+    asked_within = 0.8 * (arguments.plan_within or _PLAN_WITHIN)
+    return LlmPlanner(site, endpoint, fallback, asked_within)
 
 
 def _within(arguments: argparse.Namespace, planner: Planner) -> float | None:
