@@ -53,7 +53,9 @@ examples:
   aeros plan "clean the table" --start wiping_area_clear=unknown
   aeros plan --goal "object_grasped and not object_delivered" --format json
   aeros plan "make dumplings" --pddl pddl/
-  aeros plan "make dumplings" --check dumplings.plan       accept a plan from elsewhere, or say what is wrong
+  aeros plan check dumplings.plan "make dumplings"       accept a plan from elsewhere, or say what is wrong
+
+A plan from elsewhere is as classical planners write them: one `(module.skill)` a line, or action of the PDDL.
 """
 
 
@@ -61,11 +63,17 @@ def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
     parser = commands.add_parser(
         "plan",
+        usage="aeros plan [INSTRUCTION] [options]\n       aeros plan check FILE [INSTRUCTION] [options]",
         description=__doc__,
         epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("instruction", nargs="?", help='whose task to plan, as in "make dumplings"')
+    parser.add_argument(
+        "words",
+        nargs="*",
+        metavar="INSTRUCTION",
+        help='whose task to plan, as in "make dumplings"; after `check FILE`, whose task that plan is for',
+    )
     parser.add_argument("--goal", metavar="EXPR", help="plan for this condition, not for the task's goal")
     parser.add_argument(
         "--start",
@@ -81,14 +89,7 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
     )
-    instead = parser.add_mutually_exclusive_group()
-    instead.add_argument(
-        "--check",
-        type=existing_path,
-        metavar="FILE",
-        help="judge this plan, one `(module.skill)` a line as classical planners write it, and make none",
-    )
-    instead.add_argument(
+    parser.add_argument(
         "--pddl",
         type=Path,
         metavar="FOLDER",
@@ -105,20 +106,37 @@ def _setting(text: str) -> tuple[str, str]:
     return name.strip(), value.strip()
 
 
+def _asked(words: list[str]) -> tuple[Path | None, str | None]:
+    """The plan to be judged, if one is, and the instruction, if there is one."""
+    check = None
+    if words[:1] == ["check"] and len(words) > 1:
+        try:
+            check = existing_path(words[1])
+        except argparse.ArgumentTypeError as error:
+            raise UsageError(f"the plan to check: {error}") from error
+        words = words[2:]
+    if len(words) > 1:
+        raise UsageError(f'an instruction is one argument: "{safe(" ".join(words))}"')
+    return check, words[0] if words else None
+
+
 def _command(arguments: argparse.Namespace) -> Exit:
-    if arguments.instruction is None and arguments.goal is None:
+    check, instruction = _asked(arguments.words)
+    if instruction is None and arguments.goal is None:
         raise UsageError("there is nothing to plan for: give an instruction, or --goal")
+    if check is not None and arguments.pddl is not None:
+        raise UsageError("a plan is judged, or a problem is written: `check` does not go with --pddl")
     site, modules = _loaded(arguments.ecms, arguments.site)
     task: Task | None = None
-    if arguments.instruction is not None:
+    if instruction is not None:
         try:
-            task = route(arguments.instruction, modules).task
+            task = route(instruction, modules).task
         except RoutingError as refusal:
             print(f"aeros: {refusal}", file=sys.stderr)
             return Exit.REJECTED
     goal = goal_of(arguments.goal, site) if arguments.goal is not None else _own_goal(task)
     known = _start(site, task, dict(arguments.start))
-    steps = None if arguments.check is None else _steps(arguments.check)
+    steps = None if check is None else _steps(check)
     also = {step.partition(" ")[0].casefold() for step in steps or ()}
     kept = () if task is None else task.invariants
     domain = domain_for(modules, site, known, goal.term, kept, also=also)

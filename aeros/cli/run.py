@@ -13,10 +13,12 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from aeros.agent.classical import Engine
 from aeros.agent.composing import CompositionPlanner
 from aeros.agent.errors import RefusedError
 from aeros.agent.journal import Event
 from aeros.agent.loop import awake
+from aeros.agent.pddl_planner import ClassicalPlanner
 from aeros.agent.planner import Planner, RulePlanner
 from aeros.agent.routing import Routed, route
 from aeros.agent.smt_planner import SmtPlanner
@@ -84,6 +86,7 @@ examples:
   aeros run "fetch the object" --plant kinematic --seed 3
   aeros run "fetch the object" --composition fetch_once --timeout 60
   aeros run "make dumplings" --planner smt --plan-within 5
+  aeros run "make dumplings" --planner pddl --engine pyperplan
   aeros run "make dumplings" --planner llm --llm-url http://localhost:11434/v1 --llm-model qwen3
   aeros run "make dumplings" --goal "dumpling_wrapped and not dumpling_cooked"
   aeros run "fetch the object" --person across_the_room
@@ -134,9 +137,14 @@ def add_to(commands: Subparsers) -> None:
     )
     parser.add_argument(
         "--planner",
-        choices=("rules", "smt", "llm"),
-        help="plan by the task's rules, by what skills declare, or as a language model proposes "
-        "(default: rules; smt with --goal)",
+        choices=("rules", "smt", "pddl", "llm"),
+        help="plan by the task's rules, by what skills declare with our own search or a classical planner's, "
+        "or as a language model proposes (default: rules; smt with --goal)",
+    )
+    parser.add_argument(
+        "--engine",
+        metavar="NAME",
+        help="the classical planner of --planner pddl, as unified-planning calls it (default: its choice)",
     )
     parser.add_argument(
         "--llm-url",
@@ -286,11 +294,17 @@ def _planner(arguments: argparse.Namespace, module: Ecm, site: Site) -> Planner:
         arguments.llm_url is not None and arguments.llm_model is not None
     ):
         raise UsageError("--planner llm, --llm-url and --llm-model go together")
-    by_search = arguments.goal is not None or arguments.planner in ("smt", "llm")
+    if arguments.engine is not None and arguments.planner != "pddl":
+        raise UsageError("--engine goes with --planner pddl")
+    by_search = arguments.goal is not None or arguments.planner in ("smt", "pddl", "llm")
     if arguments.plan_within is not None and not by_search:
-        raise UsageError("what is declared is at hand at once: --plan-within goes with --planner smt or llm")
+        raise UsageError(
+            "what is declared is at hand at once: --plan-within goes with --planner smt, pddl or llm"
+        )
     if arguments.planner == "llm":
         return _asking_planner(arguments, site)
+    if arguments.planner == "pddl":
+        return ClassicalPlanner(site, Engine(arguments.engine))
     if by_search:
         return SmtPlanner(site)
     if composition is None:
