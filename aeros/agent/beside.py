@@ -37,7 +37,7 @@ _PR_SET_PDEATHSIG: Final = 1
 
 
 class LateError(Exception):
-    """There is no answer in time."""
+    """There is no answer in time, or nobody waits for one any more; the message says which."""
 
 
 class ThinkingFailedError(Exception):
@@ -71,6 +71,8 @@ class Beside:
         since, charged = self._seconds(), 0
         with _Thought(think) as thought:
             while not thought.is_over(_LOOK_EVERY):
+                if self._runtime.is_stopped:
+                    raise LateError("the operator has stopped everything")
                 spent = self._seconds() - since
                 if spent >= within:
                     break

@@ -163,7 +163,8 @@ class Pursuit:
         """The rest of the plan before, if it still leads to the goal; else nothing is done."""
         reason, world = f"the plan is late: {late}", self._attempts.observe()
         rest = None
-        if self._followed is not None and self._runtime.now() < self._until:
+        is_over = self._runtime.is_stopped or self._runtime.now() >= self._until
+        if self._followed is not None and not is_over:
             rest = self._proposals.rest_of(self._followed, self._routed, world)
             is_as_then = self._attempts.observe().predicates == world.predicates
             modules, site = self._runtime.active_modules(), self._runtime.site
@@ -174,7 +175,7 @@ class Pursuit:
         self._journal.tell(
             "plan-late", f"{reason}; {does}", planner=self._proposals.name, reason=reason, steps=steps
         )
-        return End(f"{reason}; {does}") if rest is None else rest
+        return End(f"{reason}; {does}", final=self._runtime.is_stopped) if rest is None else rest
 
     def _reject(self, problems: list[str]) -> End:
         self._attempts.observe()

@@ -90,6 +90,24 @@ def test_without_a_plan_before_the_robot_stands_still_until_the_time_for_the_tas
     assert report.reason.startswith("the 2 s for the task are over; the plan ended: the plan is late")
 
 
+class Stopped(FakeRuntime):
+    """The operator stops everything after 2 s of thinking."""
+
+    @property
+    def is_stopped(self) -> bool:
+        return self.clock >= 102.0
+
+
+def test_once_the_operator_has_stopped_everything_nobody_is_waited_for(tmp_path: Path) -> None:
+    runtime = Stopped()
+    runtime.state["dough_on_workspace"] = True
+    with awake(tmp_path, "chef", runtime, Sleeping("prepare")) as agent:
+        report = agent.run("Make dumplings!", within=1000.0)
+    assert report.replans == 0
+    assert runtime.clock == 102.0
+    assert report.reason == "the plan is late: the operator has stopped everything; stands still"
+
+
 class Changing(FakeRuntime):
     """What is measured changes as time goes on."""
 
