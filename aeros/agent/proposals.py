@@ -7,6 +7,7 @@ where that is found to lead to the goal from what is measured now.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from math import inf
 from typing import Any
@@ -24,7 +25,8 @@ from aeros.runtime.ports import Runtime
 class Proposals:
     """What one planner proposes.
 
-    within: seconds allowed for a plan that is made beside; None where it is made in place.
+    within: seconds allowed for a plan that is made beside, where the site does not allow fewer; None where
+        it is made in place.
     until: plant seconds after which none is waited for.
     """
 
@@ -33,7 +35,8 @@ class Proposals:
     ) -> None:
         self._runtime = runtime
         self._planner = planner
-        self._beside = None if within is None else Beside(runtime, within, until)
+        self._within = within
+        self._until = until
 
     @property
     def name(self) -> str:
@@ -43,7 +46,7 @@ class Proposals:
     def plan(self, routed: Routed, world: World) -> TaskGraph:
         """What the planner proposes; raises `LateError` and `ThinkingFailedError`."""
         modules = self._runtime.active_modules()
-        if self._beside is None:
+        if self._within is None:
             try:
                 return self._planner.plan(routed, world, modules)
             except Exception as error:  # an untrusted planner may raise anything
@@ -53,7 +56,7 @@ class Proposals:
             graph = self._planner.plan(routed, world, modules)
             return form_of(graph), graph.remark
 
-        match self._beside(propose):
+        match self._think(self._within, propose):
             case [form, remark]:
                 pass
             case _:
@@ -65,7 +68,7 @@ class Proposals:
 
     def rest_of(self, previous: TaskGraph, routed: Routed, world: World) -> TaskGraph | None:
         """The shortest end of `previous` that leads from `world` to the goal; None unless found in time."""
-        if self._beside is None:
+        if self._within is None:
             return None
         judge = Judge(routed, world, self._runtime.active_modules(), self._runtime.site)
         ends = [TaskGraph(previous.parts[at:]) for at in range(len(previous.parts))]
@@ -77,7 +80,12 @@ class Proposals:
             return next(fits, None)
 
         try:
-            at = self._beside(first)
+            at = self._think(self._within, first)
         except (LateError, ThinkingFailedError):
             return None
         return ends[at] if type(at) is int and 0 <= at < len(ends) else None
+
+    def _think(self, within: float, job: Callable[[], Any]) -> Any:
+        """What `job` comes to, in the time that the site allows by now."""
+        allowed = min(within, float(self._runtime.site.limits.planning))
+        return Beside(self._runtime, allowed, self._until)(job)

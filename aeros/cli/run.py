@@ -64,9 +64,6 @@ if TYPE_CHECKING:
 
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
-_PLAN_WITHIN: Final = 30.0
-"""Seconds for a plan, unless said otherwise."""
-
 LLM_KEY: Final = "AEROS_LLM_KEY"
 """The variable of the environment that holds the key of the language model's API."""
 
@@ -160,7 +157,7 @@ def add_to(commands: Subparsers) -> None:
         type=_seconds,
         metavar="SECONDS",
         help="what a planner that searches or asks may take for a plan, while the plant's time goes on "
-        "(default: 30)",
+        "(default, and at most: what the site allows)",
     )
     parser.add_argument(
         "--timeout",
@@ -327,14 +324,14 @@ def _asking_planner(arguments: argparse.Namespace, site: Site) -> Planner:
     endpoint = Endpoint(arguments.llm_url, arguments.llm_model, os.environ.get(LLM_KEY))
     fallback = RulePlanner() if arguments.goal is None else SmtPlanner(site)
     # So that the other planner can still plan in time.
-    asked_within = 0.8 * (arguments.plan_within or _PLAN_WITHIN)
+    asked_within = 0.8 * min(arguments.plan_within or inf, float(site.limits.planning))
     return LlmPlanner(site, endpoint, fallback, asked_within)
 
 
 def _within(arguments: argparse.Namespace, planner: Planner) -> float | None:
     """Seconds for a plan that is made beside the plant's time; None of a planner that answers at once."""
     at_once = isinstance(planner, RulePlanner | CompositionPlanner)
-    return None if at_once else arguments.plan_within or _PLAN_WITHIN
+    return None if at_once else arguments.plan_within or inf
 
 
 @contextmanager

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from dataclasses import replace
+from fractions import Fraction
 from math import inf
 from pathlib import Path
 
@@ -90,6 +92,17 @@ def test_without_a_plan_before_the_robot_stands_still_until_the_time_for_the_tas
     assert report.reason.startswith("the 2 s for the task are over; the plan ended: the plan is late")
 
 
+def test_the_site_says_how_long_a_planner_may_take_at_most(tmp_path: Path) -> None:
+    limits = replace(site().limits, replans=0, planning=Fraction(1, 2))
+    runtime = FakeRuntime(at=replace(site(), limits=limits))
+    runtime.state["dough_on_workspace"] = True
+    with awake(tmp_path, "chef", runtime, Sleeping("prepare")) as agent:
+        agent.run("Make dumplings!", within=inf)
+    assert runtime.clock == 100.5
+    (late,) = told(runtime, "plan-late")
+    assert late["reason"] == "the plan is late: nothing came within 0.5 s"
+
+
 class Stopped(FakeRuntime):
     """The operator stops everything after 2 s of thinking."""
 
@@ -102,7 +115,7 @@ def test_once_the_operator_has_stopped_everything_nobody_is_waited_for(tmp_path:
     runtime = Stopped()
     runtime.state["dough_on_workspace"] = True
     with awake(tmp_path, "chef", runtime, Sleeping("prepare")) as agent:
-        report = agent.run("Make dumplings!", within=1000.0)
+        report = agent.run("Make dumplings!", within=inf)
     assert report.replans == 0
     assert runtime.clock == 102.0
     assert report.reason == "the plan is late: the operator has stopped everything; stands still"
