@@ -38,8 +38,10 @@ class Agent:
         planner: Planner,
         on_event: Observer | None,
         seed: int = 0,
+        within: float | None = None,
     ) -> None:
         self._seed = seed
+        self._within = within
         self.identity = identity
         self._runtime = runtime
         self._memory = memory
@@ -48,18 +50,11 @@ class Agent:
         for skill in memory.interrupt():
             self._journal.tell("step-interrupted", f"{skill} was under way when the agent ended", skill=skill)
 
-    def run(
-        self,
-        instruction: str,
-        timeout: float | None = None,
-        goal: Clause | None = None,
-        within: float | None = None,
-    ) -> RunReport:
+    def run(self, instruction: str, timeout: float | None = None, goal: Clause | None = None) -> RunReport:
         """Pursue `instruction` until its goal is measured, or say why not; semantics in `pursuit.py`.
 
         timeout: plant seconds after which what is under way is cancelled.
         goal: what to reach in place of the task's own goal.
-        within: seconds for each plan, which is then made beside the plant's time; by default in place.
 
         Raises `RoutingError` where the instruction names no task or several, and lets through what
         keeps the audit record or memory from being written.
@@ -69,7 +64,9 @@ class Agent:
             routed = replace(routed, task=replace(routed.task, goal=goal.term, goal_text=goal.text))
         try:
             attempts = Attempts(self._runtime, self._memory, self._journal, str(routed), self._seed)
-            pursuit = Pursuit(self._runtime, self._planner, attempts, self._journal, routed, timeout, within)
+            pursuit = Pursuit(
+                self._runtime, self._planner, attempts, self._journal, routed, timeout, within=self._within
+            )
             report = pursuit.run(instruction)
         except KeyboardInterrupt:
             self._journal.tell("run-interrupted", f"{routed} was interrupted", task=str(routed))
@@ -109,13 +106,15 @@ def awake(
     planner: Planner | None = None,
     on_event: Observer | None = None,
     seed: int = 0,
+    within: float | None = None,
 ) -> Iterator[Agent]:
     """The robot's one agent, whose identity and memory are in `folder`, with rules as the usual planner.
 
     seed: of its choices between skills.
+    within: seconds for each plan, which is then made beside the plant's time; by default in place.
 
     Raises `RefusedError` where another agent is awake or memory cannot be trusted.  However the block
     ends, the session is closed in memory and the lock released.
     """
     with sole_identity(folder, name) as identity, open_memory(folder / MEMORY, identity) as memory:
-        yield Agent(identity, runtime, memory, planner or RulePlanner(), on_event, seed)
+        yield Agent(identity, runtime, memory, planner or RulePlanner(), on_event, seed, within)

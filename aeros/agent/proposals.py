@@ -27,24 +27,23 @@ class Proposals:
 
     within: seconds allowed for a plan that is made beside, where the site does not allow fewer; None where
         it is made in place.
-    until: plant seconds after which none is waited for.
     """
 
-    def __init__(
-        self, runtime: Runtime, planner: Planner, within: float | None = None, until: float = inf
-    ) -> None:
+    def __init__(self, runtime: Runtime, planner: Planner, within: float | None = None) -> None:
         self._runtime = runtime
         self._planner = planner
         self._within = within
-        self._until = until
 
     @property
     def name(self) -> str:
         """The planner's."""
         return self._planner.name
 
-    def plan(self, routed: Routed, world: World) -> TaskGraph:
-        """What the planner proposes; raises `LateError` and `ThinkingFailedError`."""
+    def plan(self, routed: Routed, world: World, until: float = inf) -> TaskGraph:
+        """What the planner proposes; raises `LateError` and `ThinkingFailedError`.
+
+        until: plant seconds after which it is not waited for.
+        """
         modules = self._runtime.active_modules()
         if self._within is None:
             try:
@@ -56,7 +55,7 @@ class Proposals:
             graph = self._planner.plan(routed, world, modules)
             return form_of(graph), graph.remark
 
-        match self._think(self._within, propose):
+        match self._think(propose, self._within, until):
             case [form, remark]:
                 pass
             case _:
@@ -66,7 +65,9 @@ class Proposals:
         except MalformedPlanError as error:
             raise ThinkingFailedError(told(error)) from error
 
-    def rest_of(self, previous: TaskGraph, routed: Routed, world: World) -> TaskGraph | None:
+    def rest_of(
+        self, previous: TaskGraph, routed: Routed, world: World, until: float = inf
+    ) -> TaskGraph | None:
         """The shortest end of `previous` that leads from `world` to the goal; None unless found in time."""
         if self._within is None:
             return None
@@ -80,12 +81,12 @@ class Proposals:
             return next(fits, None)
 
         try:
-            at = self._think(self._within, first)
+            at = self._think(first, self._within, until)
         except (LateError, ThinkingFailedError):
             return None
         return ends[at] if type(at) is int and 0 <= at < len(ends) else None
 
-    def _think(self, within: float, job: Callable[[], Any]) -> Any:
+    def _think(self, job: Callable[[], Any], within: float, until: float) -> Any:
         """What `job` comes to, in the time that the site allows by now."""
         allowed = min(within, float(self._runtime.site.limits.planning))
-        return Beside(self._runtime, allowed, self._until)(job)
+        return Beside(self._runtime, allowed, until)(job)

@@ -64,7 +64,7 @@ class Pursuit:
         self._engine = Engine(attempts, journal, self._goal_is_measured, self._until)
         self._waited = 0.0
         self._runtime = runtime
-        self._proposals = Proposals(runtime, planner, within, self._until)
+        self._proposals = Proposals(runtime, planner, within)
         self._followed: TaskGraph | None = None
         self._attempts = attempts
         self._journal = journal
@@ -133,7 +133,7 @@ class Pursuit:
 
     def _verified_plan(self) -> TaskGraph | End:
         try:
-            graph = self._proposals.plan(self._routed, self._attempts.world_to_plan_in())
+            graph = self._proposals.plan(self._routed, self._attempts.world_to_plan_in(), self._until)
         except LateError as late:
             return self._instead(str(late))
         except ThinkingFailedError as failure:
@@ -165,7 +165,7 @@ class Pursuit:
         rest = None
         is_over = self._runtime.is_stopped or self._runtime.now() >= self._until
         if self._followed is not None and not is_over:
-            rest = self._proposals.rest_of(self._followed, self._routed, world)
+            rest = self._proposals.rest_of(self._followed, self._routed, world, self._until)
             is_as_then = self._attempts.observe().predicates == world.predicates
             modules, site = self._runtime.active_modules(), self._runtime.site
             if rest is not None and (not is_as_then or verify_plan(rest, modules, site)):

@@ -406,11 +406,11 @@ def _run(
             Executor(configuration, gate, plant, audit, skills, governed) as executor,
         ):
             audit.append("isolation", skills.details())
+            within = _within(arguments, planner)
             with awake(
-                arguments.state, configuration.site.id, executor, planner, trace.tell, arguments.seed
+                arguments.state, configuration.site.id, executor, planner, trace.tell, arguments.seed, within
             ) as agent:
-                within = _within(arguments, planner)
-                report = agent.run(arguments.instruction, arguments.timeout, goal, within)
+                report = agent.run(arguments.instruction, arguments.timeout, goal)
         simulated = plant.now()
     print(summary(proof, report, arguments.plant, simulated, time.perf_counter() - began))
     audited, sound = _audited(audit_path, signing)

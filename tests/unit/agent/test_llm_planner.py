@@ -53,10 +53,10 @@ def planner(server: Stub, within: float = 20.0, key: str | None = KEY) -> LlmPla
     return LlmPlanner(site(), Endpoint(server.url, "stub", key), RulePlanner(), within)
 
 
-def pursue(folder: Path, server: Stub, within: float = 20.0) -> tuple[RunReport, FakeRuntime]:
+def pursue(folder: Path, server: Stub, asked_within: float = 20.0) -> tuple[RunReport, FakeRuntime]:
     runtime = FakeRuntime(endings={"wrap": ["misaligned"]}, at=site(replans=3))
-    with awake(folder, "chef", runtime, planner(server, 0.8 * within)) as agent:
-        return agent.run("Make dumplings!", within=within), runtime
+    with awake(folder, "chef", runtime, planner(server, asked_within), within=30.0) as agent:
+        return agent.run("Make dumplings!"), runtime
 
 
 def plans_of(runtime: FakeRuntime) -> list[dict[str, Any]]:
@@ -177,7 +177,7 @@ def test_however_its_server_behaves_there_is_a_plan(reply: Any, said: str, tries
 @pytest.mark.parametrize("reply", [stalls, trickles])
 def test_a_server_that_stalls_is_not_waited_for_longer_than_allowed(reply: Any, tmp_path: Path) -> None:
     with stub(reply) as server:
-        report, runtime = pursue(tmp_path, server, within=1.0)
+        report, runtime = pursue(tmp_path, server, asked_within=0.5)
     assert report.reached
     assert "it has not answered in time" in plans_of(runtime)[0]["remark"]
     assert [kind for kind, _ in runtime.notes if kind == "plan-late"] == []

@@ -28,8 +28,8 @@ WITHIN = 0.5
 
 
 def run(folder: Path, runtime: FakeRuntime, planner: Planner, timeout: float | None = None) -> RunReport:
-    with awake(folder, "chef", runtime, planner) as agent:
-        return agent.run("Make dumplings!", timeout, within=WITHIN)
+    with awake(folder, "chef", runtime, planner, within=WITHIN) as agent:
+        return agent.run("Make dumplings!", timeout)
 
 
 class Sleeping:
@@ -96,8 +96,8 @@ def test_the_site_says_how_long_a_planner_may_take_at_most(tmp_path: Path) -> No
     limits = replace(site().limits, replans=0, planning=Fraction(1, 2))
     runtime = FakeRuntime(at=replace(site(), limits=limits))
     runtime.state["dough_on_workspace"] = True
-    with awake(tmp_path, "chef", runtime, Sleeping("prepare")) as agent:
-        agent.run("Make dumplings!", within=inf)
+    with awake(tmp_path, "chef", runtime, Sleeping("prepare"), within=inf) as agent:
+        agent.run("Make dumplings!")
     assert runtime.clock == 100.5
     (late,) = told(runtime, "plan-late")
     assert late["reason"] == "the plan is late: nothing came within 0.5 s"
@@ -114,8 +114,8 @@ class Stopped(FakeRuntime):
 def test_once_the_operator_has_stopped_everything_nobody_is_waited_for(tmp_path: Path) -> None:
     runtime = Stopped()
     runtime.state["dough_on_workspace"] = True
-    with awake(tmp_path, "chef", runtime, Sleeping("prepare")) as agent:
-        report = agent.run("Make dumplings!", within=inf)
+    with awake(tmp_path, "chef", runtime, Sleeping("prepare"), within=inf) as agent:
+        report = agent.run("Make dumplings!")
     assert report.replans == 0
     assert runtime.clock == 102.0
     assert report.reason == "the plan is late: the operator has stopped everything; stands still"
@@ -141,8 +141,10 @@ def test_what_was_found_to_lead_to_the_goal_from_another_world_is_not_followed(t
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("aeros.agent.judging.Judge.problems", drowsy)
-        with awake(tmp_path, "chef", runtime, Sleeping("prepare", "recover", "wrap", "boil")) as agent:
-            agent.run("Make dumplings!", within=2.0)
+        with awake(
+            tmp_path, "chef", runtime, Sleeping("prepare", "recover", "wrap", "boil"), within=2.0
+        ) as agent:
+            agent.run("Make dumplings!")
     assert [one["steps"] for one in told(runtime, "plan-late")] == [[]]
 
 
@@ -159,8 +161,8 @@ def test_a_planner_that_breaks_off_beside_is_refused_as_in_place(tmp_path: Path)
     said = []
     for within in (None, WITHIN):
         runtime = FakeRuntime()
-        with awake(tmp_path / str(within), "chef", runtime, Unable()) as agent:
-            said.append(agent.run("Make dumplings!", within=within).reason)
+        with awake(tmp_path / str(within), "chef", runtime, Unable(), within=within) as agent:
+            said.append(agent.run("Make dumplings!").reason)
     assert said == ["the plan is rejected: the planner failed: LookupError: no idea"] * 2
 
 
