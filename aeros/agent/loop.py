@@ -117,4 +117,4 @@ def awake(
     ends, the session is closed in memory and the lock released.
     """
     with sole_identity(folder, name) as identity, open_memory(folder / MEMORY, identity) as memory:
-        yield Agent(identity, runtime, memory, planner or RulePlanner(), on_event, seed, within)
+        yield Agent(identity, runtime, memory, planner or RulePlanner(), on_event, seed, within=within)

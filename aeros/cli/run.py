@@ -406,9 +406,14 @@ def _run(
             Executor(configuration, gate, plant, audit, skills, governed) as executor,
         ):
             audit.append("isolation", skills.details())
-            within = _within(arguments, planner)
             with awake(
-                arguments.state, configuration.site.id, executor, planner, trace.tell, arguments.seed, within
+                arguments.state,
+                configuration.site.id,
+                executor,
+                planner,
+                trace.tell,
+                arguments.seed,
+                within=_within(arguments, planner),
             ) as agent:
                 report = agent.run(arguments.instruction, arguments.timeout, goal)
         simulated = plant.now()
