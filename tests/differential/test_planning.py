@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import random
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -16,12 +17,14 @@ from hypothesis import strategies as st
 
 from aeros.agent.graph import Step, TaskGraph, verify_plan
 from aeros.agent.judging import Judge
+from aeros.agent.plan_form import form_of, graph_of, read_json
 from aeros.agent.routing import Routed
 from aeros.agent.smt_planner import SmtPlanner
 from aeros.agent.unfolding import task_graph
 from aeros.agent.world import World, measured_world
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.model import Ecm, Outcome
+from aeros.spec.parts import If, parts_of
 from aeros.spec.planning.avoiding import Avoided, NotDecidedError, Path
 from aeros.spec.planning.checking import problems_of
 from aeros.spec.planning.cyclic import Strategy
@@ -319,3 +322,27 @@ def _judged_in_runs(seen: Counter[str], **more: Any) -> None:
         _judged_plans_are_run(problem, data.draw(_graphs(problem)), seed, seen)
 
     law()
+
+
+def test_what_is_planned_is_written_as_json_and_read_as_it_was() -> None:
+    forks = Counter[bool]()
+
+    @_QUIETLY(max_examples=300)
+    @given(problems())
+    def law(problem: Problem) -> None:
+        strategy = Strategy(domain_of(problem))
+        start = strategy.domain.state(problem.start)
+        if strategy.solves(start):
+            graph = task_graph(strategy, start, 3)
+            read = graph_of(read_json(json.dumps(form_of(graph))), problem.site)
+            # An `else` that is one `if` is read as a sequence of one part, which is the same to do.
+            assert form_of(read) == form_of(graph)
+            conditions = [
+                [part.condition for part in parts_of(one.body) if isinstance(part, If)]
+                for one in (graph, read)
+            ]
+            assert conditions[0] == conditions[1]
+            forks[bool(conditions[0])] += 1
+
+    law()
+    assert forks[True] > 5
