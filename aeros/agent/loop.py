@@ -39,8 +39,10 @@ class Agent:
         planner: Planner,
         on_event: Observer | None,
         seed: int = 0,
+        within: float | None = None,
     ) -> None:
         self._seed = seed
+        self._within = within
         self.identity = identity
         self._runtime = runtime
         self._memory = memory
@@ -63,7 +65,9 @@ class Agent:
             routed = replace(routed, task=replace(routed.task, goal=goal.term, goal_text=goal.text))
         try:
             attempts = Attempts(self._runtime, self._memory, self._journal, str(routed), self._seed)
-            pursuit = Pursuit(self._runtime, self._planner, attempts, self._journal, routed, timeout)
+            pursuit = Pursuit(
+                self._runtime, self._planner, attempts, self._journal, routed, timeout, within=self._within
+            )
             report = pursuit.run(instruction)
         except KeyboardInterrupt:
             self._journal.tell("run-interrupted", f"{routed} was interrupted", task=str(routed))
@@ -103,16 +107,18 @@ def awake(
     planner: Planner | None = None,
     on_event: Observer | None = None,
     seed: int = 0,
+    within: float | None = None,
 ) -> Iterator[Agent]:
     """The robot's one agent, whose identity and memory are in `folder`, with rules as the usual planner.
 
     seed: of its choices between skills.
+    within: seconds for each plan, which is then made beside the plant's time; by default in place.
 
     Raises `RefusedError` where another agent is awake or memory cannot be trusted.  However the block
     ends, the session is closed in memory and the lock released.
     """
     with sole_identity(folder, name) as identity, open_memory(folder / MEMORY, identity) as memory:
-        yield Agent(identity, runtime, memory, planner or RulePlanner(), on_event, seed)
+        yield Agent(identity, runtime, memory, planner or RulePlanner(), on_event, seed, within=within)
 
 
 @contextmanager

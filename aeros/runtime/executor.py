@@ -100,6 +100,11 @@ class Executor:
         """The site whose policy governs."""
         return self._configuration.site
 
+    @property
+    def is_stopped(self) -> bool:
+        """See `ports.Runtime`."""
+        return self._governor.command is Command.STOP
+
     def active_modules(self) -> Mapping[str, Ecm]:
         """The certified, active modules by name."""
         self._follow()

@@ -244,6 +244,10 @@ class Runtime(Protocol):
     def site(self) -> Site:
         """The site whose policy governs."""
 
+    @property
+    def is_stopped(self) -> bool:
+        """Whether the operator has stopped everything, so that nothing begins any more."""
+
     def active_modules(self) -> Mapping[str, Ecm]:
         """The certified, active modules by name."""
 

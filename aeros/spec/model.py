@@ -216,11 +216,12 @@ class Quota:
 
 @dataclass(frozen=True)
 class Limits:
-    """Bounds on time-outs (seconds), retries of a step and re-plans of a task."""
+    """Bounds on time-outs (seconds), retries of a step, re-plans of a task, and planning (seconds)."""
 
     skill_timeout: Fraction
     retries: int
     replans: int
+    planning: Fraction = Fraction(30)
 
 
 class Durability(Enum):

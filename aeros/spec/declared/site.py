@@ -249,6 +249,10 @@ class Limits:
     replans: Annotated[Integer, Bounds(0, 1000)] = field(
         metadata={"doc": "how often a task may be re-planned"}
     )
+    planning: Text | None = field(
+        default=None,
+        metadata={"doc": "how long a planner may take for a plan, as in `planning: 5 s`; 30 s without this"},
+    )
 
 
 @dataclass(frozen=True)

@@ -145,6 +145,7 @@ def _number_changes(old: Site, new: Site) -> Iterator[Change]:
         "policy/limits/skill_timeout": (old.limits.skill_timeout, new.limits.skill_timeout),
         "policy/limits/retries": (old.limits.retries, new.limits.retries),
         "policy/limits/replans": (old.limits.replans, new.limits.replans),
+        "policy/limits/planning": (old.limits.planning, new.limits.planning),
     }
     for name in dict.fromkeys([*old.resources, *new.resources]):
         pairs[f"resources/{name}"] = (old.resources.get(name, 0), new.resources.get(name, 0))

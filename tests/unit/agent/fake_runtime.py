@@ -39,6 +39,7 @@ class FakeRuntime:
         self.under_way: dict[StepHandle, StepRequest] = {}
         self.cancelled: dict[StepHandle, str] = {}
         self.last: list[str] = []
+        self.stopped = False
         self.submitted: list[str] = []
         self.requests: list[StepRequest] = []
         self.notes: list[tuple[str, dict[str, Any]]] = []
@@ -48,6 +49,10 @@ class FakeRuntime:
     @property
     def site(self) -> Site:
         return self._site
+
+    @property
+    def is_stopped(self) -> bool:
+        return self.stopped
 
     def active_modules(self) -> Mapping[str, Ecm]:
         return self.modules

@@ -253,6 +253,7 @@ def test_a_stop_by_the_operator_ends_everything(cart: MakeCart) -> None:
     one.start("drive")
     assert one.executor.wait(0.05) is None
     operator.command = Command.STOP
+    assert one.executor.is_stopped
     ended = one.ends(2).values()
     assert {(one.status, one.reason) for one in ended} == {(StepStatus.HALTED, "the operator stops it")}
     one.assert_nothing_is_held()

@@ -102,6 +102,7 @@ SITE_CHANGES = [
     ("risk_ceiling: medium", "risk_ceiling: high", {"policy/risk_ceiling": 1}),
     ("actuators: [arm, gripper]\n", "actuators: [arm]\n", {"policy/access/actuators": -1}),
     ("retries: 3", "retries: 4", {"policy/limits/retries": 1}),
+    ("replans: 10}", "replans: 10, planning: 20 s}", {"policy/limits/planning": -1}),
     ("at_most: 60", "at_most: 50", {"policy/quotas/grip-rate": -1}),
     ("within: 60 s", "within: 50 s", {"policy/quotas/grip-rate": 1}),
     ("resources: {arm: 1}", "resources: {arm: 2}", {"resources/arm": 1}),

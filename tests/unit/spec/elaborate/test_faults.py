@@ -76,6 +76,14 @@ def test_a_limit_beyond_every_double_is_refused(tmp_path: Path) -> None:
     assert said.startswith("error[AE129] beyond-limits: a time-out is longer than 0 s and at most 1 h")
 
 
+@pytest.mark.parametrize("planning", ["0 s", "3601 s"])
+def test_a_planner_has_some_time_and_no_more_than_an_hour(tmp_path: Path, planning: str) -> None:
+    (said,) = said_of_site(tmp_path, ("replans: 5}", f"replans: 5, planning: {planning}}}"))
+    assert said.startswith(
+        "error[AE129] beyond-limits: the time for a plan is longer than 0 s and at most 1 h"
+    )
+
+
 @pytest.mark.parametrize("name", ["a" * 300, "/etc/hostname", "..", "../module/skills.py", ".", ""])
 def test_a_file_of_a_tool_is_inside_the_module(tmp_path: Path, name: str) -> None:
     tool = f'\nmodels:\n  finder: {{description: finds dirt, kind: model, file: "{name}"}}\n\npermissions:'
