@@ -51,6 +51,9 @@ from aeros.runtime.skill_code import told
 from aeros.runtime.skill_run import Ending, OpenRun
 from aeros.runtime.step import Step, UnderWay, capacities_of, needs_of
 from aeros.skill import Action
+from aeros.spec.cause import Cause
+from aeros.spec.cause import told as told_causes
+from aeros.spec.certificate import Certificate
 from aeros.spec.errors import MisuseError
 from aeros.spec.model import Ecm, Site
 
@@ -103,6 +106,10 @@ class Executor:
         """The certified, active modules by name."""
         self._follow()
         return self._configuration.modules
+
+    def certificate(self, module: str) -> Certificate | None:
+        """What is proved of an active module."""
+        return self._configuration.certificates.get(module)
 
     def now(self) -> float:
         """Seconds on the plant's clock."""
@@ -234,6 +241,9 @@ class Executor:
 
     def _act(self, step: Step) -> Ending | None:
         """Let the skill ask for an action and begin it; or how the step ends."""
+        unheld = self._unheld(step)
+        if unheld is not None:
+            return unheld
         if step.asked is None:
             ending = self._resume(step)
             if ending is not None or self._is_held_back():
@@ -251,7 +261,8 @@ class Executor:
             if not in_force or asked is None:
                 return None
             step.asked = None
-            return self._act_now(step, asked)
+            # Once more: meanwhile the skill has computed.
+            return self._unheld(step) or self._act_now(step, asked)
         finally:
             self._let_go()
 
@@ -270,6 +281,14 @@ class Executor:
             return with_outputs(step.skill, asked)
         step.asked = asked
         return None
+
+    def _unheld(self, step: Step) -> Ending | None:
+        """How the step ends if its hold-condition is not measured now."""
+        if step.hold is None:
+            return None
+        # In this order: a reading is never younger than the time it is judged at.
+        readings = self._plant.observe()
+        return _halted_for(step.hold.broken(readings, self.now()))
 
     def _act_now(self, step: Step, asked: Action) -> Ending | None:
         """Have it decided and recorded, and begin it; None when it has begun."""
@@ -329,7 +348,7 @@ class Executor:
         return ending._replace(reason=f"{ending.reason}: {violation}")
 
     def _watch(self, now: float, measured: Mapping[str, Any]) -> str | None:
-        """The monitor of everything under way; what was revoked meanwhile is halted."""
+        """The monitor of everything under way; what was revoked, or does not hold any more, is halted."""
         if self._governor.command is Command.STOP:
             return _HALTED.reason
         if self._governor.generation != self._generation:
@@ -337,6 +356,11 @@ class Executor:
                 objection = self._revoked(step)
                 if objection is not None:
                     self._halt(handle, Ending(StepStatus.STOPPED, f"revoked: {objection}"))
+        for handle, step in self._steps.items():
+            if step.hold is not None and step.under_way is not None and step.ending is None:
+                ending = _halted_for(step.hold.broken_at_tick(measured, now, self._plant.observe))
+                if ending is not None:
+                    self._halt(handle, ending)
         return self._deciding.monitors(now, measured)
 
     def _revoked(self, step: Step) -> str | None:
@@ -395,13 +419,14 @@ class Executor:
         except BaseException as failure:
             self._record_broken(step, failure)
             raise
-        status, said, outputs = step.ending or Ending(StepStatus.STOPPED, "")
+        status, said, outputs, causes = step.ending or Ending(StepStatus.STOPPED, "")
         # A skill's own words may hold what no file, database or terminal takes.
         reason = said.encode("utf-8", "backslashreplace").decode()
         outcome = {"time": self.now(), "status": status.value, "reason": reason}
         event = "step-ended" if step.has_begun else "step-refused"
         gave = {} if outputs is None else {"outputs": dict(outputs)}
-        self._audit.append(event, {**outcome, **caller_details(step.caller), **gave})
+        why = {"causes": told_causes(causes)} if causes else {}
+        self._audit.append(event, {**outcome, **why, **caller_details(step.caller), **gave})
         counts = step.counts
         self._results[handle] = StepResult(
             status,
@@ -411,6 +436,7 @@ class Executor:
             counts.denied,
             dict(outputs or {}),
             step.may_pass and status is StepStatus.DENIED,
+            causes,
         )
 
     def _leave(self, handle: StepHandle, step: Step) -> None:
@@ -471,6 +497,11 @@ class Executor:
         now = self._configuration.modules.get(ecm.id)
         was = (ecm.manifest_digest, ecm.code_digest)
         return now is not None and (now.manifest_digest, now.code_digest) == was
+
+
+def _halted_for(cause: Cause | None) -> Ending | None:
+    """How a step ends whose hold-condition is not measured."""
+    return None if cause is None else Ending(StepStatus.UNHELD, str(cause), causes=(cause,))
 
 
 def _stopped_by(completion: Completion) -> Ending:

@@ -113,6 +113,8 @@ class _SiteElaborator:
             motion=elaborate_motion(site.motion, self, self._sink) if whole and site.motion else None,
             durability=Durability(policy.audit.durability.value if policy.audit else "every-record"),
             isolation=self._isolation(policy.isolation),
+            stops_at_undeclared=policy.undeclared_outcome is None
+            or policy.undeclared_outcome.value == "stop",
         )
 
     def _enum(self, name: Text, members: tuple[Text, ...]) -> None:

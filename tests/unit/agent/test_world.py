@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.agent.supervisor import precondition_problem
+from aeros.agent.supervisor import start_problem
 from aeros.agent.values import Kept, UnusableValueError, exact
 from aeros.agent.world import Stamp, World, measured_world
 from aeros.runtime.ports import Reading
@@ -211,11 +211,11 @@ def test_unknown_never_satisfies_a_precondition(readings: dict[str, Reading], co
     careful = skill("careful", outcome("done", {}), precondition=condition)
     reads_unknown = any(name not in seen.known for name in t.variables_of(term(condition)))
     if reads_unknown:
-        assert precondition_problem(careful, seen, {}) is not None
-        assert precondition_problem(
-            skill("careful", outcome("done", {}), precondition=f"not {condition}"), seen, {}
+        assert start_problem("dumpling", careful, seen, {}) is not None
+        assert start_problem(
+            "dumpling", skill("careful", outcome("done", {}), precondition=f"not {condition}"), seen, {}
         )
-    assert (precondition_problem(careful, seen, {}) is None) == (seen.evaluate(term(condition)) is True)
+    assert (start_problem("dumpling", careful, seen, {}) is None) == (seen.evaluate(term(condition)) is True)
 
 
 def test_every_known_value_has_its_stamp_source_and_age() -> None:
