@@ -32,6 +32,7 @@ from aeros.runtime.configuration import Configuration
 from aeros.runtime.deciding import Deciding
 from aeros.runtime.gate import Gate
 from aeros.runtime.governor import Command, Fixed, Governor
+from aeros.runtime.grounds import cause_of_stop
 from aeros.runtime.observation import observation_for
 from aeros.runtime.passing import may_pass
 from aeros.runtime.ports import (
@@ -297,7 +298,8 @@ class Executor:
         begun, plan = decided.begun, decided.plan
         if begun is None:
             step.may_pass = may_pass(decided.decision.reasons, asked.kind, self.site)
-            return Ending(StepStatus.DENIED, spell_reasons(decided.decision.reasons))
+            why = spell_reasons(decided.decision.reasons)
+            return Ending(StepStatus.DENIED, why, causes=decided.causes)
         if decided.ends_others:
             self._stop_all(f"stopped for `{step.name}`, which asks for a protective stop")
         self._deciding.executed(begun)
@@ -343,7 +345,11 @@ class Executor:
         if self._governor.command is Command.STOP:
             return _HALTED
         ending, violation = _stopped_by(completion), self._deciding.monitors.violation
-        if violation is None or ending.reason != f"monitor:{violation.rule}":
+        by, _, rule = ending.reason.partition("monitor:")
+        if by or not rule:
+            return ending
+        ending = ending._replace(causes=(cause_of_stop(self.site, rule, violation),))
+        if violation is None or violation.rule != rule:
             return ending
         return ending._replace(reason=f"{ending.reason}: {violation}")
 

@@ -23,6 +23,8 @@ _TURNED: Final = {"<=": "at least", "<": "above", "==": "exactly"}
 _NEGATED: Final = {"<=": "above", "<": "at least", "==": "other than"}
 _NEGATED_TURNED: Final = {"<=": "below", "<": "at most", "==": "other than"}
 
+_DIGITS: Final = (4, 6, 9, 17)
+
 
 @dataclass(frozen=True, slots=True)
 class Shortfall:
@@ -47,9 +49,17 @@ class Shortfall:
         if self.value is None:
             return f"`{self.quantity}` {self.why}"
         if isinstance(self.bound, bool):
-            return f"{self.quantity} is {_shown(self.value, '')}"
-        value, bound = _shown(self.value, self.unit), _shown(self.bound, self.unit)
+            return f"{self.quantity} is {self.told()[0]}"
+        value, bound = self.told()
         return f"{self.quantity} is {value} ({self.asked} {bound})"
+
+    def told(self) -> tuple[str, str]:
+        """Value and bound, of numbers as many digits as tell them apart."""
+        for digits in _DIGITS:
+            told = _shown(self.value, self.unit, digits), _shown(self.bound, self.unit, digits)
+            if told[0] != told[1]:
+                break
+        return told
 
 
 def shortfalls(term: t.Term, values: Mapping[str, Any]) -> tuple[Shortfall, ...]:
@@ -101,10 +111,10 @@ def _value(term: t.Term, values: Environment) -> tuple[float | bool | str, str]:
     return cast("bool | str", value), ""
 
 
-def _shown(value: float | bool | str, unit: str) -> str:
-    if isinstance(value, bool | str):
-        return str(value).lower() if isinstance(value, bool) else value
-    return f"{value:.4g} {unit}".rstrip()
+def _shown(value: float | bool | str | None, unit: str, digits: int) -> str:
+    if value is None or isinstance(value, bool | str):
+        return str(value).lower() if isinstance(value, bool) else str(value)
+    return f"{value:.{digits}g} {unit}".rstrip()
 
 
 def _dimension(term: t.Term) -> Dimension:
