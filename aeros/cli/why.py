@@ -89,6 +89,8 @@ def _lines(why: Why) -> Iterator[str]:
             yield from (f"            {line}" for line in _cause(cause))
     for line in why.changes:
         yield f"  to change {line}"
+    for link in why.broken:
+        yield f"  broken    {link.said}  (record {link.record})"
     for (skill, reason), each in groupby(why.failed, lambda step: (step.skill, step.reason)):
         first, *others = [step.number for step in each]
         steps = f"steps {first} to {others[-1]}" if others else f"step {first}"
@@ -103,11 +105,17 @@ def _cause(cause: Cause) -> Iterator[str]:
 
 
 def _as_json(log: Path, why: Why) -> str:
-    chain: list[dict[str, Any]] = [
-        {"record": link.record, "said": link.said, "causes": told(link.causes)} for link in why.chain
-    ]
-    failed = [asdict(step) for step in why.failed]
-    return json.dumps(
-        {"log": str(log), "headline": why.headline, "chain": chain, "changes": why.changes, "failed": failed},
-        indent=2,
+    chain, broken = (
+        [{"record": link.record, "said": link.said, "causes": told(link.causes)} for link in links]
+        for links in (why.chain, why.broken)
     )
+    failed = [asdict(step) for step in why.failed]
+    said: dict[str, Any] = {
+        "log": str(log),
+        "headline": why.headline,
+        "chain": chain,
+        "changes": why.changes,
+        "broken": broken,
+        "failed": failed,
+    }
+    return json.dumps(said, indent=2)

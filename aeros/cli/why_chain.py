@@ -6,7 +6,7 @@ A log may be of another version of AEROS, so what is not there, or not as expect
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from aeros.runtime.audit_check import Record
@@ -52,11 +52,13 @@ class Why:
     headline: how that was.
     chain: from there back to the first cause.
     failed: the steps that failed on the way.
+    broken: assumptions of certificates that were broken on the way.
     """
 
     headline: str
     chain: tuple[Link, ...] = ()
     failed: tuple[Tried, ...] = ()
+    broken: tuple[Link, ...] = ()
     changes: tuple[str, ...] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -79,6 +81,19 @@ class Run:
 
     def why_it_ended(self) -> Why:
         """Why the run ended as it did, or, where the agent says nothing of its end, what ended last."""
+        return replace(self._why_it_ended(), broken=tuple(self._broken()))
+
+    def _broken(self) -> Iterator[Link]:
+        for place, event, details in self._notes:
+            if event == "broken-assumption":
+                listed = details.get("obligations")
+                rest = f"{len(listed)} obligations" if isinstance(listed, list) else "what"
+                certificate = _text(details, "certificate")[:12] or "none"
+                said = f"{_text(details, 'skill')} came to what it does not declare"
+                said += f"; {rest} of certificate {certificate} rest on what it does"
+                yield Link(place, said, _causes(details))
+
+    def _why_it_ended(self) -> Why:
         end = next((one for one in reversed(self._notes) if one[1] in _ENDS), None)
         failed = tuple(one for one in self.steps if one.failed)
         if end is None:

@@ -161,6 +161,24 @@ def test_what_was_cancelled_beside_it_is_not_why_the_plan_failed(
     assert [step["number"] for step in found["failed"]] == [1, 2]
 
 
+def test_a_broken_assumption_is_told_with_its_certificate(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    broken = note(
+        "broken-assumption",
+        skill="tidy.wipe",
+        certificate="ab" * 32,
+        obligations=["closed-loop/clean/progress"],
+    )
+    log(tmp_path, [broken, note("run-ended", task="tidy.clean", reached=True)])
+    assert main(["why", str(tmp_path)]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "tidy.clean: the goal is measured",
+        "  broken    tidy.wipe came to what it does not declare; "
+        "1 obligations of certificate abababababab rest on what it does  (record 0)",
+    ]
+
+
 def test_a_step_is_explained_by_its_number(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     fine = [STARTED, note("step-ended", skill="tidy.wipe", outcome="wiped", failed=False, reason="")]
     path = str(log(tmp_path, [*fine, *DENIED, STARTED]))
@@ -213,7 +231,15 @@ anything = st.recursive(
 )
 names = ("skill", "reason", "causes", "failed", "problems", "measured", "goal", "reached", "status", "asked")
 events = st.sampled_from(
-    ["step-started", "step-ended", "step-not-started", "plan-rejected", "run-ended", "not-routed"]
+    [
+        "step-started",
+        "step-ended",
+        "step-not-started",
+        "plan-rejected",
+        "broken-assumption",
+        "run-ended",
+        "not-routed",
+    ]
 )
 
 
