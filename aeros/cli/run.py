@@ -220,7 +220,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
     try:
         signing = None if key_file is None else Signing(read_signing_key(key_file), arguments.anchor)
         people = people_of(arguments.plant, arguments.person)
-        routed = route(arguments.instruction, configuration.modules)
+        others = registry.inactive if installed else dict[str, Ecm]
+        routed = route(arguments.instruction, configuration.modules, others)
         goal = None if arguments.goal is None else goal_of(arguments.goal, configuration.site)
         planner = _planner(arguments, configuration.modules[routed.module], configuration.site)
         faults = faults_of(arguments.plant, arguments.faults, configuration, routed.task)

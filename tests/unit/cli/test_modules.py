@@ -63,6 +63,16 @@ def test_the_list_finds_by_capability_and_is_there_for_programs(capsys: pytest.C
     assert [block["id"] for block in listed["blocks"]] == ["worn"]
 
 
+@pytest.mark.usefixtures("robot")
+def test_a_module_that_is_not_active_is_named_to_who_asks_for_its_task(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    run("install", str(BASE / "tidy"))
+    assert run("run", "clean it", "--plant", "symbolic") == 1
+    said = "no active module provides `clean it`; installed is `tidy.clean_up` (`aeros activate tidy`)"
+    assert said in capsys.readouterr().err
+
+
 def test_a_broken_assumption_is_listed_beside_the_module_of_that_version(
     robot: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
