@@ -12,7 +12,7 @@ from aeros.agent.memory import open_memory
 from aeros.agent.supervisor import Judgement, judge, start_problem
 from aeros.agent.world import World, measured_world
 from aeros.runtime.ports import Reading, StepResult, StepStatus
-from tests.unit.agent.dumplings import DUMPLING, STATE, outcome, skill
+from tests.unit.agent.dumplings import DUMPLING, PREDICATES, STATE, outcome, skill
 from tests.unit.agent.fake_runtime import FakeRuntime
 
 FINISHED = StepResult(StepStatus.FINISHED, "")
@@ -154,3 +154,34 @@ def test_a_step_that_does_not_fit_now_is_not_dispatched(
             dispatcher.dispatch(module, name, inputs, world(dumpling_wrapped=True))
         fitting = dispatcher.dispatch("dumpling", "boil", {"force": 0.25}, world(dumpling_wrapped=True))
         assert fitting.request.inputs == {"force": 0.25}
+
+
+HOLDING = skill(
+    "carry",
+    outcome("carried", {"dumpling_wrapped": True, "dumpling_cooked": True}),
+    hold="wrapper_aligned",
+)
+BEFORE = dict.fromkeys(PREDICATES, False) | {"wrapper_aligned": True}
+
+
+@pytest.mark.parametrize(
+    ("after", "undeclared"),
+    [
+        (BEFORE, False),
+        (BEFORE | {"wrapper_aligned": False}, False),
+        # Half of what the outcome declares: nothing is proved of that.
+        (BEFORE | {"dumpling_wrapped": True}, True),
+    ],
+)
+def test_a_broken_hold_condition_is_provided_for_as_it_began_and_half_way_breaks_an_assumption(
+    after: dict[str, bool], *, undeclared: bool
+) -> None:
+    result = StepResult(StepStatus.UNHELD, "it slipped")
+    judged = judge("dumpling", HOLDING, result, world(**after), BEFORE)
+    assert (judged.outcome, judged.failed, judged.undeclared) == (None, True, undeclared)
+
+
+def test_a_success_that_is_measured_when_the_hold_condition_broke_has_failed_all_the_same() -> None:
+    after = BEFORE | {"dumpling_wrapped": True, "dumpling_cooked": True}
+    judged = judge("dumpling", HOLDING, StepResult(StepStatus.UNHELD, "it slipped"), world(**after), BEFORE)
+    assert (judged.outcome, judged.failed, judged.undeclared) == ("carried", True, False)

@@ -125,3 +125,27 @@ def test_a_halted_skill_runs_its_own_clean_up_once(site: Site, make_ecm: Any, tm
     bench.plant.during = [{"holding": False}]
     assert bench.submit().status is StepStatus.UNHELD
     assert ends == ["closed"]
+
+
+def test_what_breaks_between_two_actions_is_noticed_before_the_skill_goes_on(
+    site: Site, make_ecm: Any, tmp_path: Path
+) -> None:
+    resumed = []
+
+    def lift(observed: Observation, inputs: Inputs) -> SkillBody:
+        for number in range(3):
+            resumed.append(number)
+            yield act("move", speed=0.1)
+
+    one = Bench(site, holding(site, make_ecm("")), tmp_path / "audit.jsonl", lift)
+    one.plant.values["holding"] = True
+    ends = one.plant.advance
+
+    def ends_with_the_hand_empty(monitor: Any, until: float) -> Any:
+        over = ends(monitor, until)
+        one.plant.values["holding"] = False
+        return over
+
+    one.plant.advance = ends_with_the_hand_empty  # type: ignore[method-assign]
+    assert one.submit().status is StepStatus.UNHELD
+    assert resumed == [0]
