@@ -415,6 +415,11 @@ def _policy_spans(site: declared.Site) -> dict[str, Span]:
         "policy/limits/retries": limits.retries.span,
         "policy/limits/replans": limits.replans.span,
         **({} if policy.isolation is None else {"policy/isolation": policy.isolation.span}),
+        **(
+            {}
+            if policy.undeclared_outcome is None
+            else {"policy/undeclared_outcome": policy.undeclared_outcome.span}
+        ),
         **{f"resources/{name.value}": count.span for name, count in site.resources},
     }
 
