@@ -44,8 +44,8 @@ class Attempt:
     failed: not starting is failing too.
     reason: why it failed.
     repeatable: it failed in the way that retries are for: the skill ran, and failed as declared.  After
-        a denial, a refusal, an unmet precondition or an undeclared outcome the plan rests on something
-        that is not so.
+        a denial, a refusal, an unmet precondition, an undeclared or unknown outcome the plan rests on
+        something that is not so.
     record: None where it was not submitted.
     outputs: what the skill gave, by name, SI.
     hopeless: why a further try is, by what is remembered; empty where it is not.
@@ -222,9 +222,7 @@ class Attempts:
             denied=result.denied,
         )
         self.records.append(record)
-        is_known = not judgement.undeclared and not any(
-            one.kind == "unknown-outcome" for one in judgement.causes
-        )
+        is_known = not (judgement.undeclared or judgement.unknown)
         repeatable = record.failed and record.status in _TRIED and is_known
         hopeless = self._hopeless(dispatch) if repeatable else ""
         if result.status is StepStatus.DENIED and not result.may_pass:

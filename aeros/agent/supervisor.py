@@ -30,6 +30,7 @@ class Judgement:
         proof is broken.
     reason: why it failed; empty when it did not.
     causes: the same as data.
+    unknown: no declared outcome was measured, and not each is excluded: a sensor is silent.
     """
 
     outcome: str | None
@@ -37,6 +38,7 @@ class Judgement:
     undeclared: bool
     reason: str
     causes: tuple[Cause, ...] = ()
+    unknown: bool = False
 
 
 def start_problem(module: str, skill: Skill, world: World, inputs: Environment) -> Cause | None:
@@ -78,7 +80,7 @@ def judge(
         reason = "; ".join(filter(None, (halted, str(doubt))))
         part = Shortfall(doubt.name, None, "known", True, why=doubt.why)
         cause = Cause("unknown-outcome", name, str(doubt), shortfalls=(part,))
-        return Judgement(None, True, False, reason, (*causes, cause))
+        return Judgement(None, True, False, reason, (*causes, cause), unknown=outcome is None)
     if outcome is None:
         if result.status is StepStatus.UNHELD and before is not None and _provided(skill, before, after):
             return Judgement(None, True, False, halted, causes)

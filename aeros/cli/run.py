@@ -352,6 +352,8 @@ def _run(
     print(summary(proof, report, arguments.plant, simulated, time.perf_counter() - began))
     audited, sound = _audited(audit_path, signing)
     print(f"audit      {audited.records} records, {sound}")
+    if not report.reached:
+        print(f"why        aeros why {out}")
     if arguments.record is not None and arguments.record.exists():
         print(f"film       {arguments.record}")
     if feed is not None:

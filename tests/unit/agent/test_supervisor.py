@@ -109,6 +109,7 @@ def test_an_outcome_that_is_not_known_is_a_failure_and_breaks_no_assumption(
 ) -> None:
     judged = judge("dumpling", WRAP, FINISHED, world(**measured))
     assert (judged.outcome, judged.failed, judged.undeclared) == (None, True, False)
+    assert judged.unknown
     assert [one.kind for one in judged.causes] == ["unknown-outcome"]
 
 
