@@ -87,6 +87,7 @@ class Agent:
     def _conclude(self, routed: Routed, report: RunReport) -> None:
         summary = {
             "reached": report.reached,
+            "goal": report.goal,
             "measured": dict(report.measured),
             "steps": len(report.steps),
             "retries": report.retries,

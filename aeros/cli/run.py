@@ -247,7 +247,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
     try:
         signing = None if key_file is None else Signing(read_signing_key(key_file), arguments.anchor)
         people = people_of(arguments.plant, arguments.person)
-        routed = route(arguments.instruction, configuration.modules)
+        others = registry.inactive if installed else dict[str, Ecm]
+        routed = route(arguments.instruction, configuration.modules, others)
         goal = None if arguments.goal is None else goal_of(arguments.goal, configuration.site)
         planner = _planner(arguments, configuration.modules[routed.module], configuration.site)
         faults = faults_of(arguments.plant, arguments.faults, configuration, routed.task)
@@ -420,6 +421,8 @@ def _run(
     print(summary(proof, report, arguments.plant, simulated, time.perf_counter() - began))
     audited, sound = _audited(audit_path, signing)
     print(f"audit      {audited.records} records, {sound}")
+    if not report.reached:
+        print(f"why        aeros why {out}")
     if arguments.record is not None and arguments.record.exists():
         print(f"film       {arguments.record}")
     if feed is not None:

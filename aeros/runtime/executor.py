@@ -32,6 +32,7 @@ from aeros.runtime.configuration import Configuration
 from aeros.runtime.deciding import Deciding
 from aeros.runtime.gate import Gate
 from aeros.runtime.governor import Command, Fixed, Governor
+from aeros.runtime.grounds import cause_of_stop
 from aeros.runtime.observation import Sight
 from aeros.runtime.passing import may_pass
 from aeros.runtime.ports import (
@@ -51,6 +52,9 @@ from aeros.runtime.skill_code import told
 from aeros.runtime.skill_run import Ending, OpenRun
 from aeros.runtime.step import Step, UnderWay, capacities_of, needs_of
 from aeros.skill import Action
+from aeros.spec.cause import Cause
+from aeros.spec.cause import told as told_causes
+from aeros.spec.certificate import Certificate
 from aeros.spec.errors import MisuseError
 from aeros.spec.model import Ecm, Site
 
@@ -109,6 +113,10 @@ class Executor:
         """The certified, active modules by name."""
         self._follow()
         return self._configuration.modules
+
+    def certificate(self, module: str) -> Certificate | None:
+        """What is proved of an active module."""
+        return self._configuration.certificates.get(module)
 
     def now(self) -> float:
         """Seconds on the plant's clock."""
@@ -240,6 +248,9 @@ class Executor:
 
     def _act(self, step: Step) -> Ending | None:
         """Let the skill ask for an action and begin it; or how the step ends."""
+        unheld = self._unheld(step)
+        if unheld is not None:
+            return unheld
         if step.asked is None:
             ending = self._resume(step)
             if ending is not None or self._is_held_back():
@@ -257,7 +268,8 @@ class Executor:
             if not in_force or asked is None:
                 return None
             step.asked = None
-            return self._act_now(step, asked)
+            # Once more: meanwhile the skill has computed.
+            return self._unheld(step) or self._act_now(step, asked)
         finally:
             self._let_go()
 
@@ -279,6 +291,14 @@ class Executor:
         step.asked = asked
         return None
 
+    def _unheld(self, step: Step) -> Ending | None:
+        """How the step ends if its hold-condition is not measured now."""
+        if step.hold is None:
+            return None
+        # In this order: a reading is never younger than the time it is judged at.
+        readings = self._plant.observe()
+        return _halted_for(step.hold.broken(readings, self.now()))
+
     def _act_now(self, step: Step, asked: Action) -> Ending | None:
         """Have it decided and recorded, and begin it; None when it has begun."""
         decided = self._deciding.decide(step.caller, asked, self._moving())
@@ -286,7 +306,8 @@ class Executor:
         begun, plan = decided.begun, decided.plan
         if begun is None:
             step.may_pass = may_pass(decided.decision.reasons, asked.kind, self.site)
-            return Ending(StepStatus.DENIED, spell_reasons(decided.decision.reasons))
+            why = spell_reasons(decided.decision.reasons)
+            return Ending(StepStatus.DENIED, why, causes=decided.causes)
         if decided.ends_others:
             self._stop_all(f"stopped for `{step.name}`, which asks for a protective stop")
         self._deciding.executed(begun)
@@ -332,12 +353,16 @@ class Executor:
         if self._governor.command is Command.STOP:
             return _HALTED
         ending, violation = _stopped_by(completion), self._deciding.monitors.violation
-        if violation is None or ending.reason != f"monitor:{violation.rule}":
+        by, _, rule = ending.reason.partition("monitor:")
+        if by or not rule:
+            return ending
+        ending = ending._replace(causes=(cause_of_stop(self.site, rule, violation),))
+        if violation is None or violation.rule != rule:
             return ending
         return ending._replace(reason=f"{ending.reason}: {violation}")
 
     def _watch(self, now: float, measured: Mapping[str, Any]) -> str | None:
-        """The monitor of everything under way; what was revoked meanwhile is halted."""
+        """The monitor of everything under way; what was revoked, or does not hold any more, is halted."""
         if self._governor.command is Command.STOP:
             return _HALTED.reason
         if self._governor.generation != self._generation:
@@ -345,6 +370,11 @@ class Executor:
                 objection = self._revoked(step)
                 if objection is not None:
                     self._halt(handle, Ending(StepStatus.STOPPED, f"revoked: {objection}"))
+        for handle, step in self._steps.items():
+            if step.hold is not None and step.under_way is not None and step.ending is None:
+                ending = _halted_for(step.hold.broken_at_tick(measured, now, self._plant.observe))
+                if ending is not None:
+                    self._halt(handle, ending)
         return self._deciding.monitors(now, measured)
 
     def _revoked(self, step: Step) -> str | None:
@@ -403,13 +433,14 @@ class Executor:
         except BaseException as failure:
             self._record_broken(step, failure)
             raise
-        status, said, outputs = step.ending or Ending(StepStatus.STOPPED, "")
+        status, said, outputs, causes = step.ending or Ending(StepStatus.STOPPED, "")
         # A skill's own words may hold what no file, database or terminal takes.
         reason = said.encode("utf-8", "backslashreplace").decode()
         outcome = {"time": self.now(), "status": status.value, "reason": reason}
         event = "step-ended" if step.has_begun else "step-refused"
         gave = {} if outputs is None else {"outputs": dict(outputs)}
-        self._audit.append(event, {**outcome, **caller_details(step.caller), **gave})
+        why = {"causes": told_causes(causes)} if causes else {}
+        self._audit.append(event, {**outcome, **why, **caller_details(step.caller), **gave})
         counts = step.counts
         self._results[handle] = StepResult(
             status,
@@ -419,6 +450,7 @@ class Executor:
             counts.denied,
             dict(outputs or {}),
             step.may_pass and status is StepStatus.DENIED,
+            causes,
         )
 
     def _leave(self, handle: StepHandle, step: Step) -> None:
@@ -485,6 +517,11 @@ class _BreakingOff:
         """What was raised goes on, after the clean-up."""
         if failure is not None:
             self._break_off(failure)
+
+
+def _halted_for(cause: Cause | None) -> Ending | None:
+    """How a step ends whose hold-condition is not measured."""
+    return None if cause is None else Ending(StepStatus.UNHELD, str(cause), causes=(cause,))
 
 
 def _stopped_by(completion: Completion) -> Ending:

@@ -13,6 +13,7 @@ from aeros.runtime.ports import StepStatus
 from aeros.runtime.skill_code import NoActionError, SkillFunction, returned, snapshot, told
 from aeros.runtime.skills import CertifiedCode, certified_code, executed, load_skill
 from aeros.skill import Action, Observation, SkillBody
+from aeros.spec.cause import Cause
 from aeros.spec.model import Ecm, Site, Skill
 
 
@@ -20,11 +21,13 @@ class Ending(NamedTuple):
     """How a skill's run ended, and why in words; no words when it finished.
 
     outputs: what it returned, if it finished and returned something.
+    causes: the reason as data, where there is more to it than words.
     """
 
     status: StepStatus
     reason: str
     outputs: Mapping[str, Any] | None = None
+    causes: tuple[Cause, ...] = ()
 
 
 class Run(Protocol):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from aeros.runtime.audit import DecisionCounts
 from aeros.runtime.beside import Begun
 from aeros.runtime.decision import Caller
+from aeros.runtime.holding import Hold
 from aeros.runtime.observation import Sight
 from aeros.runtime.ports import Motion, Plan, StepStatus
 from aeros.runtime.skill_run import Ending, Run
@@ -33,6 +34,7 @@ class Step:
     """A step that was started.
 
     deadline: plant seconds; runs once it has begun, which is when it holds what it needs.
+    hold: what must be measured as long as it runs.
     actions: how often the skill was asked for one.
     sight: what it is told of the state, by the site that governed when it was told last.
     asked: the action that it asked for, not yet decided.
@@ -44,6 +46,7 @@ class Step:
     skill: Skill
     caller: Caller
     run: Run
+    hold: Hold | None = None
     deadline: float = 0.0
     has_begun: bool = False
     actions: int = 0

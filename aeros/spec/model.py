@@ -307,6 +307,8 @@ class Site:
 
     policy_spans: where access, the risk ceiling, limits and capacities are written, by their place in
         the file, as in `policy/limits/retries` and `resources/arm`.
+    stops_at_undeclared: whether a task ends where a skill has run to its end and come to what it does not
+        declare; else the agent plans again.
     """
 
     id: str
@@ -332,6 +334,7 @@ class Site:
     motion: MotionPolicy | None = None
     durability: Durability = Durability.EVERY_RECORD
     isolation: Isolation = Isolation()
+    stops_at_undeclared: bool = True
 
     @cached_property
     def observed(self) -> Mapping[str, Declared]:
@@ -381,7 +384,11 @@ class Clause:
 
 @dataclass(frozen=True)
 class Skill:
-    """A skill with its envelope by action kind.  `timeout` in seconds."""
+    """A skill with its envelope by action kind.  `timeout` in seconds.
+
+    precondition: what must be measured for it to start; what `hold` says of predicates is part of it.
+    hold: what must be measured as long as it runs.
+    """
 
     id: str
     module_name: str
@@ -399,6 +406,7 @@ class Skill:
     risk_span: Span
     entry_span: Span
     outputs: Mapping[str, Declared] = field(default_factory=dict)
+    hold: Clause | None = None
 
     @property
     def success_outcomes(self) -> tuple[Outcome, ...]:

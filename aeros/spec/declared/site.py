@@ -306,6 +306,13 @@ class Policy:
     isolation: Isolation | None = field(
         default=None, metadata={"doc": "where the code of modules runs: isolated, if absent"}
     )
+    undeclared_outcome: Choice[Literal["stop", "replan"]] | None = field(
+        default=None,
+        metadata={
+            "doc": "what becomes of a task once a skill has run to its end and come to what it does not "
+            "declare: `stop` ends it, as it does if absent, `replan` plans again"
+        },
+    )
 
 
 @dataclass(frozen=True)

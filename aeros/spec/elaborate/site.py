@@ -113,6 +113,8 @@ class _SiteElaborator:
             motion=elaborate_motion(site.motion, self, self._sink) if whole and site.motion else None,
             durability=Durability(policy.audit.durability.value if policy.audit else "every-record"),
             isolation=self._isolation(policy.isolation),
+            stops_at_undeclared=policy.undeclared_outcome is None
+            or policy.undeclared_outcome.value == "stop",
         )
 
     def _enum(self, name: Text, members: tuple[Text, ...]) -> None:
@@ -418,6 +420,11 @@ def _policy_spans(site: declared.Site) -> dict[str, Span]:
         "policy/limits/replans": limits.replans.span,
         **({} if limits.planning is None else {"policy/limits/planning": limits.planning.span}),
         **({} if policy.isolation is None else {"policy/isolation": policy.isolation.span}),
+        **(
+            {}
+            if policy.undeclared_outcome is None
+            else {"policy/undeclared_outcome": policy.undeclared_outcome.span}
+        ),
         **{f"resources/{name.value}": count.span for name, count in site.resources},
     }
 

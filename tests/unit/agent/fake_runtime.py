@@ -7,6 +7,7 @@ from math import inf
 from typing import Any
 
 from aeros.runtime.ports import Ended, Reading, Readings, StepHandle, StepRequest, StepResult, StepStatus
+from aeros.spec.certificate import Certificate
 from aeros.spec.model import Ecm, Site
 from tests.unit.agent.dumplings import DUMPLING, PREDICATES, site
 
@@ -44,6 +45,7 @@ class FakeRuntime:
         self.requests: list[StepRequest] = []
         self.notes: list[tuple[str, dict[str, Any]]] = []
         self.clock = 100.0
+        self.certificates: dict[str, Certificate] = {}
         self._site = at or site()
 
     @property
@@ -56,6 +58,9 @@ class FakeRuntime:
 
     def active_modules(self) -> Mapping[str, Ecm]:
         return self.modules
+
+    def certificate(self, module: str) -> Certificate | None:
+        return self.certificates.get(module)
 
     def now(self) -> float:
         return self.clock

@@ -66,6 +66,11 @@ MODULE_CHANGES = [
         {"tidy/wipe/precondition": 1},
     ),
     (
+        "entry: skills:pick_cloth\n",
+        "entry: skills:pick_cloth\n    hold: human_distance > 1 m\n",
+        {"tidy/pick_cloth/hold": -1},
+    ),
+    (
         "range: [0, 20], default",
         "range: [0, 21], default",
         {"tidy/rest/wait": 1, "tidy/rest/precondition": 1},
@@ -116,6 +121,7 @@ SITE_CHANGES = [
     ("  quotas:\n", "  isolation: {trusted: [tidy]}\n  quotas:\n", {"policy/isolation/trusted": 1}),
     ("  quotas:\n", "  isolation: {require: [seccomp, rlimits]}\n  quotas:\n",
      {"policy/isolation/require": 1}),
+    ("  quotas:\n", "  undeclared_outcome: replan\n  quotas:\n", {"policy/undeclared_outcome": 1}),
     ("  quotas:\n", "  isolation: {missing: warn}\n  quotas:\n", {"policy/isolation/missing": 1}),
     ("  quotas:\n", "  isolation: {answer_within: 2 s}\n  quotas:\n", {"policy/isolation/answer_within": -1}),
 ]  # fmt: skip
