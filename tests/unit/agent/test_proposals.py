@@ -24,7 +24,7 @@ from aeros.spec.model import Ecm
 from tests.unit.agent.dumplings import site
 from tests.unit.agent.fake_runtime import FakeRuntime
 
-WITHIN = 0.5
+WITHIN = 3.0
 
 
 def run(folder: Path, runtime: FakeRuntime, planner: Planner, timeout: float | None = None) -> RunReport:
