@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Final
 
+from aeros.agent.bars import Bars
 from aeros.agent.dispatcher import Dispatch, Dispatcher, UndispatchableError
 from aeros.agent.journal import Journal
 from aeros.agent.memory import Beginning, Ending, Memory
@@ -16,7 +17,8 @@ from aeros.agent.values import Kept, plain
 from aeros.agent.world import World, measured_world
 from aeros.runtime.ports import Ended, Runtime, StepHandle, StepResult, StepStatus
 
-_TRIED: Final = {StepStatus.FINISHED, StepStatus.STOPPED, StepStatus.TIMED_OUT, StepStatus.RAISED}
+TRIED: Final = frozenset({StepStatus.FINISHED, StepStatus.STOPPED, StepStatus.TIMED_OUT, StepStatus.RAISED})
+"""How a skill ends that ran: what further tries are for."""
 
 
 def _counts(result: StepResult) -> bool:
@@ -26,7 +28,7 @@ def _counts(result: StepResult) -> bool:
     waited out, so one person who stands nearby would count sixty times.  Any other denial does: the skill
     asks for what it may not do, and will again.
     """
-    return result.status in _TRIED or (result.status is StepStatus.DENIED and not result.may_pass)
+    return result.status in TRIED or (result.status is StepStatus.DENIED and not result.may_pass)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,12 +90,24 @@ class Attempts:
         self._runtime = runtime
         self._memory = memory
         self._journal = journal
-        self._dispatcher = Dispatcher(runtime, memory, task, seed)
+        self.dispatcher = Dispatcher(runtime, memory, task, seed)
         self._task = task
         self._exactly = Kept()
-        self._planned_in: list[Mapping[str, Any]] = []
+        self.planned_in: list[Mapping[str, Any]] = []
         self.records: list[StepRecord] = []
+        self.bars = Bars()
         self._world = self.observe()
+
+    def restore(
+        self,
+        steps: Iterable[StepRecord],
+        planned_in: Iterable[Mapping[str, Any]],
+        avoided: Iterable[tuple[str, str]],
+    ) -> None:
+        """Take over what an earlier session of the same run had come to."""
+        self.records.extend(steps)
+        self.planned_in.extend(planned_in)
+        self.dispatcher.denied.update(avoided)
 
     @property
     def world(self) -> World:
@@ -110,13 +124,13 @@ class Attempts:
     def world_to_plan_in(self) -> World:
         """The world as last measured, kept as one that a plan is made in."""
         world = self.world
-        if world.predicates not in self._planned_in:
-            self._planned_in.append(world.predicates)
+        if world.predicates not in self.planned_in:
+            self.planned_in.append(world.predicates)
         return world
 
     def is_as_planned(self) -> bool:
         """Whether a plan of this run was made when the predicates were measured as they are now."""
-        return self.world.predicates in self._planned_in
+        return self.world.predicates in self.planned_in
 
     def wait(self, until: float) -> Ended | None:
         """The next step that ends before `until`, plant seconds; see `ports.Runtime`."""
@@ -134,9 +148,13 @@ class Attempts:
     def begin(self, role: Role, module: str, skill: str, inputs: Mapping[str, Any]) -> Started | Attempt:
         """Start `module.skill` if it is active and its precondition is measured now."""
         try:
-            dispatch = self._dispatcher.dispatch(module, skill, inputs, self.world)
+            dispatch = self.dispatcher.dispatch(module, skill, inputs, self.world)
         except UndispatchableError as error:
             return self._not_started(role, module, skill, str(error))
+        request = dispatch.request
+        barred = self.bars.objection(module, dispatch.skill, request.inputs, self.world)
+        if barred is not None:
+            return self._not_started(role, module, request.skill, barred)
         self._tell_choice(module, skill, dispatch)
         given = {key: plain(value) for key, value in dispatch.request.inputs.items()}
         time, before = self._runtime.now(), self.world.predicates
@@ -212,10 +230,10 @@ class Attempts:
             denied=result.denied,
         )
         self.records.append(record)
-        repeatable = record.failed and record.status in _TRIED and not judgement.undeclared
+        repeatable = record.failed and record.status in TRIED and not judgement.undeclared
         hopeless = self._hopeless(dispatch) if repeatable else ""
         if result.status is StepStatus.DENIED and not result.may_pass:
-            self._dispatcher.avoid(request.module, request.skill)
+            self.dispatcher.avoid(request.module, request.skill)
         return Attempt(
             record.failed, record.reason, repeatable, record, result.outputs, result.may_pass, hopeless
         )

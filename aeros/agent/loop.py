@@ -6,21 +6,24 @@ it proposes is decided by the gate.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from aeros.agent.attempt import Attempts
+from aeros.agent.checkpoint import Checkpoint, Checkpoints, UnusableError
+from aeros.agent.errors import RefusedError
 from aeros.agent.identity import Identity, sole_identity
 from aeros.agent.journal import Journal, Observer
+from aeros.agent.lifecycle import Change, Lifecycle, Phase
 from aeros.agent.memory import Memory, open_memory
 from aeros.agent.planner import Planner, RulePlanner
 from aeros.agent.pursuit import Pursuit
 from aeros.agent.report import RunReport
 from aeros.agent.routing import Routed, RoutingError, route
-from aeros.runtime.ports import Runtime
+from aeros.runtime.ports import BEGINNING, Runtime, Said, StepStatus
 from aeros.spec.model import Clause
 
 MEMORY: Final = "memory.sqlite3"
@@ -32,6 +35,7 @@ class Agent:
 
     def __init__(
         self,
+        folder: Path,
         identity: Identity,
         runtime: Runtime,
         memory: Memory,
@@ -45,6 +49,8 @@ class Agent:
         self._memory = memory
         self._planner = planner
         self._journal = Journal(runtime, memory, on_event)
+        self._checkpoints = Checkpoints(folder)
+        self.lifecycle = Lifecycle(folder, self._tell_change)
         for skill in memory.interrupt():
             self._journal.tell("step-interrupted", f"{skill} was under way when the agent ended", skill=skill)
 
@@ -57,26 +63,110 @@ class Agent:
         Raises `RoutingError` where the instruction names no task or several, and lets through what
         keeps the audit record or memory from being written.
         """
-        routed = self._route(instruction)
-        if goal is not None:
-            routed = replace(routed, task=replace(routed.task, goal=goal.term, goal_text=goal.text))
+        routed = self._route(instruction, goal)
+        self._checkpoints.forget()
+        return self._pursue(instruction, routed, timeout)
+
+    def resume(self, instruction: str, timeout: float | None = None, goal: Clause | None = None) -> RunReport:
+        """Go on with `instruction` where an earlier session left it, which is what `run` had been given.
+
+        Raises `RefusedError` where nothing is left to go on with, or what there is cannot be gone on from.
+        Where that session had not begun anything, this is `run`.
+        """
+        routed = self._route(instruction, goal)
+        found = self._usable(instruction, routed)
+        return self._pursue(instruction, routed, timeout, found)
+
+    def _pursue(
+        self,
+        instruction: str,
+        routed: Routed,
+        timeout: float | None,
+        resumed: tuple[Checkpoint, Sequence[Said]] | None = None,
+    ) -> RunReport:
+        self.lifecycle.change(Change.BEGIN)
         try:
             attempts = Attempts(self._runtime, self._memory, self._journal, str(routed), self._seed)
-            pursuit = Pursuit(self._runtime, self._planner, attempts, self._journal, routed, timeout)
+            pursuit = Pursuit(
+                self._runtime,
+                self._planner,
+                attempts,
+                self._journal,
+                routed,
+                timeout,
+                self._checkpoints,
+                str(self.identity.id),
+            )
+            if resumed is not None:
+                pursuit.resume(*resumed)
             report = pursuit.run(instruction)
         except KeyboardInterrupt:
             self._journal.tell("run-interrupted", f"{routed} was interrupted", task=str(routed))
             raise
         self._conclude(routed, report)
+        self.lifecycle.change(Change.END)
+        if not report.steps or report.steps[-1].status is not StepStatus.HALTED:
+            # Last of all: whoever finds none knows that there is nothing to go on with.
+            self._checkpoints.forget()
         return report
 
-    def _route(self, instruction: str) -> Routed:
+    def _usable(self, instruction: str, routed: Routed) -> tuple[Checkpoint, Sequence[Said]] | None:
+        """The newest checkpoint that can be gone on from, and what the runtime has recorded since."""
+        problems = []
+        for kept in self._checkpoints.read():
+            try:
+                if isinstance(kept, UnusableError):
+                    raise kept
+                return kept, self._said_since(kept, instruction, routed)
+            except UnusableError as unusable:
+                problems.append(str(unusable))
+                self._journal.tell("checkpoint-refused", str(unusable), reason=str(unusable))
+        if problems:
+            raise RefusedError(f"the task cannot be resumed: {'; '.join(problems)}; start it anew")
+        if any(one.event == "step-began" for one in self._runtime.said_since(BEGINNING) or ()):
+            raise RefusedError("the task cannot be resumed: it had ended, and nothing is left to go on with")
+        return None
+
+    def _said_since(self, kept: Checkpoint, instruction: str, routed: Routed) -> Sequence[Said]:
+        """What the runtime has recorded since; raises `UnusableError` where the checkpoint is another's."""
+        now, task = self._runtime.now(), routed.task
+        if kept.agent != str(self.identity.id):
+            raise UnusableError("the checkpoint is another agent's")
+        if (kept.instruction, kept.task, kept.goal) != (instruction, str(routed), task.goal_text):
+            raise UnusableError(f"the checkpoint is of another task: “{kept.instruction}”, {kept.task}")
+        if now < kept.time:
+            raise UnusableError(
+                f"the plant's clock is at {now:g} s, and was at {kept.time:g} s: it is another plant"
+            )
+        said = self._runtime.said_since(kept.head)
+        if said is None:
+            raise UnusableError("the audit record does not hold the record at which the checkpoint was made")
+        return said
+
+    def _tell_change(self, phase: Phase, change: Change, then: Phase) -> None:
+        abandoned = self.identity.abandoned if change is Change.CRASH else None
+        whose = "" if abandoned is None else f": {abandoned}"
+        # That it runs, and does no more, is plain to see.
+        is_plain = change in (Change.BEGIN, Change.END)
+        crashed = f", as its last session ended without a word{whose}" if change is Change.CRASH else ""
+        self._journal.tell(
+            "lifecycle",
+            "" if is_plain else f"the agent is {then.value}{crashed}",
+            before=phase.value,
+            change=change.value,
+            after=then.value,
+            abandoned=abandoned,
+        )
+
+    def _route(self, instruction: str, goal: Clause | None) -> Routed:
         try:
             routed = route(instruction, self._runtime.active_modules())
         except RoutingError as error:
             self._journal.tell("not-routed", error.reason, instruction=instruction, reason=error.reason)
             raise
         self._journal.tell("routed", f"“{instruction}” → {routed}", instruction=instruction, task=str(routed))
+        if goal is not None:
+            return replace(routed, task=replace(routed.task, goal=goal.term, goal_text=goal.text))
         return routed
 
     def _conclude(self, routed: Routed, report: RunReport) -> None:
@@ -102,13 +192,19 @@ def awake(
     planner: Planner | None = None,
     on_event: Observer | None = None,
     seed: int = 0,
+    purpose: str = "",
+    patience: float = 0.0,
 ) -> Iterator[Agent]:
     """The robot's one agent, whose identity and memory are in `folder`, with rules as the usual planner.
 
     seed: of its choices between skills.
+    purpose, patience: as `identity.exclusive` has them.
 
     Raises `RefusedError` where another agent is awake or memory cannot be trusted.  However the block
     ends, the session is closed in memory and the lock released.
     """
-    with sole_identity(folder, name) as identity, open_memory(folder / MEMORY, identity) as memory:
-        yield Agent(identity, runtime, memory, planner or RulePlanner(), on_event, seed)
+    with (
+        sole_identity(folder, name, purpose, patience) as identity,
+        open_memory(folder / MEMORY, identity) as memory,
+    ):
+        yield Agent(folder, identity, runtime, memory, planner or RulePlanner(), on_event, seed)

@@ -26,7 +26,7 @@ class TraceWriter:
         line = {"time": event.time, "kind": event.kind, "text": event.text, "details": event.details}
         self._file.write(json.dumps(line, default=str) + "\n")
         self._file.flush()
-        if self._is_shown:
+        if self._is_shown and event.text:
             try:
                 print(f"{event.time:7.2f} s  {safe(event.text)}", flush=True)
             except OSError:

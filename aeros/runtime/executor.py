@@ -21,13 +21,14 @@ An isolated skill is interrupted at any time; one that runs in this process, not
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from math import inf
 from typing import Any, Final, Self
 
 from aeros.runtime.audit import AuditError, AuditLog, DecisionCounts
+from aeros.runtime.canonical import restored
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.deciding import Deciding
 from aeros.runtime.gate import Gate
@@ -37,8 +38,10 @@ from aeros.runtime.passing import may_pass
 from aeros.runtime.ports import (
     Completion,
     Ended,
+    Head,
     Plant,
     Readings,
+    Said,
     StepHandle,
     StepRequest,
     StepResult,
@@ -115,6 +118,17 @@ class Executor:
     def note(self, event: str, details: Mapping[str, Any]) -> None:
         """Put an event of the agent's into the record, as a note, so it cannot pass for one of ours."""
         self._audit.append("note", {"event": event, "details": dict(details)})
+
+    def head(self) -> Head:
+        """See `ports.Runtime`."""
+        return self._audit.head
+
+    def said_since(self, head: Head) -> Sequence[Said] | None:
+        """See `ports.Runtime`."""
+        records = self._audit.since(head)
+        if records is None:
+            return None
+        return [Said(one["event"], restored(one["details"])) for one in records if one["event"] != "note"]
 
     def submit(self, request: StepRequest) -> StepResult:
         """Run one skill to its end; never raises for a bad request."""
