@@ -15,7 +15,7 @@ from aeros.agent.report import Role, StepRecord
 from aeros.agent.supervisor import judge
 from aeros.agent.values import Kept, plain
 from aeros.agent.world import World, measured_world
-from aeros.runtime.ports import Ended, Runtime, StepHandle, StepResult, StepStatus
+from aeros.runtime.ports import Ended, Head, Runtime, StepHandle, StepResult, StepStatus
 
 TRIED: Final = frozenset({StepStatus.FINISHED, StepStatus.STOPPED, StepStatus.TIMED_OUT, StepStatus.RAISED})
 """How a skill ends that ran: what further tries are for."""
@@ -108,6 +108,11 @@ class Attempts:
         self.records.extend(steps)
         self.planned_in.extend(planned_in)
         self.dispatcher.denied.update(avoided)
+
+    @property
+    def head(self) -> Head:
+        """Where the audit record ends now."""
+        return self._runtime.head()
 
     @property
     def world(self) -> World:

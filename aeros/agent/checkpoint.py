@@ -71,6 +71,12 @@ class Checkpoint:
     settled: tuple[Place, ...]
     branches: tuple[tuple[Place, bool], ...]
 
+    @property
+    def earliest(self) -> Head:
+        """Where the audit record ended when the first of what is under way began, or else now."""
+        heads = [one.begun.head for _, one in self.tried if one.begun is not None]
+        return min([self.head, *heads])
+
     def progress(self) -> Progress:
         """How far the plan has come."""
         return Progress(dict(self.tried), set(self.settled), dict(self.branches))

@@ -232,8 +232,8 @@ class Engine:
                 why = f"its input `{name}` takes `{source}.{output}`, which is not there"
                 return Attempt(failed=True, reason=why)
             inputs[name] = self._outputs[source][output]
-        world = self._attempts.world
-        self._progress.begin(at, Begun(step.module, step.skill, inputs, world.predicates))
+        before, head = self._attempts.world.predicates, self._attempts.head
+        self._progress.begin(at, Begun(step.module, step.skill, inputs, before, head))
         begun = self._attempts.begin(role, step.module, step.skill, inputs)
         if not isinstance(begun, Started):
             self._progress.withdraw(at)

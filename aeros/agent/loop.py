@@ -138,8 +138,8 @@ class Agent:
             raise UnusableError(
                 f"the plant's clock is at {now:g} s, and was at {kept.time:g} s: it is another plant"
             )
-        said = self._runtime.said_since(kept.head)
-        if said is None:
+        said = self._runtime.said_since(kept.earliest)
+        if said is None or self._runtime.said_since(kept.head) is None:
             raise UnusableError("the audit record does not hold the record at which the checkpoint was made")
         return said
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from aeros.agent.attempt import Attempt
+from aeros.runtime.ports import Head
 
 Place = tuple[int, ...]
 
@@ -22,12 +23,14 @@ class Begun:
 
     skill: or the capability, where the step names one.
     before: the predicates as they were measured when it began.
+    head: where the audit record ended then.
     """
 
     module: str
     skill: str
     inputs: Mapping[str, Any]
     before: Mapping[str, Any]
+    head: Head
 
 
 @dataclass

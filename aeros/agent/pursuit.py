@@ -102,7 +102,7 @@ class Pursuit:
         progress = kept.progress()
         modules, world = self._runtime.active_modules(), self._attempts.world
         recovery = Recovery(modules, world, self._attempts.bars, self._journal)
-        recovery.recover(progress, said)
+        recovery.recover(progress, said, kept.head.records)
         self._plan = kept.plan if recovery.is_known else None
         self._progress = progress
         told = "goes on with its plan" if self._plan is not None else "plans anew"

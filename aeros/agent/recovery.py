@@ -4,10 +4,10 @@ Of each step that a checkpoint says was begun:
 
 - the runtime's record does not say so: it never began, and is begun as if for the first time;
 - the record says how it ended: it is judged like any step that has ended, in the world measured now;
-- the record has its beginning alone: it was interrupted.  Where a success is measured that was not before,
-  it has happened and is not repeated.  Where what is measured excludes each success, the try has failed,
-  and is followed by what the plan has for that.  Where neither can be told, the plan goes no further, and
-  the step is barred (`bars.py`).
+- the record has its beginning alone: it was interrupted.  Where an outcome is measured that was not before,
+  that has happened.  Else, where what is measured excludes each success, the try is made again, if its
+  precondition is still measured.  Where neither can be told, the plan goes no further, and the step is
+  barred (`bars.py`).
 
 A step in the record of which the checkpoint knows nothing is later than the checkpoint: then the plan is
 not gone on with, the agent plans anew, and that step is barred too where it did not measurably fail.
@@ -35,8 +35,13 @@ _INTERRUPTED: Final = (StepStatus.HALTED, StepStatus.CANCELLED)
 
 @dataclass
 class Told:
-    """A step as the runtime's record tells of it; `result`: None where the record has no end of it."""
+    """A step as the runtime's record tells of it.
 
+    sequence: the record of its beginning.
+    result: None where the record has no end of it.
+    """
+
+    sequence: int
     module: str
     skill: str
     inputs: Mapping[str, Any]
@@ -53,8 +58,11 @@ class Recovery:
     journal: Journal
     is_known: bool = field(default=True, init=False)
 
-    def recover(self, progress: Progress, said: Iterable[Said]) -> None:
-        """Account for every step that `progress` or the record says was begun."""
+    def recover(self, progress: Progress, said: Iterable[Said], known: int) -> None:
+        """Account for every step that `progress` or the record says was begun.
+
+        known: how many records there were when `progress` was kept.
+        """
         told = steps_told(said)
         for at, begun in progress.under_way():
             one = next((one for one in told if self._is_of(begun, one)), None)
@@ -63,21 +71,27 @@ class Recovery:
                 self._tell(f"{begun.module}.{begun.skill}", "it never began")
                 continue
             told.remove(one)
-            progress.conclude(at, self._account(one, begun.before))
+            attempt = self._account(one, begun.before)
+            if attempt is None:
+                progress.withdraw(at)
+            else:
+                progress.conclude(at, attempt)
         for one in told:
-            self.is_known = False
-            self._account(one, {})
+            if one.sequence >= known:
+                self.is_known = False
+                self._account(one, {})
 
     def _is_of(self, begun: Begun, told: Told) -> bool:
         module = self.modules.get(begun.module)
         return (
             module is not None
+            and told.sequence >= begun.head.records
             and told.module == begun.module
             and told.skill in module.providers_of(begun.skill)
         )
 
-    def _account(self, told: Told, before: Mapping[str, Any]) -> Attempt:
-        """What came of it; barred where it is not known to have failed."""
+    def _account(self, told: Told, before: Mapping[str, Any]) -> Attempt | None:
+        """What came of it, None where nothing did; barred where it is not known to have succeeded."""
         name = f"{told.module}.{told.skill}"
         module = self.modules.get(told.module)
         skill = None if module is None else module.skills.get(told.skill)
@@ -85,12 +99,12 @@ class Recovery:
             self._tell(name, "it is not active any more")
             return Attempt(failed=True, reason=f"interrupted, and `{name}` is not active any more")
         attempt, how = self._judged(skill, told, before)
-        if attempt.failed:
+        if attempt is None or attempt.failed:
             self.bars.bar(told.module, told.skill, told.inputs)
         self._tell(name, how)
         return attempt
 
-    def _judged(self, skill: Skill, told: Told, before: Mapping[str, Any]) -> tuple[Attempt, str]:
+    def _judged(self, skill: Skill, told: Told, before: Mapping[str, Any]) -> tuple[Attempt | None, str]:
         if told.result is not None and told.result.status not in _INTERRUPTED:
             judgement = judge(skill, told.result, self.world)
             how = judgement.reason or f"outcome `{judgement.outcome}`"
@@ -98,12 +112,12 @@ class Recovery:
             attempt = Attempt(judgement.failed, judgement.reason, repeatable, outputs=told.result.outputs)
             return attempt, f"it had ended: {how}"
         done = judge(skill, StepResult(StepStatus.FINISHED, ""), self.world)
-        if not done.failed and done.outcome is not None and self._is_news(skill, done.outcome, before):
-            return Attempt(failed=False, reason=""), f"it was interrupted, and `{done.outcome}` is measured"
+        if done.outcome is not None and self._is_news(skill, done.outcome, before):
+            how = f"it was interrupted, and `{done.outcome}` is measured"
+            return Attempt(done.failed, how if done.failed else "", repeatable=done.failed), how
         possible = not_excluded(skill, self.world)
         if possible is None:
-            why = "it was interrupted, and no success of it is measured"
-            return Attempt(failed=True, reason=why, repeatable=True), why
+            return None, "it was interrupted, and no success of it is measured"
         why = f"it was interrupted, and what is measured does not tell whether `{possible}` happened"
         return Attempt(failed=True, reason=why), why
 
@@ -123,7 +137,7 @@ def steps_told(said: Iterable[Said]) -> list[Told]:
         details = one.details
         match one.event:
             case "step-began":
-                told.append(Told(details["module"], details["skill"], details["inputs"]))
+                told.append(Told(one.sequence, details["module"], details["skill"], details["inputs"]))
             case "step-ended":
                 open_one = _open(told, details)
                 if open_one is not None:

@@ -128,7 +128,8 @@ class Executor:
         records = self._audit.since(head)
         if records is None:
             return None
-        return [Said(one["event"], restored(one["details"])) for one in records if one["event"] != "note"]
+        own = (one for one in records if one["event"] != "note")
+        return [Said(one["sequence"], one["event"], restored(one["details"])) for one in own]
 
     def submit(self, request: StepRequest) -> StepResult:
         """Run one skill to its end; never raises for a bad request."""

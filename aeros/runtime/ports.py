@@ -250,8 +250,9 @@ BEGINNING: Final = Head(0, "")
 
 
 class Said(NamedTuple):
-    """A record of the runtime's own."""
+    """A record of the runtime's own, and its number."""
 
+    sequence: int
     event: str
     details: Mapping[str, Any]
 
