@@ -36,6 +36,7 @@ from aeros.runtime.governor import Command, Fixed, Governor
 from aeros.runtime.observation import observation_for
 from aeros.runtime.passing import may_pass
 from aeros.runtime.ports import (
+    BEGINNING,
     Completion,
     Ended,
     Head,
@@ -49,6 +50,7 @@ from aeros.runtime.ports import (
 )
 from aeros.runtime.preparing import RefusedError, prepared, with_outputs
 from aeros.runtime.records import caller_details, session_details, spell_reasons
+from aeros.runtime.recounting import Recount, recounted
 from aeros.runtime.resources import Resources
 from aeros.runtime.skill_code import told
 from aeros.runtime.skill_run import Ending, OpenRun
@@ -69,6 +71,9 @@ class Executor:
     It owns neither plant nor log: whoever made them closes them.  As a context manager it leaves no step
     under way.
     governor: says which configuration is in force; without one, `configuration` is so for good.
+    resumed: go on with the session that the log holds, which ended without a word: what it had counted of
+        quotas counts, and what it had seen of histories, with a gap since.  Raises `AuditError` where
+        another site governed it.
     """
 
     def __init__(
@@ -79,6 +84,8 @@ class Executor:
         audit: AuditLog,
         open_run: OpenRun,
         governor: Governor | None = None,
+        *,
+        resumed: bool = False,
     ) -> None:
         self._governor = Fixed(configuration) if governor is None else governor
         # Of no generation yet: what was loaded before may have changed since, so the first look follows.
@@ -95,7 +102,11 @@ class Executor:
         # Held while anything moves: until then no change of the configuration is complete.
         self._acting = ExitStack()
         self._is_paused = False
-        audit.append("session-opened", session_details(configuration))
+        if resumed and audit.head.records:
+            self._deciding.take_over(_earlier(audit, configuration.site))
+            audit.append("session-resumed", session_details(configuration))
+        else:
+            audit.append("session-opened", session_details(configuration))
 
     @property
     def site(self) -> Site:
@@ -486,6 +497,16 @@ class Executor:
         now = self._configuration.modules.get(ecm.id)
         was = (ecm.manifest_digest, ecm.code_digest)
         return now is not None and (now.manifest_digest, now.code_digest) == was
+
+
+def _earlier(audit: AuditLog, site: Site) -> Recount:
+    """What the sessions in the log add up to, if it was this site that governed them."""
+    records = audit.since(BEGINNING) or []
+    opening = ("session-opened", "session-resumed", "configuration-changed")
+    governed = [one["details"]["site"]["digest"] for one in records if one["event"] in opening]
+    if any(digest != site.digest for digest in governed):
+        raise AuditError(f"`{audit.path}` cannot be gone on with: another site governed it")
+    return recounted(records, site)
 
 
 def _stopped_by(completion: Completion) -> Ending:
