@@ -21,6 +21,7 @@ from aeros.agent.lifecycle import Change, Lifecycle, Phase
 from aeros.agent.memory import Memory, open_memory
 from aeros.agent.planner import Planner, RulePlanner
 from aeros.agent.pursuit import Pursuit
+from aeros.agent.quarantine import Quarantine
 from aeros.agent.report import RunReport
 from aeros.agent.routing import Routed, RoutingError, route
 from aeros.runtime.ports import BEGINNING, Runtime, Said, StepStatus
@@ -76,6 +77,12 @@ class Agent:
         routed = self._route(instruction, goal)
         found = self._usable(instruction, routed)
         return self._pursue(instruction, routed, timeout, found)
+
+    def heed(self, *, is_paused: bool) -> None:
+        """Take note of whether the operator pauses, which the runtime obeys by itself."""
+        change = Change.PAUSE if is_paused else Change.RESUME
+        if self.lifecycle.may(change):
+            self.lifecycle.change(change)
 
     def _pursue(
         self,
@@ -200,9 +207,12 @@ def awake(
     seed: of its choices between skills.
     purpose, patience: as `identity.exclusive` has them.
 
-    Raises `RefusedError` where another agent is awake or memory cannot be trusted.  However the block
-    ends, the session is closed in memory and the lock released.
+    Raises `RefusedError` where another agent is awake, this one is in quarantine, or memory cannot be
+    trusted.  However the block ends, the session is closed in memory and the lock released.
     """
+    quarantined = Quarantine(folder).reason()
+    if quarantined is not None:
+        raise RefusedError(quarantined)
     with (
         sole_identity(folder, name, purpose, patience) as identity,
         open_memory(folder / MEMORY, identity) as memory,

@@ -18,7 +18,7 @@ class TraceWriter:
     """Writes each event of the agent as a line of JSON, and prints it as a line for people."""
 
     def __init__(self, path: Path) -> None:
-        self._file = path.open("w", encoding="utf-8")
+        self._file = path.open("a", encoding="utf-8")
         self._is_shown = True
 
     def tell(self, event: Event) -> None:
