@@ -14,7 +14,7 @@ from typing import Final
 
 from aeros.agent.attempt import Attempts
 from aeros.agent.checkpoint import Checkpoint, Checkpoints, UnusableError
-from aeros.agent.errors import RefusedError
+from aeros.agent.errors import EndedError, RefusedError
 from aeros.agent.identity import Identity, sole_identity
 from aeros.agent.journal import Journal, Observer
 from aeros.agent.lifecycle import Change, Lifecycle, Phase
@@ -71,7 +71,8 @@ class Agent:
     def resume(self, instruction: str, timeout: float | None = None, goal: Clause | None = None) -> RunReport:
         """Go on with `instruction` where an earlier session left it, which is what `run` had been given.
 
-        Raises `RefusedError` where nothing is left to go on with, or what there is cannot be gone on from.
+        Raises `EndedError` where nothing is left to go on with, and `RefusedError` where what there is cannot
+        be gone on from.
         Where that session had not begun anything, this is `run`.
         """
         routed = self._route(instruction, goal)
@@ -110,8 +111,8 @@ class Agent:
         except KeyboardInterrupt:
             self._journal.tell("run-interrupted", f"{routed} was interrupted", task=str(routed))
             raise
-        self._conclude(routed, report)
         self.lifecycle.change(Change.END)
+        self._conclude(routed, report)
         if not report.steps or report.steps[-1].status is not StepStatus.HALTED:
             # Last of all: whoever finds none knows that there is nothing to go on with.
             self._checkpoints.forget()
@@ -131,7 +132,7 @@ class Agent:
         if problems:
             raise RefusedError(f"the task cannot be resumed: {'; '.join(problems)}; start it anew")
         if any(one.event == "step-began" for one in self._runtime.said_since(BEGINNING) or ()):
-            raise RefusedError("the task cannot be resumed: it had ended, and nothing is left to go on with")
+            raise EndedError("the task cannot be resumed: it had ended, and nothing is left to go on with")
         return None
 
     def _said_since(self, kept: Checkpoint, instruction: str, routed: Routed) -> Sequence[Said]:

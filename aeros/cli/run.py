@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from aeros.agent.composing import CompositionPlanner
-from aeros.agent.errors import RefusedError
+from aeros.agent.errors import EndedError, RefusedError
 from aeros.agent.identity import exclusive
 from aeros.agent.journal import Event
 from aeros.agent.loop import Agent, awake
@@ -489,12 +489,15 @@ def _run(
                 attended.on_command = partial(_heed, agent)
                 notifier.tell(READY)
                 pursue = agent.resume if arguments.resume else agent.run
-                report = pursue(arguments.instruction, arguments.timeout, goal)
+                try:
+                    report = pursue(arguments.instruction, arguments.timeout, goal)
+                except EndedError:
+                    _end(opened, arguments.state)
+                    raise
             notifier.tell(STOPPING)
         simulated = plant.now()
-        if isinstance(opened, RemotePlant) and not notifier.is_alone:
-            opened.end()
-            forget(arguments.state)
+        if not notifier.is_alone:
+            _end(opened, arguments.state)
     print(summary(proof, report, arguments.plant, simulated, time.perf_counter() - began))
     audited, sound = _audited(audit_path, signing)
     print(f"audit      {audited.records} records, {sound}")
@@ -507,6 +510,13 @@ def _run(
     if governed.is_interrupted:
         return Exit.INTERRUPTED
     return Exit.PROVED if report.reached and audited.bad_record is None else Exit.REJECTED
+
+
+def _end(plant: Plant, state: Path) -> None:
+    """Let a plant that outlives this process end with the task, which is not to be resumed."""
+    if isinstance(plant, RemotePlant):
+        forget(state)
+        plant.end()
 
 
 def _heed(agent: Agent, command: Command) -> None:
