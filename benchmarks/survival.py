@@ -142,7 +142,8 @@ class _Life:
             pid = int(json.loads((self.state / "agent.lock").read_text())["pid"])
         except (OSError, ValueError, KeyError):
             return 0
-        return pid if Path(f"/proc/{pid}").exists() else 0
+        # The watchdog holds it for a moment itself.
+        return pid if pid != self._watchdog.pid and Path(f"/proc/{pid}").exists() else 0
 
 
 def _below(pid: int) -> list[int]:
@@ -256,7 +257,8 @@ def _lines(path: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in path.read_bytes().splitlines() if line.endswith(b"}")]
 
 
-def _modules() -> dict[str, Ecm]:
+def modules() -> dict[str, Ecm]:
+    """The modules of the task, with what their skills declare."""
     site = load_site(reference_site(), Diagnostics())
     assert site is not None  # noqa: S101  the reference site is proved by the tests
     loaded = load_ecm(_ROOT / "ecms" / "make_dumplings", site, Diagnostics())
@@ -274,10 +276,10 @@ def main() -> None:
     arguments = parser.parse_args()
     trials = 2 if arguments.quick else arguments.trials
     lasting = arguments.lasting or (12.0 if arguments.plant == "physics" else 0.8)
-    modules = _modules()
+    known = modules()
     each: list[Trial] = []
     for seed in range(arguments.first, arguments.first + trials):
-        each.append(trial_of(seed, arguments.plant, modules, lasting))
+        each.append(trial_of(seed, arguments.plant, known, lasting))
         if each[-1].broken and arguments.format == "text":
             print(f"seed {seed}: {each[-1].broken}", flush=True)
     kills = Counter(victim for one in each for victim in one.kills)

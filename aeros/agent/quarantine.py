@@ -39,14 +39,15 @@ class Quarantine:
         return reason
 
     def reason(self) -> str | None:
-        """Why and since when the agent is in quarantine; None where it is not."""
+        """What is said to whoever would wake an agent in quarantine; None where it is not in any."""
         try:
             kept = json.loads(self._path.read_text("utf-8"))
-            return f"{kept['reason']} (since {kept['since']})"
+            why = f"{kept['reason']} (since {kept['since']})"
         except FileNotFoundError:
             return None
         except (OSError, ValueError, KeyError, TypeError):
-            return f"{self._path} is there, and does not say why"
+            why = f"{self._path} is there, and does not say why"
+        return f"this agent is in quarantine: {why}; `aeros release` lets it go on"
 
     def release(self) -> bool:
         """Let it go on; whether it was in quarantine."""

@@ -25,7 +25,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
-from typing import Final
+from typing import IO, Final
 
 from aeros.agent.quarantine import Quarantine
 from aeros.cli.exit_codes import Exit
@@ -34,6 +34,9 @@ from aeros.sim.hosting.remote import RemotePlant
 
 _START: Final = 300.0
 """Seconds that an agent has until it is ready: it proves its modules first."""
+
+_LOOK_EVERY: Final = 0.5
+"""Seconds between looks at whether the plant is there still."""
 
 _MOST_SAID: Final = 4096
 
@@ -57,11 +60,17 @@ class _Watchdog:
     def run(self) -> Exit:
         """See `watch`."""
         quarantine = Quarantine(self._arguments.state)
-        self._start("--serve-plant")
-        with self._listening() as heard, self._passing_on():
+        with tempfile.TemporaryFile() as said, self._listening() as heard, self._passing_on():
+            # Not at the terminal: the plant may stay behind, and would keep open what is read along there.
+            plant = self._start("--serve-plant", said)
             while True:
                 self._agent = self._start("--resume")
-                why = self._crash(self._agent, heard)
+                why = self._crash(self._agent, heard, plant)
+                if plant.poll():
+                    said.seek(0)
+                    told = said.read().decode("utf-8", "replace").strip()
+                    print(f"aeros: the plant has ended: {told}", file=sys.stderr)
+                    return Exit.REJECTED
                 if why is None:
                     self._end_plant()
                     return _exit(self._agent.returncode)
@@ -74,21 +83,28 @@ class _Watchdog:
                     print(f"aeros: it is left in quarantine: {reason}", file=sys.stderr)
                     return Exit.REJECTED
 
-    def _start(self, role: str) -> subprocess.Popen[bytes]:
+    def _start(self, role: str, said: IO[bytes] | None = None) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", "aeros", "run", role, "--state", str(self._arguments.state)]
         within = str(int(self._arguments.silence * 1e6))
         environment = {**os.environ, "NOTIFY_SOCKET": str(self._address), "WATCHDOG_USEC": within}
         return subprocess.Popen(  # noqa: S603  this program itself
-            command, stdin=subprocess.DEVNULL, env=environment, start_new_session=True
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=said,
+            stderr=said,
+            env=environment,
+            start_new_session=True,
         )
 
-    def _crash(self, agent: subprocess.Popen[bytes], heard: socket.socket) -> str | None:
-        """How it crashed; None where it ended as it should."""
+    def _crash(
+        self, agent: subprocess.Popen[bytes], heard: socket.socket, plant: subprocess.Popen[bytes]
+    ) -> str | None:
+        """How it crashed; None where it ended as it should.  It is killed where the plant has failed."""
         handle = os.pidfd_open(agent.pid)
         try:
             latest = time.monotonic() + _START
             while True:
-                left = max(0.0, latest - time.monotonic())
+                left = min(max(0.0, latest - time.monotonic()), _LOOK_EVERY)
                 ready, _, _ = select.select([heard.fileno(), handle], [], [], left)
                 if heard.fileno() in ready:
                     said = heard.recv(_MOST_SAID).decode("utf-8", "replace").split("\n")
@@ -97,7 +113,10 @@ class _Watchdog:
                     self._notifier.tell(*(word for word in said if word in (READY, ALIVE, STOPPING)))
                 elif handle in ready:
                     break
-                else:
+                elif plant.poll():
+                    agent.kill()
+                    break
+                elif time.monotonic() >= latest:
                     agent.kill()
                     agent.wait()
                     return f"it gave no sign of life for {self._arguments.silence:g} s and was killed"
