@@ -46,14 +46,14 @@ class Identity:
 
 
 @contextmanager
-def sole_identity(folder: Path, name: str, purpose: str = "", patience: float = 0.0) -> Iterator[Identity]:
+def sole_identity(folder: Path, name: str, purpose: str = "") -> Iterator[Identity]:
     """The identity kept in `folder`, awake and held by nobody else; born as `name` if there is none.
 
-    purpose, patience: as `exclusive` has them.
+    purpose: as `exclusive` has it.
 
     Raises `RefusedError` where another agent holds the folder, or the identity cannot be read.
     """
-    with exclusive(folder, purpose, patience) as abandoned:
+    with exclusive(folder, purpose) as abandoned:
         identity = _read(folder / _IDENTITY) or Identity(uuid4(), name, _utc_now(), 0)
         identity = replace(identity, sessions=identity.sessions + 1, abandoned=abandoned)
         _write(folder / _IDENTITY, identity)

@@ -201,12 +201,11 @@ def awake(
     on_event: Observer | None = None,
     seed: int = 0,
     purpose: str = "",
-    patience: float = 0.0,
 ) -> Iterator[Agent]:
     """The robot's one agent, whose identity and memory are in `folder`, with rules as the usual planner.
 
     seed: of its choices between skills.
-    purpose, patience: as `identity.exclusive` has them.
+    purpose: as `identity.exclusive` has it.
 
     Raises `RefusedError` where another agent is awake, this one is in quarantine, or memory cannot be
     trusted.  However the block ends, the session is closed in memory and the lock released.
@@ -215,7 +214,7 @@ def awake(
     if quarantined is not None:
         raise RefusedError(quarantined)
     with (
-        sole_identity(folder, name, purpose, patience) as identity,
+        sole_identity(folder, name, purpose) as identity,
         open_memory(folder / MEMORY, identity) as memory,
     ):
         yield Agent(folder, identity, runtime, memory, planner or RulePlanner(), on_event, seed)

@@ -102,8 +102,8 @@ examples:
 """
 
 
-_PATIENCE: Final = 10.0
-"""Seconds for an earlier agent to let go of the state folder."""
+_PATIENCE: Final = 30.0
+"""Seconds for an earlier agent to end."""
 
 
 def add_to(commands: Subparsers) -> None:
@@ -260,10 +260,15 @@ def _command(arguments: argparse.Namespace) -> Exit:
             arguments = restore(arguments)
         if arguments.watchdog:
             return _watch(arguments)
+        if not arguments.resume:
+            return _pursue(arguments)
+        # One process after the other, from the first to the last that it does: an agent whose watchdog was
+        # killed may still be about to end.
+        with exclusive(arguments.state / "task", arguments.instruction, _PATIENCE):
+            return _pursue(arguments)
     except (RefusedError, PlantRefusedError) as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
-    return _pursue(arguments)
 
 
 def _watch(arguments: argparse.Namespace) -> Exit:
@@ -483,8 +488,6 @@ def _run(
                 trace.tell,
                 arguments.seed,
                 arguments.instruction,
-                # Of a task that is resumed the last agent may be about to end.
-                _PATIENCE if arguments.resume else 0.0,
             ) as agent:
                 attended.on_command = partial(_heed, agent)
                 notifier.tell(READY)

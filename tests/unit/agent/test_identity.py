@@ -14,7 +14,7 @@ from uuid import UUID
 import pytest
 
 from aeros.agent.errors import RefusedError
-from aeros.agent.identity import Identity, sole_identity
+from aeros.agent.identity import Identity, exclusive, sole_identity
 
 HOLD = """
 import sys, time
@@ -167,6 +167,6 @@ def test_whoever_is_patient_waits_for_the_folder(tmp_path: Path) -> None:
     with another_agent(tmp_path) as other:
         ending = Timer(0.3, other.kill)
         ending.start()
-        with sole_identity(tmp_path, "chef", patience=20.0) as identity:
-            assert identity.abandoned is not None
+        with exclusive(tmp_path, patience=20.0) as abandoned:
+            assert abandoned is not None
         ending.join()
