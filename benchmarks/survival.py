@@ -6,7 +6,8 @@ started again, as an init system would.  What is checked comes from the plant's 
 log as it was at each kill, and not from what the agent says of itself:
 
 - ended: the task ends;
-- once: no skill begins on the plant while a success that it had before is measured still;
+- once: no skill begins on the plant while a success that it had before is measured still, but for what
+  the task's rules run between two tries, after a step that has ended in failure;
 - kept: what the audit log held at a kill is the beginning of what it holds at the end, in one sound chain;
 - stopped: whenever an agent let go of the plant, that came to rest, and nothing moved until the next came.
 """
@@ -81,7 +82,8 @@ class _Life:
         self.state, self.out = folder / "state", folder / "out"
         self.log = self.out / "audit.jsonl"
         options = ("--plant", plant, "--seed", str(trial.seed), "--no-record", "--out", str(self.out))
-        self._watchdog = self._start(_TASK, *options)
+        self._asked = (_TASK, *options)
+        self._watchdog = self._start(*self._asked)
         self._seen: list[bytes] = []
 
     def _start(self, *arguments: str) -> subprocess.Popen[bytes]:
@@ -102,7 +104,9 @@ class _Life:
         self._trial.kills.append(victim)
         if victim == "watchdog":
             self._watchdog.wait()
-            self._watchdog = self._start("--resume")
+            # What it had not taken note of was not asked for yet.
+            is_known = (self.state / "run.json").exists()
+            self._watchdog = self._start(*(("--resume",) if is_known else self._asked))
         return True
 
     def has_begun(self) -> bool:
@@ -214,17 +218,24 @@ def _repeated(told: Iterable[Mapping[str, Any]], modules: Mapping[str, Ecm]) -> 
     """Skills that began while what they had brought about before was measured still."""
     broken: list[str] = []
     achieved: dict[str, list[Mapping[str, Any]]] = {}
+    helpers = {
+        f"{ecm.id}.{rule.on_failure}"
+        for ecm in modules.values()
+        for task in ecm.tasks.values()
+        for rule in task.rules
+    }
     for one in told:
         if one["event"] == "skill-began":
             still = [was for was in achieved.get(one["skill"], ()) if _holds(was, one["measured"])]
             broken += [f"once: {one['skill']} at {one['time']:.2f} s, though {dict(was)}" for was in still]
-        elif one["event"] == "skill-ended" and one["finished"]:
+        elif one["event"] == "skill-ended":
             module, name = one["skill"].split(".")
-            achieved.setdefault(one["skill"], []).extend(
-                outcome.effects
-                for outcome in modules[module].skills[name].success_outcomes
-                if _holds(outcome.effects, one["measured"])
-            )
+            successes = modules[module].skills[name].success_outcomes if one["finished"] else ()
+            found = [each.effects for each in successes if _holds(each.effects, one["measured"])]
+            achieved.setdefault(one["skill"], []).extend(found)
+            if not found:
+                for helper in helpers:
+                    achieved.pop(helper, None)
     return broken
 
 
@@ -280,8 +291,9 @@ def main() -> None:
     each: list[Trial] = []
     for seed in range(arguments.first, arguments.first + trials):
         each.append(trial_of(seed, arguments.plant, known, lasting))
-        if each[-1].broken and arguments.format == "text":
-            print(f"seed {seed}: {each[-1].broken}", flush=True)
+        if arguments.format == "text":
+            told = each[-1].broken or ("goal reached" if each[-1].reached else "goal not reached")
+            print(f"seed {seed}: {', '.join(each[-1].kills) or 'nobody'} killed; {told}", flush=True)
     kills = Counter(victim for one in each for victim in one.kills)
     found = {
         "plant": arguments.plant,
