@@ -54,7 +54,7 @@ from aeros.runtime.governor import Command, Governor
 from aeros.runtime.isolation.opening import SkillRuns
 from aeros.runtime.ports import Plant
 from aeros.runtime.proving import prove
-from aeros.runtime.registry.governing import Governing, Steered
+from aeros.runtime.registry.governing import Governing, Steered, Steering
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.skill_code import SkillRefusedError
 from aeros.sim.hosting.host import Host, HostLog
@@ -283,6 +283,8 @@ def _watch(arguments: argparse.Namespace) -> Exit:
             with exclusive(arguments.state, arguments.instruction):
                 arguments.out = _output_folder(arguments.out, "watched")
                 arguments.plant_at = Path(tempfile.mkdtemp(prefix="aeros-")) / "plant.sock"
+                # A stop ended an earlier run; from here on it is meant for this one.
+                Steering(Registry(arguments.state).folder, resumed=False).close()
                 keep(arguments)
         return watch(arguments)
 
@@ -293,15 +295,16 @@ def _pursue(arguments: argparse.Namespace) -> Exit:
         print("aeros: --anchor needs --audit-key: `aeros audit keygen` makes one", file=sys.stderr)
         return Exit.USAGE
     registry = Registry(arguments.state)
+    is_kept = arguments.resume or arguments.serve_plant
     installed = arguments.ecms is None and arguments.site is None and registry.exists
     governor: Governing | Steered
     if installed:
-        governor = Governing(registry)
+        governor = Governing(registry, resumed=is_kept)
         (_, configuration), report = governor.configuration(), governor.report
     else:
         site = arguments.site or reference_site()
         configuration, report = prove([arguments.ecms or Path("ecms")], site, certified=True)
-        governor = Steered(configuration, registry)
+        governor = Steered(configuration, registry, resumed=is_kept)
     try:
         signing = None if key_file is None else Signing(read_signing_key(key_file), arguments.anchor)
         people = people_of(arguments.plant, arguments.person)

@@ -112,6 +112,30 @@ def test_an_interrupt_stops_the_agent_and_starts_no_other(tmp_path: Path) -> Non
     assert not (watched.state / "run.json").exists()
 
 
+def test_a_pause_outlasts_a_crash_and_so_does_a_stop(tmp_path: Path) -> None:
+    watched = Watched(tmp_path)
+    state = str(watched.state)
+    watched.until(lambda: began(watched))
+    assert main(["pause", "--state", state]) == Exit.PROVED
+    first = watched.agent()
+    watched.until(lambda: watched.notes("lifecycle")[-1]["after"] == "paused")
+    os.kill(first, signal.SIGKILL)
+    watched.until(lambda: len(watched.notes("lifecycle")) == 5)
+    assert [one["after"] for one in watched.notes("lifecycle")] == [
+        *("running", "paused", "recovered", "running", "paused")
+    ]
+    # Nobody is there to hear it but the agent that is started next.
+    second = watched.agent()
+    os.kill(watched.process.pid, signal.SIGSTOP)
+    os.kill(second, signal.SIGKILL)
+    assert main(["stop", "--state", state]) == Exit.PROVED
+    os.kill(watched.process.pid, signal.SIGCONT)
+    code, said = watched.end()
+    assert code == Exit.REJECTED
+    assert "halted: the operator stops it" in said
+    assert said.count("crashed") == 2
+
+
 def test_a_second_one_is_refused_with_what_the_first_is_for(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
