@@ -5,9 +5,9 @@ Of each step that a checkpoint says was begun:
 - the runtime's record does not say so: it never began, and is begun as if for the first time;
 - the record says how it ended: it is judged like any step that has ended, in the world measured now;
 - the record has its beginning alone: it was interrupted.  Where an outcome is measured that was not before,
-  that has happened.  Else, where what is measured excludes each success, the try is made again, if its
-  precondition is still measured.  Where neither can be told, the plan goes no further, and the step is
-  barred (`bars.py`).
+  that has happened.  Else, where what is measured excludes each success, or the skill is idempotent, the
+  try is made again, if its precondition is still measured.  Where neither can be told, the plan goes no
+  further, and the step is barred (`bars.py`).
 
 A step in the record of which the checkpoint knows nothing is later than the checkpoint: then the plan is
 not gone on with, the agent plans anew, and that step is barred too where it did not measurably fail.
@@ -99,7 +99,7 @@ class Recovery:
             self._tell(name, "it is not active any more")
             return Attempt(failed=True, reason=f"interrupted, and `{name}` is not active any more")
         attempt, how = self._judged(skill, told, before)
-        if attempt is None or attempt.failed:
+        if (attempt is None or attempt.failed) and not skill.idempotent:
             self.bars.bar(told.module, told.skill, told.inputs)
         self._tell(name, how)
         return attempt
@@ -115,6 +115,8 @@ class Recovery:
         if done.outcome is not None and self._is_news(skill, done.outcome, before):
             how = f"it was interrupted, and `{done.outcome}` is measured"
             return Attempt(done.failed, how if done.failed else "", repeatable=done.failed), how
+        if skill.idempotent:
+            return None, "it was interrupted, and may be run twice"
         possible = not_excluded(skill, self.world)
         if possible is None:
             return None, "it was interrupted, and no success of it is measured"

@@ -380,7 +380,10 @@ class Clause:
 
 @dataclass(frozen=True)
 class Skill:
-    """A skill with its envelope by action kind.  `timeout` in seconds."""
+    """A skill with its envelope by action kind.  `timeout` in seconds.
+
+    idempotent: run twice it does no more than run once, by its author's word.
+    """
 
     id: str
     module_name: str
@@ -398,6 +401,7 @@ class Skill:
     risk_span: Span
     entry_span: Span
     outputs: Mapping[str, Declared] = field(default_factory=dict)
+    idempotent: bool = False
 
     @property
     def success_outcomes(self) -> tuple[Outcome, ...]:

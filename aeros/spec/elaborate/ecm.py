@@ -183,6 +183,7 @@ class _EcmElaborator:
             risk_span=skill.risk.span,
             entry_span=skill.entry.span,
             outputs=outputs,
+            idempotent=skill.idempotent is not None and skill.idempotent.value,
         )
 
     def _inputs(self, entries: Entries[declared.Input]) -> dict[str, Declared]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -178,6 +179,15 @@ def test_what_cannot_be_measured_is_not_done_twice(tmp_path: Path) -> None:
             assert "does not exclude that `salted` happened" in str(report.reason)
     # Where it died amid the salting nobody knows, and it says so; else it goes on.
     assert ends == {True, False}
+
+
+def test_what_may_be_done_twice_is_done_again(tmp_path: Path) -> None:
+    salt = replace(SALT, idempotent=True)
+    modules = {"dumpling": module("dumpling", (*DUMPLING.skills.values(), salt), MAKE_DUMPLINGS)}
+    plan = Given(do("salt"), do("prepare"), do("recover"), do("wrap"), do("boil"))
+    runs = at_every_instant(tmp_path, lambda dying: Mortal(dying, modules), plan)
+    assert all(report.reached for _, report in runs)
+    assert {runtime.done.count("salt") for runtime, _ in runs} == {1, 2}
 
 
 def test_branches_and_conditions_are_gone_on_with_where_they_were(tmp_path: Path) -> None:
