@@ -14,6 +14,7 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from aeros.agent.checkpoint import Checkpoints
 from aeros.agent.composing import CompositionPlanner
 from aeros.agent.errors import EndedError, RefusedError
 from aeros.agent.identity import exclusive
@@ -59,6 +60,7 @@ from aeros.runtime.registry.registry import Registry
 from aeros.runtime.skill_code import SkillRefusedError
 from aeros.sim.hosting.host import Host, HostLog
 from aeros.sim.hosting.remote import RemotePlant
+from aeros.sim.hosting.wire import LostError
 from aeros.spec.diagnostics import did_you_mean
 from aeros.spec.folders import reference_site
 from aeros.spec.model import Clause, Ecm, Site
@@ -283,6 +285,8 @@ def _watch(arguments: argparse.Namespace) -> Exit:
             with exclusive(arguments.state, arguments.instruction):
                 arguments.out = _output_folder(arguments.out, "watched")
                 arguments.plant_at = Path(tempfile.mkdtemp(prefix="aeros-")) / "plant.sock"
+                # What an earlier task left is not this one's.
+                Checkpoints(arguments.state).forget()
                 # A stop ended an earlier run; from here on it is meant for this one.
                 Steering(Registry(arguments.state).folder, resumed=False).close()
                 keep(arguments)
@@ -343,6 +347,10 @@ def _pursue(arguments: argparse.Namespace) -> Exit:
     ) as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
+    except LostError as lost:
+        # Whoever supervises this process may try it again.
+        print(f"aeros: the plant is lost: {lost}", file=sys.stderr)
+        return Exit.OUR_BUG
 
 
 def _planner(arguments: argparse.Namespace, module: Ecm, site: Site) -> Planner:

@@ -96,7 +96,10 @@ def test_an_agent_that_keeps_crashing_is_left_in_quarantine_and_released(
     assert Quarantine(watched.state).reason() is None
     # The plant has waited, and the task goes on.
     assert main(["run", "--resume", "--state", state]) == Exit.PROVED
-    assert verify_log(watched.out / "audit.jsonl").sound
+    log = str(watched.out / "audit.jsonl")
+    assert verify_log(Path(log)).sound
+    capsys.readouterr()
+    assert main(["audit", "replay", log, "--ecms", str(ROOT / "ecms")]) == Exit.PROVED
     assert main(["run", "--resume", "--state", state]) == Exit.REJECTED
     assert "there is nothing to resume" in capsys.readouterr().err
 
@@ -134,6 +137,18 @@ def test_a_pause_outlasts_a_crash_and_so_does_a_stop(tmp_path: Path) -> None:
     assert code == Exit.REJECTED
     assert "halted: the operator stops it" in said
     assert said.count("crashed") == 2
+
+
+def test_an_agent_that_hangs_is_killed_and_the_task_goes_on(tmp_path: Path) -> None:
+    (tmp_path / "state").mkdir()
+    (tmp_path / "state" / "checkpoint.json").write_text("what an earlier task left")
+    watched = Watched(tmp_path, "--silence", "8")
+    watched.until(lambda: began(watched))
+    os.kill(watched.agent(), signal.SIGSTOP)
+    code, said = watched.end()
+    assert code == Exit.PROVED
+    assert "it gave no sign of life for 8 s and was killed" in said
+    assert verify_log(watched.out / "audit.jsonl").sound
 
 
 def test_a_second_one_is_refused_with_what_the_first_is_for(
