@@ -178,6 +178,20 @@ def test_a_bag_does_not_go_with_a_watchdog(tmp_path: Path, capsys: pytest.Captur
     assert "do not go with --watchdog" in capsys.readouterr().err
 
 
+def test_without_its_plant_a_task_ends_and_is_not_gone_on_with_on_another(tmp_path: Path) -> None:
+    watched = Watched(tmp_path)
+    watched.until(lambda: watched.notes("step-ended"))
+    plant = json.loads((watched.state / "plant" / "agent.lock").read_text())["pid"]
+    os.kill(plant, signal.SIGKILL)
+    code, said = watched.end()
+    assert code == Exit.REJECTED
+    assert "the plant has ended" in said
+    watched.process = watched.start("--resume")
+    code, said = watched.end()
+    assert code == Exit.REJECTED
+    assert "it is another plant" in said
+
+
 def test_a_plant_that_cannot_be_had_is_said_at_once(tmp_path: Path) -> None:
     code, said = Watched(tmp_path, "--faults", "wrapper_bumped").end()
     assert code == Exit.REJECTED
