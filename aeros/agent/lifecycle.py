@@ -63,10 +63,13 @@ Teller = Callable[[Phase, Change, Phase], None]
 
 
 class Lifecycle:
-    """The phase of the agent whose folder this is; whoever makes one holds the folder's lock."""
+    """The phase of the agent whose folder this is; whoever makes one holds the folder's lock.
 
-    def __init__(self, folder: Path, tell: Teller) -> None:
-        self._path = folder / _FILE
+    folder: None of an agent that leaves nothing behind.
+    """
+
+    def __init__(self, folder: Path | None, tell: Teller) -> None:
+        self._path = None if folder is None else folder / _FILE
         self._tell = tell
         self.phase = self._kept()
         if self.may(Change.CRASH):
@@ -83,12 +86,16 @@ class Lifecycle:
         then = TRANSITIONS[self.phase, change]
         self._tell(self.phase, change, then)
         self.phase = then
+        if self._path is None:
+            return
         try:
             replace_file(self._path, json.dumps({"phase": then.value}).encode())
         except OSError as error:
             raise RefusedError(f"{self._path} cannot be written: {error.strerror}") from error
 
     def _kept(self) -> Phase:
+        if self._path is None:
+            return Phase.CREATED
         try:
             return Phase(json.loads(self._path.read_text("utf-8"))["phase"])
         except FileNotFoundError:

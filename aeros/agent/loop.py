@@ -15,10 +15,11 @@ from typing import Final
 from aeros.agent.attempt import Attempts
 from aeros.agent.checkpoint import Checkpoint, Checkpoints, UnusableError
 from aeros.agent.errors import EndedError, RefusedError
-from aeros.agent.identity import Identity, sole_identity
+from aeros.agent.identity import Identity, born, sole_identity
 from aeros.agent.journal import Journal, Observer
 from aeros.agent.lifecycle import Change, Lifecycle, Phase
 from aeros.agent.memory import Memory, open_memory
+from aeros.agent.memory_schema import IN_RAM
 from aeros.agent.planner import Planner, RulePlanner
 from aeros.agent.pursuit import Pursuit
 from aeros.agent.quarantine import Quarantine
@@ -32,25 +33,30 @@ MEMORY: Final = "memory.sqlite3"
 
 
 class Agent:
-    """An awake agent; made by `awake`, which holds the lock that makes it the only one."""
+    """An awake agent; made by `awake`, which holds the lock that makes it the only one.
+
+    folder: None for one that leaves nothing behind.
+    """
 
     def __init__(
         self,
-        folder: Path,
+        folder: Path | None,
         identity: Identity,
         runtime: Runtime,
         memory: Memory,
         planner: Planner,
         on_event: Observer | None,
         seed: int = 0,
+        within: float | None = None,
     ) -> None:
         self._seed = seed
+        self._within = within
         self.identity = identity
         self._runtime = runtime
         self._memory = memory
         self._planner = planner
         self._journal = Journal(runtime, memory, on_event)
-        self._checkpoints = Checkpoints(folder)
+        self._checkpoints = None if folder is None else Checkpoints(folder)
         self.lifecycle = Lifecycle(folder, self._tell_change)
         for skill in memory.interrupt():
             self._journal.tell("step-interrupted", f"{skill} was under way when the agent ended", skill=skill)
@@ -65,7 +71,7 @@ class Agent:
         keeps the audit record or memory from being written.
         """
         routed = self._route(instruction, goal)
-        self._checkpoints.forget()
+        self._forget()
         return self._pursue(instruction, routed, timeout)
 
     def resume(self, instruction: str, timeout: float | None = None, goal: Clause | None = None) -> RunReport:
@@ -104,6 +110,7 @@ class Agent:
                 timeout,
                 self._checkpoints,
                 str(self.identity.id),
+                within=self._within,
             )
             if resumed is not None:
                 pursuit.resume(*resumed)
@@ -115,13 +122,17 @@ class Agent:
         self._conclude(routed, report)
         if not report.steps or report.steps[-1].status is not StepStatus.HALTED:
             # Last of all: whoever finds none knows that there is nothing to go on with.
-            self._checkpoints.forget()
+            self._forget()
         return report
+
+    def _forget(self) -> None:
+        if self._checkpoints is not None:
+            self._checkpoints.forget()
 
     def _usable(self, instruction: str, routed: Routed) -> tuple[Checkpoint, Sequence[Said]] | None:
         """The newest checkpoint that can be gone on from, and what the runtime has recorded since."""
         problems = []
-        for kept in self._checkpoints.read():
+        for kept in () if self._checkpoints is None else self._checkpoints.read():
             try:
                 if isinstance(kept, UnusableError):
                     raise kept
@@ -180,6 +191,7 @@ class Agent:
     def _conclude(self, routed: Routed, report: RunReport) -> None:
         summary = {
             "reached": report.reached,
+            "goal": report.goal,
             "measured": dict(report.measured),
             "steps": len(report.steps),
             "retries": report.retries,
@@ -200,11 +212,13 @@ def awake(
     planner: Planner | None = None,
     on_event: Observer | None = None,
     seed: int = 0,
+    within: float | None = None,
     purpose: str = "",
 ) -> Iterator[Agent]:
     """The robot's one agent, whose identity and memory are in `folder`, with rules as the usual planner.
 
     seed: of its choices between skills.
+    within: seconds for each plan, which is then made beside the plant's time; by default in place.
     purpose: as `identity.exclusive` has it.
 
     Raises `RefusedError` where another agent is awake, this one is in quarantine, or memory cannot be
@@ -217,4 +231,23 @@ def awake(
         sole_identity(folder, name, purpose) as identity,
         open_memory(folder / MEMORY, identity) as memory,
     ):
-        yield Agent(folder, identity, runtime, memory, planner or RulePlanner(), on_event, seed)
+        yield Agent(
+            folder, identity, runtime, memory, planner or RulePlanner(), on_event, seed, within=within
+        )
+
+
+@contextmanager
+def awake_once(
+    name: str,
+    runtime: Runtime,
+    planner: Planner | None = None,
+    on_event: Observer | None = None,
+    seed: int = 0,
+) -> Iterator[Agent]:
+    """An agent that is born for this block and remembers what it does in it, in RAM; nothing is left of it.
+
+    For trials, each of which is to begin as the first: otherwise as `awake`.
+    """
+    identity = born(name)
+    with open_memory(IN_RAM, identity) as memory:
+        yield Agent(None, identity, runtime, memory, planner or RulePlanner(), on_event, seed)

@@ -106,12 +106,13 @@ class Recovery:
 
     def _judged(self, skill: Skill, told: Told, before: Mapping[str, Any]) -> tuple[Attempt | None, str]:
         if told.result is not None and told.result.status not in _INTERRUPTED:
-            judgement = judge(skill, told.result, self.world)
+            judgement = judge(told.module, skill, told.result, self.world, before)
             how = judgement.reason or f"outcome `{judgement.outcome}`"
-            repeatable = judgement.failed and told.result.status in TRIED and not judgement.undeclared
+            is_known = not (judgement.undeclared or judgement.unknown)
+            repeatable = judgement.failed and told.result.status in TRIED and is_known
             attempt = Attempt(judgement.failed, judgement.reason, repeatable, outputs=told.result.outputs)
             return attempt, f"it had ended: {how}"
-        done = judge(skill, StepResult(StepStatus.FINISHED, ""), self.world)
+        done = judge(told.module, skill, StepResult(StepStatus.FINISHED, ""), self.world)
         if done.outcome is not None and self._is_news(skill, done.outcome, before):
             how = f"it was interrupted, and `{done.outcome}` is measured"
             return Attempt(done.failed, how if done.failed else "", repeatable=done.failed), how

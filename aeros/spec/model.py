@@ -216,11 +216,12 @@ class Quota:
 
 @dataclass(frozen=True)
 class Limits:
-    """Bounds on time-outs (seconds), retries of a step and re-plans of a task."""
+    """Bounds on time-outs (seconds), retries of a step, re-plans of a task, and planning (seconds)."""
 
     skill_timeout: Fraction
     retries: int
     replans: int
+    planning: Fraction = Fraction(30)
 
 
 class Durability(Enum):
@@ -306,6 +307,8 @@ class Site:
 
     policy_spans: where access, the risk ceiling, limits and capacities are written, by their place in
         the file, as in `policy/limits/retries` and `resources/arm`.
+    stops_at_undeclared: whether a task ends where a skill has run to its end and come to what it does not
+        declare; else the agent plans again.
     """
 
     id: str
@@ -331,6 +334,7 @@ class Site:
     motion: MotionPolicy | None = None
     durability: Durability = Durability.EVERY_RECORD
     isolation: Isolation = Isolation()
+    stops_at_undeclared: bool = True
 
     @cached_property
     def observed(self) -> Mapping[str, Declared]:
@@ -382,6 +386,8 @@ class Clause:
 class Skill:
     """A skill with its envelope by action kind.  `timeout` in seconds.
 
+    precondition: what must be measured for it to start; what `hold` says of predicates is part of it.
+    hold: what must be measured as long as it runs.
     idempotent: run twice it does no more than run once, by its author's word.
     """
 
@@ -402,6 +408,7 @@ class Skill:
     entry_span: Span
     outputs: Mapping[str, Declared] = field(default_factory=dict)
     idempotent: bool = False
+    hold: Clause | None = None
 
     @property
     def success_outcomes(self) -> tuple[Outcome, ...]:
