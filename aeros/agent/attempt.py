@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Final
 
+from aeros.agent.bars import Bars
 from aeros.agent.dispatcher import Dispatch, Dispatcher, UndispatchableError
 from aeros.agent.journal import Journal
 from aeros.agent.memory import Beginning, Ending, Memory
@@ -14,17 +15,20 @@ from aeros.agent.report import Role, StepRecord
 from aeros.agent.supervisor import judge
 from aeros.agent.values import Kept, plain
 from aeros.agent.world import World, measured_world
-from aeros.runtime.ports import Ended, Runtime, StepHandle, StepResult, StepStatus
+from aeros.runtime.ports import Ended, Head, Runtime, StepHandle, StepResult, StepStatus
 from aeros.spec.assumptions import resting_on
 from aeros.spec.cause import Cause, told
 
-_TRIED: Final = {
-    StepStatus.FINISHED,
-    StepStatus.STOPPED,
-    StepStatus.TIMED_OUT,
-    StepStatus.RAISED,
-    StepStatus.UNHELD,
-}
+TRIED: Final = frozenset(
+    {
+        StepStatus.FINISHED,
+        StepStatus.STOPPED,
+        StepStatus.TIMED_OUT,
+        StepStatus.RAISED,
+        StepStatus.UNHELD,
+    }
+)
+"""How a skill ends that ran: what further tries are for."""
 
 
 def _counts(result: StepResult) -> bool:
@@ -34,7 +38,7 @@ def _counts(result: StepResult) -> bool:
     waited out, so one person who stands nearby would count sixty times.  Any other denial does: the skill
     asks for what it may not do, and will again.
     """
-    return result.status in _TRIED or (result.status is StepStatus.DENIED and not result.may_pass)
+    return result.status in TRIED or (result.status is StepStatus.DENIED and not result.may_pass)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,13 +102,30 @@ class Attempts:
         self._runtime = runtime
         self._memory = memory
         self._journal = journal
-        self._dispatcher = Dispatcher(runtime, memory, task, seed)
+        self.dispatcher = Dispatcher(runtime, memory, task, seed)
         self._task = task
         self._exactly = Kept()
-        self._planned_in: list[Mapping[str, Any]] = []
+        self.planned_in: list[Mapping[str, Any]] = []
         self._failures: list[Cause] = []
         self.records: list[StepRecord] = []
+        self.bars = Bars()
         self._world = self.observe()
+
+    def restore(
+        self,
+        steps: Iterable[StepRecord],
+        planned_in: Iterable[Mapping[str, Any]],
+        avoided: Iterable[tuple[str, str]],
+    ) -> None:
+        """Take over what an earlier session of the same run had come to."""
+        self.records.extend(steps)
+        self.planned_in.extend(planned_in)
+        self.dispatcher.denied.update(avoided)
+
+    @property
+    def head(self) -> Head:
+        """Where the audit record ends now."""
+        return self._runtime.head()
 
     @property
     def world(self) -> World:
@@ -122,13 +143,13 @@ class Attempts:
         """The world as last measured, kept as one that a plan is made in, with why steps since failed."""
         world = replace(self.world, failures=tuple(self._failures))
         self._failures.clear()
-        if world.predicates not in self._planned_in:
-            self._planned_in.append(world.predicates)
+        if world.predicates not in self.planned_in:
+            self.planned_in.append(world.predicates)
         return world
 
     def is_as_planned(self) -> bool:
         """Whether a plan of this run was made when the predicates were measured as they are now."""
-        return self.world.predicates in self._planned_in
+        return self.world.predicates in self.planned_in
 
     def wait(self, until: float) -> Ended | None:
         """The next step that ends before `until`, plant seconds; see `ports.Runtime`."""
@@ -146,9 +167,14 @@ class Attempts:
     def begin(self, role: Role, module: str, skill: str, inputs: Mapping[str, Any]) -> Started | Attempt:
         """Start `module.skill` if it is active and its precondition is measured now."""
         try:
-            dispatch = self._dispatcher.dispatch(module, skill, inputs, self.world)
+            dispatch = self.dispatcher.dispatch(module, skill, inputs, self.world)
         except UndispatchableError as error:
             return self._not_started(role, module, skill, str(error), error.causes)
+        request = dispatch.request
+        barred = self.bars.objection(module, dispatch.skill, request.inputs, self.world)
+        if barred is not None:
+            cause = Cause("interrupted", f"{module}.{request.skill}", barred)
+            return self._not_started(role, module, request.skill, barred, (cause,))
         self._tell_choice(module, skill, dispatch)
         given = {key: plain(value) for key, value in dispatch.request.inputs.items()}
         time, before = self._runtime.now(), self.world.predicates
@@ -223,10 +249,10 @@ class Attempts:
         )
         self.records.append(record)
         is_known = not (judgement.undeclared or judgement.unknown)
-        repeatable = record.failed and record.status in _TRIED and is_known
+        repeatable = record.failed and record.status in TRIED and is_known
         hopeless = self._hopeless(dispatch) if repeatable else ""
         if result.status is StepStatus.DENIED and not result.may_pass:
-            self._dispatcher.avoid(request.module, request.skill)
+            self.dispatcher.avoid(request.module, request.skill)
         stops = judgement.undeclared and self._stops_for(result)
         return Attempt(
             record.failed,

@@ -82,11 +82,11 @@ class Dispatcher:
         self._memory = memory
         self._task = task
         self._seed = seed
-        self._denied: set[tuple[str, str]] = set()
+        self.denied: set[tuple[str, str]] = set()
 
     def avoid(self, module: str, skill: str) -> None:
         """Prefer others from now on: the gate has denied it, and would again."""
-        self._denied.add((module, skill))
+        self.denied.add((module, skill))
 
     def dispatch(self, module: str, name: str, inputs: Mapping[str, Any], world: World) -> Dispatch:
         """The request for the skill or capability `name`, with defaults filled in.
@@ -121,7 +121,7 @@ class Dispatcher:
         self, module: str, problems: Mapping[str, Cause | None], records: Mapping[str, Record]
     ) -> tuple[Option, ...]:
         can = {name for name, problem in problems.items() if problem is None}
-        preferred = {name for name in can if (module, name) not in self._denied} or can
+        preferred = {name for name in can if (module, name) not in self.denied} or can
         random = Random(f"{self._seed} {self._memory.episodes()}")  # noqa: S311  exploration, no secret
         # Drawn for each, so that what one draws does not depend on whether another may start.
         drawn = {name: record.drawn(random) for name, record in records.items()}

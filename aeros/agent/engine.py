@@ -17,6 +17,7 @@
 - Once the goal is measured nothing more starts; what is under way ends by itself.
 
 - An input may take an output of a step that has succeeded; where that gave none, the step fails.
+- A plan of which `progress` says that parts of it were run before goes on where it was.
 
 A branch is a generator that yields while a step of it is under way and is sent every step that ends.
 """
@@ -32,6 +33,7 @@ from typing import Any
 from aeros.agent.attempt import Attempt, Attempts, Started
 from aeros.agent.graph import Part, Step
 from aeros.agent.journal import Journal
+from aeros.agent.progress import Begun, Place, Progress
 from aeros.agent.report import Role
 from aeros.agent.values import plain
 from aeros.runtime.ports import Ended, StepHandle
@@ -86,16 +88,21 @@ class Engine:
         self._attempts = attempts
         self._journal = journal
         self._is_over = is_over
-        self._until = until
-        self._denied: set[str] = set()
+        self.until = until
+        self.denied: set[str] = set()
+        self._progress = Progress()
         self._outputs: dict[str, Mapping[str, Any]] = {}
         self.is_late = False
 
-    def run(self, part: Part) -> End | None:
-        """None once all of it is done or the goal is measured, else how it failed for good."""
+    def run(self, part: Part, progress: Progress | None = None) -> End | None:
+        """None once all of it is done or the goal is measured, else how it failed for good.
+
+        progress: how far it has come before, kept up to date.
+        """
         self._outputs.clear()
+        self._progress = progress or Progress()
         scope = _Scope()
-        branch, until = self._part(part, scope), self._until
+        branch, until = self._part(part, scope, ()), self.until
         ended = None
         while True:
             try:
@@ -109,39 +116,43 @@ class Engine:
 
     # Parts.
 
-    def _part(self, part: Part, scope: _Scope) -> _Branch:
+    def _part(self, part: Part, scope: _Scope, at: Place) -> _Branch:
         match part:
             case Step():
-                return self._step(part, scope)
+                return self._step(part, scope, at)
             case Seq(parts=parts):
-                return self._seq(parts, scope)
+                return self._seq(parts, scope, at)
             case Par(branches=branches):
-                return self._par(branches, scope)
+                return self._par(branches, scope, at)
             case If():
-                return self._if(part, scope)
+                return self._if(part, scope, at)
 
-    def _seq(self, parts: tuple[Part, ...], scope: _Scope) -> _Branch:
-        for part in parts:
-            end = yield from self._part(part, scope)
+    def _seq(self, parts: tuple[Part, ...], scope: _Scope, at: Place) -> _Branch:
+        for number, part in enumerate(parts):
+            end = yield from self._part(part, scope, (*at, number))
             if end is not None:
                 return end
         return None
 
-    def _if(self, part: If[Step], scope: _Scope) -> _Branch:
+    def _if(self, part: If[Step], scope: _Scope, at: Place) -> _Branch:
         if self._is_over():
             return None
-        holds = self._attempts.world.evaluate(part.condition)
+        holds = self._progress.branches.get(at)
+        if holds is None:
+            holds = self._attempts.world.evaluate(part.condition)
+            if holds is not None:
+                self._progress.choose(at, holds)
         if holds is True:
-            return (yield from self._part(part.then, scope))
+            return (yield from self._part(part.then, scope, (*at, 0)))
         if holds is False and part.otherwise is not None:
-            return (yield from self._part(part.otherwise, scope))
+            return (yield from self._part(part.otherwise, scope, (*at, 1)))
         why = self._attempts.world.why_not(part.condition)
         return End(f"nothing is said of what follows where `{part.text}` is not measured: {why}")
 
-    def _par(self, parts: tuple[Part, ...], scope: _Scope) -> _Branch:
+    def _par(self, parts: tuple[Part, ...], scope: _Scope, at: Place) -> _Branch:
         inner = _Scope(scope.cancelled)
         scope.inner.append(inner)
-        running = [self._part(part, inner) for part in parts]
+        running = [self._part(part, inner, (*at, number)) for number, part in enumerate(parts)]
         failure: End | None = None
         ended: Ended | None = None
         while running:
@@ -164,47 +175,55 @@ class Engine:
 
     # Steps.
 
-    def _step(self, step: Step, scope: _Scope) -> _Branch:
+    def _step(self, step: Step, scope: _Scope, at: Place) -> _Branch:
+        if self._progress.is_done(at):
+            self._keep_outputs(step, self._progress.last(at))
+            return None
         if self._is_over():
             return None
         if self._is_needless(step):
             self._journal.tell("step-left-out", f"{step} is not needed any more", step=str(step))
+            self._progress.settle(at)
             return None
-        return (yield from self._try(Role.STEP, step, scope))
+        return (yield from self._try(Role.STEP, step, scope, at))
 
-    def _try(self, role: Role, step: Step, scope: _Scope) -> _Branch:
-        attempt = yield from self._invoke(role, step, scope)
-        for _ in range(step.retry):
+    def _try(self, role: Role, step: Step, scope: _Scope, at: Place) -> _Branch:
+        attempt = self._progress.last(at) or (yield from self._invoke(role, step, scope, at))
+        while self._progress.tries(at) <= step.retry:
             if not attempt.repeatable or self._is_done(step):
                 break
             if attempt.hopeless and self._attempts.is_as_planned():
                 why = attempt.hopeless
                 self._journal.tell("tries-forgone", f"{step}: {why}", step=str(step), reason=why)
                 break
-            end = yield from self._recover(step, scope)
+            end = yield from self._recover(step, scope, (*at, self._progress.tries(at)))
             if end is not None:
                 return end
             if self._is_done(step):
+                self._progress.settle(at)
                 return None
-            attempt = yield from self._invoke(Role.RETRY, step, scope)
+            attempt = yield from self._invoke(Role.RETRY, step, scope, at)
         if not attempt.failed or (attempt.repeatable and self._is_done(step)):
+            self._progress.settle(at)
             return None
         return self._end_of(step, attempt)
 
-    def _recover(self, step: Step, scope: _Scope) -> _Branch:
+    def _recover(self, step: Step, scope: _Scope, at: Place) -> _Branch:
         """Run what helps between two tries; how the step ends if what came of that forbids another."""
+        if self._progress.is_done(at):
+            return None
         if step.handler is not None:
-            return (yield from self._try(Role.RECOVERY, step.handler, scope))
+            return (yield from self._try(Role.RECOVERY, step.handler, scope, at))
         if step.on_failure is None:
             return None
         recovery = Step(step.module, step.on_failure)
-        attempt = yield from self._invoke(Role.RECOVERY, recovery, scope)
+        attempt = self._progress.last(at) or (yield from self._invoke(Role.RECOVERY, recovery, scope, at))
         # Not started is no obstacle: nothing moved, and the next try checks its own precondition.
         if not attempt.failed or attempt.repeatable or attempt.record is None:
             return None
         return self._end_of(recovery, attempt)
 
-    def _invoke(self, role: Role, step: Step, scope: _Scope) -> Generator[None, Ended, Attempt]:
+    def _invoke(self, role: Role, step: Step, scope: _Scope, at: Place) -> Generator[None, Ended, Attempt]:
         if scope.cancelled is not None:
             return Attempt(failed=True, reason=f"cancelled: {scope.cancelled}")
         inputs = dict(step.inputs)
@@ -213,8 +232,11 @@ class Engine:
                 why = f"its input `{name}` takes `{source}.{output}`, which is not there"
                 return Attempt(failed=True, reason=why)
             inputs[name] = self._outputs[source][output]
+        before, head = self._attempts.world.predicates, self._attempts.head
+        self._progress.begin(at, Begun(step.module, step.skill, inputs, before, head))
         begun = self._attempts.begin(role, step.module, step.skill, inputs)
         if not isinstance(begun, Started):
+            self._progress.withdraw(at)
             return begun
         scope.under_way.add(begun.handle)
         while True:
@@ -222,9 +244,13 @@ class Engine:
             if ended.step == begun.handle:
                 scope.under_way.remove(begun.handle)
                 attempt = self._attempts.conclude(begun.made, ended.result)
-                if not attempt.failed:
-                    self._outputs[step.id] = attempt.outputs
+                self._progress.conclude(at, attempt)
+                self._keep_outputs(step, attempt)
                 return attempt
+
+    def _keep_outputs(self, step: Step, attempt: Attempt | None) -> None:
+        if attempt is not None and not attempt.failed:
+            self._outputs[step.id] = attempt.outputs
 
     def _end_of(self, step: Step, attempt: Attempt) -> End:
         skill = step.skill if attempt.record is None else attempt.record.skill
@@ -239,9 +265,9 @@ class Engine:
             return End(f"{name} was denied: {attempt.reason}", may_pass=True)
         inputs = {key: plain(value) for key, value in step.inputs.items()}
         request = json.dumps([step.module, skill, inputs], sort_keys=True)
-        if request in self._denied:
+        if request in self.denied:
             return End(f"{name} was denied a second time: {attempt.reason}", final=True)
-        self._denied.add(request)
+        self.denied.add(request)
         return End(f"{name} was denied: {attempt.reason}")
 
     def _is_done(self, step: Step) -> bool:

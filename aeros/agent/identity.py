@@ -12,6 +12,7 @@ import fcntl
 import json
 import os
 import socket
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -24,6 +25,8 @@ from aeros.durable import replace_file
 
 _LOCK = "agent.lock"
 _IDENTITY = "identity.json"
+_LOOK_EVERY = 0.02  # s, while waiting for whoever holds the folder
+_MOST_SAID = 64 * 1024
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,12 +35,14 @@ class Identity:
 
     created: UTC, ISO 8601.
     sessions: how often it has been woken, this time included.
+    abandoned: who held its folder last, where that ended without letting go: by kill -9, say.
     """
 
     id: UUID
     name: str
     created: str
     sessions: int
+    abandoned: str | None = None
 
 
 def born(name: str) -> Identity:
@@ -46,21 +51,28 @@ def born(name: str) -> Identity:
 
 
 @contextmanager
-def sole_identity(folder: Path, name: str) -> Iterator[Identity]:
+def sole_identity(folder: Path, name: str, purpose: str = "") -> Iterator[Identity]:
     """The identity kept in `folder`, awake and held by nobody else; born as `name` if there is none.
+
+    purpose: as `exclusive` has it.
 
     Raises `RefusedError` where another agent holds the folder, or the identity cannot be read.
     """
-    with exclusive(folder):
+    with exclusive(folder, purpose) as abandoned:
         kept = _read(folder / _IDENTITY)
         identity = born(name) if kept is None else replace(kept, sessions=kept.sessions + 1)
+        identity = replace(identity, abandoned=abandoned)
         _write(folder / _IDENTITY, identity)
         yield identity
 
 
 @contextmanager
-def exclusive(folder: Path) -> Iterator[None]:
-    """Nobody else holds `folder` meanwhile; raises `RefusedError` where somebody does."""
+def exclusive(folder: Path, purpose: str = "", patience: float = 0.0) -> Iterator[str | None]:
+    """Nobody else holds `folder` meanwhile; who held it last, where that ended without letting go.
+
+    purpose: what for, as whoever is refused is told.
+    patience: seconds for whoever holds it to let go; raises `RefusedError` where somebody still does.
+    """
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         flags = os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
@@ -68,25 +80,37 @@ def exclusive(folder: Path) -> Iterator[None]:
     except OSError as error:
         raise RefusedError(f"the agent's state folder {folder} cannot be used: {error.strerror}") from error
     try:
+        latest = time.monotonic() + patience
         try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise RefusedError(f"this robot has an agent already: {_holder(descriptor)}") from None
+            while not _taken(descriptor):
+                if time.monotonic() >= latest:
+                    raise RefusedError(f"this robot has an agent already: {_holder(descriptor)}")
+                time.sleep(_LOOK_EVERY)
         except OSError as error:
             raise RefusedError(f"{folder / _LOCK} cannot be locked: {error.strerror}") from error
-        holder = {"pid": os.getpid(), "host": socket.gethostname(), "since": _utc_now()}
+        abandoned = _holder(descriptor) if os.fstat(descriptor).st_size else None
+        holder = {"pid": os.getpid(), "host": socket.gethostname(), "since": _utc_now(), "purpose": purpose}
         os.ftruncate(descriptor, 0)
         os.pwrite(descriptor, json.dumps(holder).encode(), 0)
-        yield
+        yield abandoned
         os.ftruncate(descriptor, 0)
     finally:
         os.close(descriptor)
 
 
+def _taken(descriptor: int) -> bool:
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
+
+
 def _holder(descriptor: int) -> str:
     try:
-        holder = json.loads(os.pread(descriptor, 4096, 0))
-        return f"pid {holder['pid']} on {holder['host']}, since {holder['since']}"
+        holder = json.loads(os.pread(descriptor, _MOST_SAID, 0))
+        purpose = f", for “{holder['purpose']}”" if holder["purpose"] else ""
+        return f"pid {holder['pid']} on {holder['host']}, since {holder['since']}{purpose}"
     except (ValueError, KeyError, TypeError):
         # Between taking the lock and saying who took it.
         return "a process that has not said yet who it is"

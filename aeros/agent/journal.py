@@ -15,7 +15,7 @@ class Event:
     """Something the agent did or found.
 
     kind: as in the audit record, for example `plan`, `step-ended`, `re-plan`.
-    text: one line for people.
+    text: one line for people; empty where there is nothing to say to them.
     details: JSON values.
     time: plant seconds.
     """

@@ -6,22 +6,26 @@ it proposes is decided by the gate.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from aeros.agent.attempt import Attempts
+from aeros.agent.checkpoint import Checkpoint, Checkpoints, UnusableError
+from aeros.agent.errors import EndedError, RefusedError
 from aeros.agent.identity import Identity, born, sole_identity
 from aeros.agent.journal import Journal, Observer
+from aeros.agent.lifecycle import Change, Lifecycle, Phase
 from aeros.agent.memory import Memory, open_memory
 from aeros.agent.memory_schema import IN_RAM
 from aeros.agent.planner import Planner, RulePlanner
 from aeros.agent.pursuit import Pursuit
+from aeros.agent.quarantine import Quarantine
 from aeros.agent.report import RunReport
 from aeros.agent.routing import Routed, RoutingError, route
-from aeros.runtime.ports import Runtime
+from aeros.runtime.ports import BEGINNING, Runtime, Said, StepStatus
 from aeros.spec.model import Clause
 
 MEMORY: Final = "memory.sqlite3"
@@ -29,10 +33,14 @@ MEMORY: Final = "memory.sqlite3"
 
 
 class Agent:
-    """An awake agent; made by `awake`, which holds the lock that makes it the only one."""
+    """An awake agent; made by `awake`, which holds the lock that makes it the only one.
+
+    folder: None for one that leaves nothing behind.
+    """
 
     def __init__(
         self,
+        folder: Path | None,
         identity: Identity,
         runtime: Runtime,
         memory: Memory,
@@ -48,6 +56,8 @@ class Agent:
         self._memory = memory
         self._planner = planner
         self._journal = Journal(runtime, memory, on_event)
+        self._checkpoints = None if folder is None else Checkpoints(folder)
+        self.lifecycle = Lifecycle(folder, self._tell_change)
         for skill in memory.interrupt():
             self._journal.tell("step-interrupted", f"{skill} was under way when the agent ended", skill=skill)
 
@@ -60,28 +70,122 @@ class Agent:
         Raises `RoutingError` where the instruction names no task or several, and lets through what
         keeps the audit record or memory from being written.
         """
-        routed = self._route(instruction)
-        if goal is not None:
-            routed = replace(routed, task=replace(routed.task, goal=goal.term, goal_text=goal.text))
+        routed = self._route(instruction, goal)
+        self._forget()
+        return self._pursue(instruction, routed, timeout)
+
+    def resume(self, instruction: str, timeout: float | None = None, goal: Clause | None = None) -> RunReport:
+        """Go on with `instruction` where an earlier session left it, which is what `run` had been given.
+
+        Raises `EndedError` where nothing is left to go on with, and `RefusedError` where what there is cannot
+        be gone on from.
+        Where that session had not begun anything, this is `run`.
+        """
+        routed = self._route(instruction, goal)
+        found = self._usable(instruction, routed)
+        return self._pursue(instruction, routed, timeout, found)
+
+    def heed(self, *, is_paused: bool) -> None:
+        """Take note of whether the operator pauses, which the runtime obeys by itself."""
+        change = Change.PAUSE if is_paused else Change.RESUME
+        if self.lifecycle.may(change):
+            self.lifecycle.change(change)
+
+    def _pursue(
+        self,
+        instruction: str,
+        routed: Routed,
+        timeout: float | None,
+        resumed: tuple[Checkpoint, Sequence[Said]] | None = None,
+    ) -> RunReport:
+        self.lifecycle.change(Change.BEGIN)
         try:
             attempts = Attempts(self._runtime, self._memory, self._journal, str(routed), self._seed)
             pursuit = Pursuit(
-                self._runtime, self._planner, attempts, self._journal, routed, timeout, within=self._within
+                self._runtime,
+                self._planner,
+                attempts,
+                self._journal,
+                routed,
+                timeout,
+                self._checkpoints,
+                str(self.identity.id),
+                within=self._within,
             )
+            if resumed is not None:
+                pursuit.resume(*resumed)
             report = pursuit.run(instruction)
         except KeyboardInterrupt:
             self._journal.tell("run-interrupted", f"{routed} was interrupted", task=str(routed))
             raise
+        self.lifecycle.change(Change.END)
         self._conclude(routed, report)
+        if not report.steps or report.steps[-1].status is not StepStatus.HALTED:
+            # Last of all: whoever finds none knows that there is nothing to go on with.
+            self._forget()
         return report
 
-    def _route(self, instruction: str) -> Routed:
+    def _forget(self) -> None:
+        if self._checkpoints is not None:
+            self._checkpoints.forget()
+
+    def _usable(self, instruction: str, routed: Routed) -> tuple[Checkpoint, Sequence[Said]] | None:
+        """The newest checkpoint that can be gone on from, and what the runtime has recorded since."""
+        problems = []
+        for kept in () if self._checkpoints is None else self._checkpoints.read():
+            try:
+                if isinstance(kept, UnusableError):
+                    raise kept
+                return kept, self._said_since(kept, instruction, routed)
+            except UnusableError as unusable:
+                problems.append(str(unusable))
+                self._journal.tell("checkpoint-refused", str(unusable), reason=str(unusable))
+        if problems:
+            raise RefusedError(f"the task cannot be resumed: {'; '.join(problems)}; start it anew")
+        if any(one.event == "step-began" for one in self._runtime.said_since(BEGINNING) or ()):
+            raise EndedError("the task cannot be resumed: it had ended, and nothing is left to go on with")
+        return None
+
+    def _said_since(self, kept: Checkpoint, instruction: str, routed: Routed) -> Sequence[Said]:
+        """What the runtime has recorded since; raises `UnusableError` where the checkpoint is another's."""
+        now, task = self._runtime.now(), routed.task
+        if kept.agent != str(self.identity.id):
+            raise UnusableError("the checkpoint is another agent's")
+        if (kept.instruction, kept.task, kept.goal) != (instruction, str(routed), task.goal_text):
+            raise UnusableError(f"the checkpoint is of another task: “{kept.instruction}”, {kept.task}")
+        if now < kept.time:
+            raise UnusableError(
+                f"the plant's clock is at {now:g} s, and was at {kept.time:g} s: it is another plant"
+            )
+        said = self._runtime.said_since(kept.earliest)
+        if said is None or self._runtime.said_since(kept.head) is None:
+            raise UnusableError("the audit record does not hold the record at which the checkpoint was made")
+        return said
+
+    def _tell_change(self, phase: Phase, change: Change, then: Phase) -> None:
+        abandoned = self.identity.abandoned if change is Change.CRASH else None
+        whose = "" if abandoned is None else f": {abandoned}"
+        # That it runs, and does no more, is plain to see.
+        is_plain = change in (Change.BEGIN, Change.END)
+        crashed = f", as its last session ended without a word{whose}" if change is Change.CRASH else ""
+        self._journal.tell(
+            "lifecycle",
+            "" if is_plain else f"the agent is {then.value}{crashed}",
+            before=phase.value,
+            change=change.value,
+            after=then.value,
+            abandoned=abandoned,
+        )
+
+    def _route(self, instruction: str, goal: Clause | None) -> Routed:
         try:
             routed = route(instruction, self._runtime.active_modules())
         except RoutingError as error:
             self._journal.tell("not-routed", error.reason, instruction=instruction, reason=error.reason)
             raise
         self._journal.tell("routed", f"“{instruction}” → {routed}", instruction=instruction, task=str(routed))
+        if goal is not None:
+            return replace(routed, task=replace(routed.task, goal=goal.term, goal_text=goal.text))
         return routed
 
     def _conclude(self, routed: Routed, report: RunReport) -> None:
@@ -109,17 +213,27 @@ def awake(
     on_event: Observer | None = None,
     seed: int = 0,
     within: float | None = None,
+    purpose: str = "",
 ) -> Iterator[Agent]:
     """The robot's one agent, whose identity and memory are in `folder`, with rules as the usual planner.
 
     seed: of its choices between skills.
     within: seconds for each plan, which is then made beside the plant's time; by default in place.
+    purpose: as `identity.exclusive` has it.
 
-    Raises `RefusedError` where another agent is awake or memory cannot be trusted.  However the block
-    ends, the session is closed in memory and the lock released.
+    Raises `RefusedError` where another agent is awake, this one is in quarantine, or memory cannot be
+    trusted.  However the block ends, the session is closed in memory and the lock released.
     """
-    with sole_identity(folder, name) as identity, open_memory(folder / MEMORY, identity) as memory:
-        yield Agent(identity, runtime, memory, planner or RulePlanner(), on_event, seed, within=within)
+    quarantined = Quarantine(folder).reason()
+    if quarantined is not None:
+        raise RefusedError(quarantined)
+    with (
+        sole_identity(folder, name, purpose) as identity,
+        open_memory(folder / MEMORY, identity) as memory,
+    ):
+        yield Agent(
+            folder, identity, runtime, memory, planner or RulePlanner(), on_event, seed, within=within
+        )
 
 
 @contextmanager
@@ -136,4 +250,4 @@ def awake_once(
     """
     identity = born(name)
     with open_memory(IN_RAM, identity) as memory:
-        yield Agent(identity, runtime, memory, planner or RulePlanner(), on_event, seed)
+        yield Agent(None, identity, runtime, memory, planner or RulePlanner(), on_event, seed)

@@ -15,6 +15,8 @@
 5.  It gives up at once when the gate denies the same request a second time for any other reason, when two
     plans in a row are rejected for the same reasons, as it would only ask again, when its time is over, or
     when the operator has stopped everything.
+6.  Where it stands is kept at every step boundary, before the step begins and after it has ended, and at
+    every plan.  A resumed run goes on with that plan, verified again, where it was.
 
 So, waiting apart, a run submits at most (replans + 1) · Σ over a plan's steps of (1 + 2 · retry) skills; of
 a step with a handler, retry times the handler's own tries and further ones of the step.
@@ -22,19 +24,23 @@ a step with a handler, retry times the handler's own tries and further ones of t
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from math import inf
 from typing import Final
 
 from aeros.agent.attempt import Attempts
 from aeros.agent.beside import LateError, ThinkingFailedError, told
+from aeros.agent.checkpoint import Checkpoint, Checkpoints
 from aeros.agent.engine import End, Engine
 from aeros.agent.graph import TaskGraph, verify_plan
 from aeros.agent.journal import Journal
 from aeros.agent.planner import Planner
+from aeros.agent.progress import Progress
 from aeros.agent.proposals import Proposals
+from aeros.agent.recovery import Recovery
 from aeros.agent.report import RunReport
 from aeros.agent.routing import Routed
-from aeros.runtime.ports import Runtime
+from aeros.runtime.ports import Runtime, Said
 
 PAUSE: Final = 1.0
 """How long the agent waits before it asks again for what may be allowed later, plant seconds."""
@@ -57,8 +63,16 @@ class Pursuit:
         journal: Journal,
         routed: Routed,
         timeout: float | None = None,
+        checkpoints: Checkpoints | None = None,
+        agent: str = "",
+        *,
         within: float | None = None,
     ) -> None:
+        self._checkpoints = checkpoints
+        self._agent = agent
+        self._instruction = ""
+        self._plan: TaskGraph | None = None
+        self._progress = Progress()
         self._timeout = timeout
         self._until = inf if timeout is None else runtime.now() + timeout
         self._engine = Engine(attempts, journal, self._goal_is_measured, self._until)
@@ -74,6 +88,7 @@ class Pursuit:
 
     def run(self, instruction: str) -> RunReport:
         """Pursue the goal to the end; the report says which."""
+        self._instruction = instruction
         reason = self._pursue()
         task = self._routed.task
         return RunReport(
@@ -86,6 +101,50 @@ class Pursuit:
             steps=tuple(self._attempts.records),
             replans=self._replans,
             reason=reason,
+        )
+
+    def resume(self, kept: Checkpoint, said: Iterable[Said]) -> None:
+        """Take up the run where `kept` left it; what the runtime has recorded since is in `said`."""
+        self._replans, self._waited, self._rejected = kept.replans, kept.waited, list(kept.rejected)
+        self._until = self._engine.until = inf if kept.until is None else kept.until
+        self._engine.denied = set(kept.denied)
+        self._attempts.restore(kept.steps, kept.planned_in, kept.avoided)
+        progress = kept.progress()
+        modules, world = self._runtime.active_modules(), self._attempts.world
+        recovery = Recovery(modules, world, self._attempts.bars, self._journal)
+        recovery.recover(progress, said, kept.head.records)
+        self._plan = kept.plan if recovery.is_known else None
+        self._progress = progress
+        told = "goes on with its plan" if self._plan is not None else "plans anew"
+        task = str(self._routed)
+        self._journal.tell("resumed", f"{task}: {told}", task=task, told=told, records=kept.head.records)
+
+    def _save(self) -> None:
+        if self._checkpoints is None:
+            return
+        attempts, progress = self._attempts, self._progress
+        self._checkpoints.write(
+            Checkpoint(
+                agent=self._agent,
+                instruction=self._instruction,
+                task=str(self._routed),
+                goal=self._routed.task.goal_text,
+                time=self._runtime.now(),
+                head=self._runtime.head(),
+                world=attempts.world.predicates,
+                replans=self._replans,
+                waited=self._waited,
+                until=None if self._until == inf else self._until,
+                denied=tuple(sorted(self._engine.denied)),
+                avoided=tuple(sorted(attempts.dispatcher.denied)),
+                rejected=tuple(self._rejected),
+                planned_in=tuple(attempts.planned_in),
+                steps=tuple(attempts.records),
+                plan=self._plan,
+                tried=tuple(progress.tried.items()),
+                settled=tuple(sorted(progress.settled)),
+                branches=tuple(progress.branches.items()),
+            )
         )
 
     def _pursue(self) -> str | None:
@@ -109,6 +168,7 @@ class Pursuit:
             if self._replans >= cap:
                 return f"the goal is not measured after {cap} re-plans; the last plan ended: {end.reason}"
             self._replans += 1
+            self._save()
             self._journal.tell(
                 "re-plan", f"re-plan {self._replans}: {end.reason}", number=self._replans, reason=end.reason
             )
@@ -119,6 +179,7 @@ class Pursuit:
 
     def _wait(self, reason: str) -> None:
         self._waited += PAUSE
+        self._save()
         self._journal.tell("waiting", f"waits {PAUSE:g} s: {reason}", seconds=PAUSE, reason=reason)
         self._rest()
 
@@ -126,10 +187,27 @@ class Pursuit:
         self._attempts.rest(min(self._until, self._runtime.now() + PAUSE))
 
     def _follow_a_plan(self) -> End:
-        graph = self._verified_plan()
+        graph = self._plan_to_follow()
         if isinstance(graph, End):
             return graph
-        return self._engine.run(graph.body) or End("the plan is exhausted, and the goal is not measured")
+        self._plan, self._progress.changed = graph, self._save
+        self._save()
+        end = self._engine.run(graph.body, self._progress)
+        if end is None or not end.final:
+            self._plan = None
+        return end or End("the plan is exhausted, and the goal is not measured")
+
+    def _plan_to_follow(self) -> TaskGraph | End:
+        """A new plan; of a resumed run first the one that it followed, if it may be started still."""
+        if self._plan is None:
+            self._progress = Progress()
+            return self._verified_plan()
+        plan, self._plan = self._plan, None
+        problems = verify_plan(plan, self._runtime.active_modules(), self._runtime.site)
+        if problems:
+            return self._reject(problems)
+        self._followed = plan
+        return plan
 
     def _verified_plan(self) -> TaskGraph | End:
         try:

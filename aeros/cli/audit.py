@@ -245,7 +245,11 @@ def _show(arguments: argparse.Namespace) -> Exit:
     site = None if arguments.site is None else _site(arguments.site)
 
     def look(record: Record, own: str) -> None:
-        opened = record["details"].get("site") if record["event"] == "session-opened" else None
+        opened = (
+            record["details"].get("site")
+            if record["event"] in ("session-opened", "session-resumed")
+            else None
+        )
         if site is not None and type(opened) is dict and opened.get("digest") != site.digest:
             told = f"record {record['sequence']} opens a session that another site file governed"
             print(f"aeros: {told}; what is said of rules may not fit", file=sys.stderr)

@@ -41,6 +41,7 @@ _COMMANDS = {
     "pause": "let nothing begin until it is resumed",
     "resume": "let actions begin again",
     "stop": "bring what moves to rest and end the run",
+    "release": "let an agent go on that was left in quarantine",
     "new": "start a module that is proved and runs as it stands",
     "schema": "print the JSON Schema of manifests, site, people, faults and scene files, or reports",
 }
@@ -48,7 +49,7 @@ _COMMANDS = {
 
 _FAMILIES = {
     "modules": ("bundle", "install", "configure", "activate", "deactivate", "remove", "list"),
-    "operator": ("policy", "block", "unblock", "pause", "resume", "stop"),
+    "operator": ("policy", "block", "unblock", "pause", "resume", "stop", "release"),
 }
 """Modules that have the rest of several commands."""
 

@@ -1,4 +1,4 @@
-"""Commands of the operator: policy, block, unblock, pause, resume, stop."""
+"""Commands of the operator: policy, block, unblock, pause, resume, stop, release."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from aeros.agent.quarantine import Quarantine
 from aeros.cli.arguments import existing_path
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.runtime.governor import Command
@@ -25,6 +26,7 @@ _DESCRIPTIONS: Final = {
     "pause": "Let nothing begin until `aeros resume`; what moves ends first.",
     "resume": "Let actions begin again.",
     "stop": "Bring what moves to rest, and end the run.",
+    "release": "Let an agent go on that kept crashing, and was left in quarantine.",
 }
 _EXAMPLES: Final = {
     "block": """\
@@ -36,6 +38,7 @@ _EXAMPLES: Final = {
     "pause": "  aeros pause\n",
     "resume": "  aeros resume\n",
     "stop": "  aeros stop\n",
+    "release": "  aeros release\n  aeros run --resume --watchdog\n",
 }
 
 
@@ -88,6 +91,12 @@ def _policy(arguments: argparse.Namespace) -> Exit:
     return Exit.PROVED
 
 
+def _release(arguments: argparse.Namespace) -> Exit:
+    was = Quarantine(arguments.state).release()
+    print("released: it may be started again" if was else "it was in no quarantine")
+    return Exit.PROVED
+
+
 def _asking(command: Command, done: str) -> Callable[[argparse.Namespace], Exit]:
     def ask_it(arguments: argparse.Namespace) -> Exit:
         folder = Registry(arguments.state).folder
@@ -112,4 +121,5 @@ _COMMANDS: Final = {
     "pause": _asking(Command.PAUSE, "paused: nothing begins until `aeros resume`"),
     "resume": _asking(Command.RUN, "resumed"),
     "stop": _asking(Command.STOP, "stopped"),
+    "release": _release,
 }

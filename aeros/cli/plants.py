@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.ports import Plant
+from aeros.sim.hosting.remote import RemotePlant
 from aeros.spec.doubles import as_doubles
 from aeros.spec.model import Task
 
@@ -19,6 +21,11 @@ if TYPE_CHECKING:
     from aeros.sim.people import Person
     from aeros.sim.physics import Spectator
     from aeros.sim.scenes.scene import Scene
+
+_START: Final = 60.0
+"""Seconds for a plant in another process to be there: it proves its modules and builds its scene first."""
+
+_LOOK_EVERY: Final = 0.02  # s
 
 PLANTS = ("physics", "kinematic", "symbolic")
 
@@ -135,6 +142,18 @@ def open_plant(
             plant.close()
         except OSError as failure:
             raise PlantRefusedError(f"the film cannot be written: {failure}") from failure
+
+
+def joined(path: Path) -> RemotePlant:
+    """The plant that another process serves at `path`, once it is there."""
+    latest = time.monotonic() + _START
+    while True:
+        try:
+            return RemotePlant(path)
+        except OSError as failure:
+            if time.monotonic() >= latest:
+                raise PlantRefusedError(f"there is no plant at `{path}`: {failure.strerror}") from failure
+        time.sleep(_LOOK_EVERY)
 
 
 def _symbolic(configuration: Configuration, task: Task, seed: int) -> Plant:

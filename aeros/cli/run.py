@@ -5,21 +5,26 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import tempfile
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, suppress
 from datetime import datetime
+from functools import partial
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from aeros.agent.checkpoint import Checkpoints
 from aeros.agent.classical import Engine
 from aeros.agent.composing import CompositionPlanner
-from aeros.agent.errors import RefusedError
+from aeros.agent.errors import EndedError, RefusedError
+from aeros.agent.identity import exclusive
 from aeros.agent.journal import Event
-from aeros.agent.loop import awake
+from aeros.agent.loop import Agent, awake
 from aeros.agent.pddl_planner import ClassicalPlanner
 from aeros.agent.planner import Planner, RulePlanner
+from aeros.agent.quarantine import Quarantine
 from aeros.agent.routing import Routed, route
 from aeros.agent.smt_planner import SmtPlanner
 from aeros.cli.arguments import UsageError, existing_path, film_path, mcap_path, writable_path
@@ -27,17 +32,21 @@ from aeros.cli.bag import BagRefusedError, bagged
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.goal import goal_of
 from aeros.cli.interruptible import Interruptible
+from aeros.cli.notification import READY, STOPPING, Attended, Notifier
 from aeros.cli.plants import (
     PLANTS,
     PlantRefusedError,
     bodies_of,
     faults_of,
     film_of,
+    joined,
     open_plant,
     people_of,
     window_of,
 )
 from aeros.cli.run_report import TraceWriter, summary
+from aeros.cli.unfinished import forget, keep, restore
+from aeros.cli.watchdog import watch
 from aeros.runtime.audit import AuditError, AuditLog, AuditReport, verify_log
 from aeros.runtime.audit_checkpoints import AnchorError, Signing, verify_signed
 from aeros.runtime.audit_keys import KeyRefusedError, read_signing_key
@@ -45,12 +54,16 @@ from aeros.runtime.bus.watched_plant import WatchedPlant
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate, GateMode
-from aeros.runtime.governor import Governor
+from aeros.runtime.governor import Command, Governor
 from aeros.runtime.isolation.opening import SkillRuns
+from aeros.runtime.ports import Plant
 from aeros.runtime.proving import prove
-from aeros.runtime.registry.governing import Governing, Steered
+from aeros.runtime.registry.governing import Governing, Steered, Steering
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.skill_code import SkillRefusedError
+from aeros.sim.hosting.host import Host, HostLog
+from aeros.sim.hosting.remote import RemotePlant
+from aeros.sim.hosting.wire import LostError
 from aeros.spec.diagnostics import did_you_mean
 from aeros.spec.folders import reference_site
 from aeros.spec.model import Clause, Ecm, Site
@@ -58,6 +71,7 @@ from aeros.spec.reports import Report
 
 if TYPE_CHECKING:
     from aeros.sim.bodies import Body
+    from aeros.sim.faults.injector import Happening
     from aeros.sim.faults.model import Fault
     from aeros.sim.people import Person
     from aeros.sim.physics import Spectator
@@ -92,8 +106,14 @@ examples:
   aeros run "make dumplings" --view --no-record
   aeros run "fetch the object" --scene shelf_behind
   aeros run "make dumplings" --bag runs/demo-bag
+  aeros run "make dumplings" --watchdog
+  aeros run --resume
   aeros run "make dumplings" --audit-key .aeros/audit.key --anchor /mnt/other/demo.anchor
 """
+
+
+_PATIENCE: Final = 30.0
+"""Seconds for an earlier agent to end."""
 
 
 def add_to(commands: Subparsers) -> None:
@@ -104,7 +124,7 @@ def add_to(commands: Subparsers) -> None:
         epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("instruction", help='what to do, as in "make dumplings"')
+    parser.add_argument("instruction", nargs="?", help='what to do, as in "make dumplings"')
     parser.add_argument("--seed", type=_seed, default=0, help="of everything random (default: 0)")
     parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
     parser.add_argument(
@@ -210,12 +230,43 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--anchor", type=writable_path, metavar="FILE", help="keep the log's newest signature here as well"
     )
-    parser.set_defaults(command=_command)
+    surviving = parser.add_argument_group("survival", "docs/survival.md says what is held by what")
+    surviving.add_argument(
+        "--watchdog",
+        action="store_true",
+        help="let the plant outlive the agent, which is started anew where it crashes, and goes on",
+    )
+    surviving.add_argument(
+        "--resume",
+        action="store_true",
+        help="go on with the task that a crash interrupted",
+    )
+    surviving.add_argument(
+        "--crashes", type=_count, default=5, metavar="N", help="so many are a crash loop (default: 5) …"
+    )
+    surviving.add_argument(
+        "--within", type=_seconds, default=600.0, metavar="SECONDS", help="… within this time (default: 600)"
+    )
+    surviving.add_argument(
+        "--silence",
+        type=_seconds,
+        default=60.0,
+        metavar="SECONDS",
+        help="an agent without a sign of life for so long is killed (default: 60)",
+    )
+    surviving.add_argument("--serve-plant", action="store_true", help=argparse.SUPPRESS)
+    parser.set_defaults(command=_command, plant_at=None)
 
 
 def _seed(text: str) -> int:
     if not text.isascii() or not text.isdigit() or not int(text) < 2**63:
         raise argparse.ArgumentTypeError("expected a whole number from 0 to 2^63 - 1")
+    return int(text)
+
+
+def _count(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or not 0 < int(text) < 2**31:
+        raise argparse.ArgumentTypeError("expected a whole number above 0")
     return int(text)
 
 
@@ -230,20 +281,61 @@ def _seconds(text: str) -> float:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
+    is_going_on = arguments.resume or arguments.serve_plant
+    if is_going_on != (arguments.instruction is None):
+        raise UsageError("give an instruction, or --resume and none")
+    try:
+        if is_going_on:
+            arguments = restore(arguments)
+        if arguments.watchdog:
+            return _watch(arguments)
+        if not arguments.resume:
+            return _pursue(arguments)
+        # One process after the other, from the first to the last that it does: an agent whose watchdog was
+        # killed may still be about to end.
+        with exclusive(arguments.state / "task", arguments.instruction, _PATIENCE):
+            return _pursue(arguments)
+    except (RefusedError, PlantRefusedError) as refusal:
+        print(f"aeros: {refusal}", file=sys.stderr)
+        return Exit.REJECTED
+
+
+def _watch(arguments: argparse.Namespace) -> Exit:
+    """Have the task pursued by an agent under a watchdog, of which there is one."""
+    if arguments.bag is not None or arguments.mcap is not None:
+        raise UsageError("--bag and --mcap are written by one process: they do not go with --watchdog")
+    with exclusive(arguments.state / "watchdog", arguments.instruction):
+        quarantined = Quarantine(arguments.state).reason()
+        if quarantined is not None:
+            raise RefusedError(quarantined)
+        if not arguments.resume:
+            with exclusive(arguments.state, arguments.instruction):
+                arguments.out = _output_folder(arguments.out, "watched")
+                arguments.plant_at = Path(tempfile.mkdtemp(prefix="aeros-")) / "plant.sock"
+                # What an earlier task left is not this one's.
+                Checkpoints(arguments.state).forget()
+                # A stop ended an earlier run; from here on it is meant for this one.
+                Steering(Registry(arguments.state).folder, resumed=False).close()
+                keep(arguments)
+        return watch(arguments)
+
+
+def _pursue(arguments: argparse.Namespace) -> Exit:
     key_file = arguments.audit_key or _key_in(arguments.state)
     if arguments.anchor is not None and key_file is None:
         print("aeros: --anchor needs --audit-key: `aeros audit keygen` makes one", file=sys.stderr)
         return Exit.USAGE
     registry = Registry(arguments.state)
+    is_kept = arguments.resume or arguments.serve_plant
     installed = arguments.ecms is None and arguments.site is None and registry.exists
     governor: Governing | Steered
     if installed:
-        governor = Governing(registry)
+        governor = Governing(registry, resumed=is_kept)
         (_, configuration), report = governor.configuration(), governor.report
     else:
         site = arguments.site or reference_site()
         configuration, report = prove([arguments.ecms or Path("ecms")], site, certified=True)
-        governor = Steered(configuration, registry)
+        governor = Steered(configuration, registry, resumed=is_kept)
     try:
         signing = None if key_file is None else Signing(read_signing_key(key_file), arguments.anchor)
         people = people_of(arguments.plant, arguments.person)
@@ -251,10 +343,14 @@ def _command(arguments: argparse.Namespace) -> Exit:
         routed = route(arguments.instruction, configuration.modules, others)
         goal = None if arguments.goal is None else goal_of(arguments.goal, configuration.site)
         planner = _planner(arguments, configuration.modules[routed.module], configuration.site)
-        faults = faults_of(arguments.plant, arguments.faults, configuration, routed.task)
-        bodies = bodies_of(arguments.plant, arguments.scene, routed.task, arguments.seed)
-        around = _Around(people, faults, bodies)
+        around = _Around((), (), ())
+        if arguments.plant_at is None or arguments.serve_plant:
+            faults = faults_of(arguments.plant, arguments.faults, configuration, routed.task)
+            bodies = bodies_of(arguments.plant, arguments.scene, routed.task, arguments.seed)
+            around = _Around(people, faults, bodies)
         with _watched(arguments, routed.task.id) as (out, spectators), governor:
+            if arguments.serve_plant:
+                return _serve(arguments, configuration, routed, around, spectators, out)
             return _run(
                 arguments,
                 configuration,
@@ -279,6 +375,10 @@ def _command(arguments: argparse.Namespace) -> Exit:
     ) as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
+    except LostError as lost:
+        # Whoever supervises this process may try it again.
+        print(f"aeros: the plant is lost: {lost}", file=sys.stderr)
+        return Exit.OUR_BUG
 
 
 def _planner(arguments: argparse.Namespace, module: Ecm, site: Site) -> Planner:
@@ -339,11 +439,14 @@ def _within(arguments: argparse.Namespace, planner: Planner) -> float | None:
 def _watched(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Path, Sequence[Spectator]]]:
     """The folder for what is left of the run, and who looks on: both are there before anything moves."""
     with ExitStack() as closing:
-        spectators = []
+        spectators: list[Spectator] = []
+        if arguments.plant_at is not None and not arguments.serve_plant:
+            yield arguments.out, spectators
+            return
         if arguments.view:
             spectators.append(window_of(arguments.plant))
             closing.callback(spectators[0].close)
-        out = _output_folder(arguments.out, task)
+        out = arguments.out if arguments.serve_plant else _output_folder(arguments.out, task)
         is_filmed = arguments.plant == "physics" and not arguments.no_record
         if is_filmed or arguments.record is not None:
             spectators.append(film_of(arguments.plant, arguments.record or out / "run.webp"))
@@ -361,6 +464,45 @@ class _Around(NamedTuple):
     people: Sequence[Person]
     faults: Sequence[Fault]
     bodies: Sequence[Body]
+
+
+def _serve(
+    arguments: argparse.Namespace,
+    configuration: Configuration,
+    routed: Routed,
+    around: _Around,
+    spectators: Sequence[Spectator],
+    out: Path,
+) -> Exit:
+    """Be the plant of a run whose agent is another process; nothing, where there is one already."""
+    tell = HostLog(out / "plant.jsonl")
+    with (
+        suppress(RefusedError),
+        exclusive(arguments.state / "plant", arguments.instruction),
+        _plant(
+            arguments, configuration, routed, around, spectators, lambda one: tell(one._asdict())
+        ) as plant,
+    ):
+        Host(plant, tell).serve(arguments.plant_at)
+        with suppress(OSError):
+            arguments.plant_at.parent.rmdir()
+    return Exit.PROVED
+
+
+def _plant(
+    arguments: argparse.Namespace,
+    configuration: Configuration,
+    routed: Routed,
+    around: _Around,
+    spectators: Sequence[Spectator],
+    tell: Callable[[Happening], None],
+) -> AbstractContextManager[Plant]:
+    """The plant of this process, or of another that is served at `plant_at`."""
+    if arguments.plant_at is not None and not arguments.serve_plant:
+        return closing(joined(arguments.plant_at))
+    people, faults, bodies = around
+    plant, seed = arguments.plant, arguments.seed
+    return open_plant(plant, configuration, routed.task, seed, spectators, people, faults, tell, bodies)
 
 
 def _run(
@@ -386,25 +528,31 @@ def _run(
             audit_path, durability=durability, signing=signing, listener=None if feed is None else feed.record
         ) as audit,
         TraceWriter(out / "trace.jsonl") as trace,
-        open_plant(
-            arguments.plant,
+        Notifier() as notifier,
+        _plant(
+            arguments,
             configuration,
-            routed.task,
-            arguments.seed,
+            routed,
+            around,
             spectators,
-            around.people,
-            around.faults,
             lambda one: trace.tell(
                 Event(one.event, one.text, {"fault": one.fault, "opportunity": one.opportunity}, one.time)
             ),
-            around.bodies,
         ) as opened,
     ):
         plant = opened if feed is None else WatchedPlant(opened, feed)
         gate = Gate(configuration, GateMode(arguments.gate))
         with (
             Interruptible(governor) as governed,
-            Executor(configuration, gate, plant, audit, skills, governed) as executor,
+            Executor(
+                configuration,
+                gate,
+                plant,
+                audit,
+                skills,
+                attended := Attended(governed, notifier),
+                resumed=arguments.resume,
+            ) as executor,
         ):
             audit.append("isolation", skills.details())
             with awake(
@@ -415,9 +563,20 @@ def _run(
                 trace.tell,
                 arguments.seed,
                 within=_within(arguments, planner),
+                purpose=arguments.instruction,
             ) as agent:
-                report = agent.run(arguments.instruction, arguments.timeout, goal)
+                attended.on_command = partial(_heed, agent)
+                notifier.tell(READY)
+                pursue = agent.resume if arguments.resume else agent.run
+                try:
+                    report = pursue(arguments.instruction, arguments.timeout, goal)
+                except EndedError:
+                    _end(opened, arguments.state)
+                    raise
+            notifier.tell(STOPPING)
         simulated = plant.now()
+        if not notifier.is_alone:
+            _end(opened, arguments.state)
     print(summary(proof, report, arguments.plant, simulated, time.perf_counter() - began))
     audited, sound = _audited(audit_path, signing)
     print(f"audit      {audited.records} records, {sound}")
@@ -432,6 +591,17 @@ def _run(
     if governed.is_interrupted:
         return Exit.INTERRUPTED
     return Exit.PROVED if report.reached and audited.bad_record is None else Exit.REJECTED
+
+
+def _end(plant: Plant, state: Path) -> None:
+    """Let a plant that outlives this process end with the task, which is not to be resumed."""
+    if isinstance(plant, RemotePlant):
+        forget(state)
+        plant.end()
+
+
+def _heed(agent: Agent, command: Command) -> None:
+    agent.heed(is_paused=command is Command.PAUSE)
 
 
 def _audited(log: Path, signing: Signing | None) -> tuple[AuditReport, str]:

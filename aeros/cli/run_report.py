@@ -18,7 +18,7 @@ class TraceWriter:
     """Writes each event of the agent as a line of JSON, and prints it as a line for people."""
 
     def __init__(self, path: Path) -> None:
-        self._file = path.open("w", encoding="utf-8")
+        self._file = path.open("a", encoding="utf-8")
         self._is_shown = True
 
     def tell(self, event: Event) -> None:
@@ -26,7 +26,7 @@ class TraceWriter:
         line = {"time": event.time, "kind": event.kind, "text": event.text, "details": event.details}
         self._file.write(json.dumps(line, default=str) + "\n")
         self._file.flush()
-        if self._is_shown:
+        if self._is_shown and event.text:
             try:
                 print(f"{event.time:7.2f} s  {safe(event.text)}", flush=True)
             except OSError:

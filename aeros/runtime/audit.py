@@ -31,7 +31,15 @@ from pathlib import Path
 from typing import Any, Final, Self
 
 from aeros.durable import sync_folder
-from aeros.runtime.audit_check import GENESIS, AuditReport, DecisionCounts, end_record, scan, verify_log
+from aeros.runtime.audit_check import (
+    GENESIS,
+    AuditReport,
+    DecisionCounts,
+    Record,
+    end_record,
+    scan,
+    verify_log,
+)
 from aeros.runtime.audit_checkpoints import (
     CHECKPOINT,
     EVERY,
@@ -45,6 +53,7 @@ from aeros.runtime.audit_checkpoints import (
 )
 from aeros.runtime.canonical import canonical
 from aeros.runtime.decision import Verdict
+from aeros.runtime.ports import Head
 from aeros.spec.model import Durability
 
 __all__ = ["AuditError", "AuditLog", "AuditReport", "DecisionCounts", "verify_log"]
@@ -117,6 +126,27 @@ class AuditLog:
             if self._signing is not None and self._unsigned >= EVERY:
                 self._sign(self._signing, closing=False)
             return sequence
+
+    @property
+    def head(self) -> Head:
+        """Where the log ends."""
+        return Head(self._sequence, self._head)
+
+    def since(self, head: Head) -> list[Record] | None:
+        """The records after `head`; None where the log never ended so.  Raises `AuditError`."""
+        found: list[Record] = []
+        hashes = {0: head.hash}
+
+        def look(record: Record, own: str) -> None:
+            if record["sequence"] >= head.records:
+                found.append(record)
+            elif record["sequence"] == head.records - 1:
+                hashes[head.records] = own
+
+        report = verify_log(self.path, look)
+        if not report.sound:
+            raise AuditError(f"the audit log `{self.path}` is not sound: {report.why}")
+        return found if hashes.get(head.records) == head.hash else None
 
     def close(self) -> None:
         """Make durable and sign what is not yet, and let another writer in; safe to call twice.

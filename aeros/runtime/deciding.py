@@ -21,6 +21,7 @@ from aeros.runtime.merging import Companion, companions_of
 from aeros.runtime.monitor import Monitors
 from aeros.runtime.ports import Plan, Plant, Readings, Trajectory
 from aeros.runtime.records import decision_details, motion_details
+from aeros.runtime.recounting import Recount
 from aeros.runtime.stated_motion import told_body, told_motion
 from aeros.runtime.step import UnderWay
 from aeros.runtime.told_readings import ReadingsTeller
@@ -75,6 +76,11 @@ class Deciding:
             self._usage = self._usage.under(site.quotas)
             self.monitors = Monitors(self._gate.watched, self._histories)
         self._configuration = configuration
+
+    def take_over(self, recount: Recount) -> None:
+        """Go on with what an earlier session under the same site had counted and seen."""
+        self._usage, self._histories = recount.usage, recount.histories
+        self.monitors = Monitors(self._gate.watched, self._histories)
 
     def decide(self, caller: Caller, asked: Action, under_way: Sequence[UnderWay]) -> Decided:
         """Decide what `caller` asks for, on what is measured now."""

@@ -21,13 +21,14 @@ An isolated skill is interrupted at any time; one that runs in this process, not
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from math import inf
 from typing import Any, Final, Self
 
 from aeros.runtime.audit import AuditError, AuditLog, DecisionCounts
+from aeros.runtime.canonical import restored
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.deciding import Deciding
 from aeros.runtime.gate import Gate
@@ -36,10 +37,13 @@ from aeros.runtime.grounds import cause_of_stop
 from aeros.runtime.observation import Sight
 from aeros.runtime.passing import may_pass
 from aeros.runtime.ports import (
+    BEGINNING,
     Completion,
     Ended,
+    Head,
     Plant,
     Readings,
+    Said,
     StepHandle,
     StepRequest,
     StepResult,
@@ -47,6 +51,7 @@ from aeros.runtime.ports import (
 )
 from aeros.runtime.preparing import RefusedError, prepared, with_outputs
 from aeros.runtime.records import caller_details, session_details, spell_reasons
+from aeros.runtime.recounting import Recount, recounted
 from aeros.runtime.resources import Resources
 from aeros.runtime.skill_code import told
 from aeros.runtime.skill_run import Ending, OpenRun
@@ -70,6 +75,9 @@ class Executor:
     It owns neither plant nor log: whoever made them closes them.  As a context manager it leaves no step
     under way.
     governor: says which configuration is in force; without one, `configuration` is so for good.
+    resumed: go on with the session that the log holds, which ended without a word: what it had counted of
+        quotas counts, and what it had seen of histories, with a gap since.  Raises `AuditError` where
+        another site governed it.
     """
 
     def __init__(
@@ -80,6 +88,8 @@ class Executor:
         audit: AuditLog,
         open_run: OpenRun,
         governor: Governor | None = None,
+        *,
+        resumed: bool = False,
     ) -> None:
         self._governor = Fixed(configuration) if governor is None else governor
         # Of no generation yet: what was loaded before may have changed since, so the first look follows.
@@ -97,7 +107,11 @@ class Executor:
         self._acting = ExitStack()
         self._is_paused = False
         self._breaking_off = _BreakingOff(self._break_off)
-        audit.append("session-opened", session_details(configuration))
+        if resumed and audit.head.records:
+            self._deciding.take_over(_earlier(audit, configuration.site))
+            audit.append("session-resumed", session_details(configuration))
+        else:
+            audit.append("session-opened", session_details(configuration))
 
     @property
     def site(self) -> Site:
@@ -129,6 +143,18 @@ class Executor:
     def note(self, event: str, details: Mapping[str, Any]) -> None:
         """Put an event of the agent's into the record, as a note, so it cannot pass for one of ours."""
         self._audit.append("note", {"event": event, "details": dict(details)})
+
+    def head(self) -> Head:
+        """See `ports.Runtime`."""
+        return self._audit.head
+
+    def said_since(self, head: Head) -> Sequence[Said] | None:
+        """See `ports.Runtime`."""
+        records = self._audit.since(head)
+        if records is None:
+            return None
+        own = (one for one in records if one["event"] != "note")
+        return [Said(one["sequence"], one["event"], restored(one["details"])) for one in own]
 
     def submit(self, request: StepRequest) -> StepResult:
         """Run one skill to its end; never raises for a bad request."""
@@ -502,6 +528,16 @@ class Executor:
         now = self._configuration.modules.get(ecm.id)
         was = (ecm.manifest_digest, ecm.code_digest)
         return now is not None and (now.manifest_digest, now.code_digest) == was
+
+
+def _earlier(audit: AuditLog, site: Site) -> Recount:
+    """What the sessions in the log add up to, if it was this site that governed them."""
+    records = audit.since(BEGINNING) or []
+    opening = ("session-opened", "session-resumed", "configuration-changed")
+    governed = [one["details"]["site"]["digest"] for one in records if one["event"] in opening]
+    if any(digest != site.digest for digest in governed):
+        raise AuditError(f"`{audit.path}` cannot be gone on with: another site governed it")
+    return recounted(records, site)
 
 
 class _BreakingOff:

@@ -6,11 +6,11 @@ cannot act, and a plant can act and cannot decide.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from math import inf
-from typing import Any, NamedTuple, NewType, Protocol
+from typing import Any, Final, NamedTuple, NewType, Protocol
 
 from aeros.skill import Action
 from aeros.spec.cause import Cause
@@ -245,8 +245,27 @@ class Ended(NamedTuple):
     result: StepResult
 
 
+class Head(NamedTuple):
+    """Where the audit record ends: how many records it has, and the hash of the last."""
+
+    records: int
+    hash: str
+
+
+BEGINNING: Final = Head(0, "")
+"""Before the first record."""
+
+
+class Said(NamedTuple):
+    """A record of the runtime's own, and its number."""
+
+    sequence: int
+    event: str
+    details: Mapping[str, Any]
+
+
 class Runtime(Protocol):
-    """What the agent sees: it can observe, propose steps and leave notes, and nothing else."""
+    """What the agent sees: it can observe, propose steps, leave notes and read the record; nothing else."""
 
     @property
     def site(self) -> Site:
@@ -286,3 +305,9 @@ class Runtime(Protocol):
 
     def note(self, event: str, details: Mapping[str, Any]) -> None:
         """Put an event of the agent's (a plan, an outcome, a transition) into the audit record."""
+
+    def head(self) -> Head:
+        """Where the audit record ends now."""
+
+    def said_since(self, head: Head) -> Sequence[Said] | None:
+        """What the runtime itself has recorded since, without notes; None where it never ended so."""

@@ -7,10 +7,13 @@ known stands for them, and a history that is known all the same is so whatever t
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from math import inf
 from typing import Any
 
+from aeros.runtime.audit_check import Record
+from aeros.runtime.canonical import restored
 from aeros.runtime.history import Histories
 from aeros.runtime.ports import Reading, Readings
 from aeros.runtime.usage import ClockError, Usage
@@ -26,6 +29,7 @@ class Recount:
 
     def __init__(self, site: Site) -> None:
         self._usage = Usage(site.quotas)
+        self._latest = -inf
         self._look_anew(site)
 
     def follow(self, site: Site) -> None:
@@ -33,6 +37,21 @@ class Recount:
         if site.digest != self._site.digest:
             self._usage = self._usage.under(site.quotas)
             self._look_anew(site)
+
+    @property
+    def usage(self) -> Usage:
+        """What was counted, to be counted on."""
+        return self._usage
+
+    @property
+    def histories(self) -> Histories:
+        """The histories, to be looked on with."""
+        return self._histories
+
+    def interrupt(self) -> None:
+        """From here up to the next look at the state nobody looked at it, and something may have moved."""
+        self._has_begun = True
+        self._histories.advance({}, self._latest)
 
     def used(self, now: Any) -> Used | None:
         """What the quotas have counted by then; None where it is no number."""
@@ -46,6 +65,7 @@ class Recount:
     def objection(self, readings: Readings, now: float) -> str | None:
         """Look at the state as it was decided on: which history cannot be what is recorded, and why."""
         names = self._histories.names
+        self._latest = now
         if self._has_begun:
             self._histories.advance({}, now)
         known = self._histories.look(readings, now)
@@ -70,6 +90,28 @@ class Recount:
         self._histories = Histories(site)
         self._told = _told(site)
         self._has_begun = False
+
+
+def recounted(records: Iterable[Record], site: Site) -> Recount:
+    """What the decisions of `records` add up to, all under `site`, for a session that goes on with them."""
+    recount = Recount(site)
+    for record in records:
+        details = record["details"]
+        if record["event"] == "decision":
+            now = restored(details["time"])
+            recount.objection(readings_of(details["state"]), now)
+            decided = details["decided"]
+            if decided is not None:
+                recount.executed(decided["kind"], now)
+        elif record["event"] == "session-resumed":
+            recount.interrupt()
+    recount.interrupt()
+    return recount
+
+
+def readings_of(state: Mapping[str, Any]) -> dict[str, Reading]:
+    """The readings that a record holds."""
+    return {name: Reading(restored(value), restored(at)) for name, (value, at) in state.items()}
 
 
 def _told(site: Site) -> frozenset[str]:

@@ -29,9 +29,9 @@ from aeros.runtime.decision import Caller, Decision, Verdict
 from aeros.runtime.gate import Gate, GateDisagreementError, GateMode
 from aeros.runtime.grounds import causes_of_denial
 from aeros.runtime.merging import Companion, companions_of
-from aeros.runtime.ports import Reading, Readings
+from aeros.runtime.ports import Readings
 from aeros.runtime.records import outcome_details, session_details
-from aeros.runtime.recounting import Recount, Used
+from aeros.runtime.recounting import Recount, Used, readings_of
 from aeros.runtime.stated_motion import read_motion
 from aeros.runtime.trajectory import MotionDecider
 from aeros.runtime.usage import ClockError, denied_by_clock
@@ -111,6 +111,11 @@ class Replay:
                 governing = self._session.governing
                 site = None if governing is None else governing.configuration.site
                 self._session.recount = None if site is None else Recount(site)
+            case "session-resumed":
+                self._follow(record)
+                self._session.begun.clear()
+                if self._session.recount is not None:
+                    self._session.recount.interrupt()
             case "configuration-changed":
                 self._follow(record)
             case "body":
@@ -205,7 +210,7 @@ class Replay:
     ) -> dict[str, Any]:
         now, recorded = restored(details["time"]), restored(details["usage"])
         caller = Caller(details["module"], details["skill"], restored(details["inputs"]))
-        readings, action = _readings(details["state"]), _action(details["asked"])
+        readings, action = readings_of(details["state"]), _action(details["asked"])
         others = [self._earlier(record) for record in details.get("beside", ())]
         if used is None:
             raise ValueError("at no time")
@@ -295,7 +300,7 @@ class Replay:
         now, readings = restored(details.get("time")), {}
         # A state that is malformed is a disagreement by itself.
         with suppress(AttributeError, KeyError, TypeError, ValueError):
-            readings = _readings(details["state"])
+            readings = readings_of(details["state"])
         return recount.used(now), recount.objection(readings, now)
 
     def _begin(self, number: int, details: Mapping[str, Any]) -> None:
@@ -307,17 +312,13 @@ class Replay:
             self._session.recount.executed(kind, restored(details.get("time")))
 
 
-def _readings(state: Mapping[str, Any]) -> dict[str, Reading]:
-    return {name: Reading(restored(value), restored(at)) for name, (value, at) in state.items()}
-
-
 def _action(told: Mapping[str, Any]) -> Action:
     return Action(told["kind"], restored(told["parameters"]))
 
 
 def _begun(number: int, details: Mapping[str, Any]) -> Begun:
     time = restored(details["time"])
-    return Begun(_action(details["decided"]), _readings(details["state"]), time, number)
+    return Begun(_action(details["decided"]), readings_of(details["state"]), time, number)
 
 
 def _outcome(details: Mapping[str, Any]) -> dict[str, Any]:

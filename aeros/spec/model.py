@@ -388,6 +388,7 @@ class Skill:
 
     precondition: what must be measured for it to start; what `hold` says of predicates is part of it.
     hold: what must be measured as long as it runs.
+    idempotent: run twice it does no more than run once, by its author's word.
     """
 
     id: str
@@ -406,6 +407,7 @@ class Skill:
     risk_span: Span
     entry_span: Span
     outputs: Mapping[str, Declared] = field(default_factory=dict)
+    idempotent: bool = False
     hold: Clause | None = None
 
     @property

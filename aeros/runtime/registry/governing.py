@@ -19,13 +19,16 @@ from aeros.spec.reports import Report
 _LOOK_EVERY: Final = 0.002  # s, while a change is being made
 
 
-class _Steering:
-    """What the operator asks of a run, as any terminal may say it; closed when the run ends."""
+class Steering:
+    """What the operator asks of a run, as any terminal may say it; closed when the run ends.
 
-    def __init__(self, folder: Path) -> None:
+    resumed: the run goes on after a crash, and a stop that was asked for meanwhile is meant for it.
+    """
+
+    def __init__(self, folder: Path, *, resumed: bool) -> None:
         self._live = Live(folder)
         # A stop ended an earlier run; a pause is meant for whatever runs.
-        if self._live.command is Command.STOP:
+        if self._live.command is Command.STOP and not resumed:
             self._live.ask(Command.RUN)
 
     @property
@@ -44,11 +47,11 @@ class _Steering:
         self.close()
 
 
-class Governing(_Steering):
+class Governing(Steering):
     """Implements `Governor` over a registry."""
 
-    def __init__(self, registry: Registry) -> None:
-        super().__init__(registry.folder)
+    def __init__(self, registry: Registry, *, resumed: bool = False) -> None:
+        super().__init__(registry.folder, resumed=resumed)
         self._registry = registry
         self._loaded, self._current = self._load()
         self._looked = self._loaded
@@ -102,11 +105,11 @@ class Governing(_Steering):
         return self._looked
 
 
-class Steered(_Steering, Fixed):
+class Steered(Steering, Fixed):
     """Modules that are no registry's, for good; pause and stop are obeyed all the same."""
 
-    def __init__(self, configuration: Configuration, registry: Registry) -> None:
-        _Steering.__init__(self, registry.folder)
+    def __init__(self, configuration: Configuration, registry: Registry, *, resumed: bool = False) -> None:
+        Steering.__init__(self, registry.folder, resumed=resumed)
         Fixed.__init__(self, configuration)
 
     @contextmanager

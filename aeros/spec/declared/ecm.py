@@ -54,6 +54,10 @@ class Skill:
     timeout: Text = field(metadata={"doc": "when it is halted, as in `timeout: 60 s`"})
     inputs: Named[Input] = field(default=Entries(), metadata={"doc": "typed inputs"})
     outputs: Named[Quantity] = field(default=Entries(), metadata={"doc": "what it may return at its end"})
+    idempotent: Boolean | None = field(
+        default=None,
+        metadata={"doc": "`true` if running it twice does no more than once, so that it may follow a crash"},
+    )
     precondition: Expression | None = field(
         default=None, metadata={"doc": "what must be measured before it starts"}
     )

@@ -119,6 +119,14 @@ def _skill_changes(subject: str, old: Skill, new: Skill, site: Site, rlimit: int
         old.span,
         new.span,
     )
+    may, may_not = "may be run twice", "may not"
+    yield finite(
+        f"{subject}/idempotent",
+        bounds_relation(new.idempotent > old.idempotent, new.idempotent < old.idempotent),
+        f"`{new.id}` {may if new.idempotent else may_not}; before it {may if old.idempotent else may_not}",
+        old.span,
+        new.span,
+    )
     for what in ("actuators", "resources"):
         before, after = getattr(old, what), getattr(new, what)
         headline = listed_change(f"{what} of `{new.id}`", before, after)

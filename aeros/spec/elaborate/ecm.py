@@ -187,6 +187,7 @@ class _EcmElaborator:
             risk_span=skill.risk.span,
             entry_span=skill.entry.span,
             outputs=outputs,
+            idempotent=skill.idempotent is not None and skill.idempotent.value,
             hold=hold,
         )
 

@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from math import inf
 from typing import Any
 
-from aeros.runtime.ports import Ended, Reading, Readings, StepHandle, StepRequest, StepResult, StepStatus
+from aeros.runtime.ports import (
+    Ended,
+    Head,
+    Reading,
+    Readings,
+    Said,
+    StepHandle,
+    StepRequest,
+    StepResult,
+    StepStatus,
+)
 from aeros.spec.certificate import Certificate
 from aeros.spec.model import Ecm, Site
 from tests.unit.agent.dumplings import DUMPLING, PREDICATES, site
@@ -44,6 +54,7 @@ class FakeRuntime:
         self.submitted: list[str] = []
         self.requests: list[StepRequest] = []
         self.notes: list[tuple[str, dict[str, Any]]] = []
+        self.said: list[Said] = []
         self.clock = 100.0
         self.certificates: dict[str, Certificate] = {}
         self._site = at or site()
@@ -110,6 +121,12 @@ class FakeRuntime:
 
     def note(self, event: str, details: Mapping[str, Any]) -> None:
         self.notes.append((event, dict(details)))
+
+    def head(self) -> Head:
+        return Head(len(self.said), str(len(self.said)))
+
+    def said_since(self, head: Head) -> Sequence[Said] | None:
+        return self.said[head.records :] if head.records <= len(self.said) else None
 
     def kinds(self) -> list[str]:
         return [kind for kind, _ in self.notes]

@@ -8,12 +8,13 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Timer
 from uuid import UUID
 
 import pytest
 
 from aeros.agent.errors import RefusedError
-from aeros.agent.identity import Identity, sole_identity
+from aeros.agent.identity import Identity, exclusive, sole_identity
 
 HOLD = """
 import sys, time
@@ -107,3 +108,65 @@ def test_a_holder_that_has_not_said_who_it_is_still_holds(tmp_path: Path) -> Non
         (tmp_path / "agent.lock").write_text("")
         with pytest.raises(RefusedError, match="has not said yet who it is"):
             wake(tmp_path)
+
+
+RACE = """
+import sys, time
+from pathlib import Path
+from aeros.agent.errors import RefusedError
+from aeros.agent.identity import sole_identity
+print("ready", flush=True)
+sys.stdin.readline()
+try:
+    with sole_identity(Path(sys.argv[1]), "one of many", "task " + sys.argv[2]) as identity:
+        print("awake", identity.id, identity.sessions, flush=True)
+        sys.stdin.readline()
+except RefusedError as refusal:
+    print("refused", refusal, flush=True)
+"""
+
+
+def test_of_many_that_wake_at_once_one_does_and_each_other_is_told_which(tmp_path: Path) -> None:
+    agents = [
+        subprocess.Popen(
+            [sys.executable, "-c", RACE, str(tmp_path), str(number)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        for number in range(12)
+    ]
+    try:
+        for agent in agents:
+            assert agent.stdout is not None
+            assert agent.stdout.readline() == "ready\n"
+        for agent in agents:
+            assert agent.stdin is not None
+            agent.stdin.write("now\n")
+            agent.stdin.flush()
+        said = [agent.stdout.readline() for agent in agents if agent.stdout is not None]
+        (winner,) = [number for number, line in enumerate(said) if line.startswith("awake")]
+        who = f"pid {agents[winner].pid} on "
+        purpose = f"for “task {winner}”"
+        others = [line for number, line in enumerate(said) if number != winner]
+        assert all(line.startswith("refused this robot has an agent already") for line in others)
+        # One that asks before the winner has said who it is learns that it is there, and no more.
+        assert all((who in line and purpose in line) or "has not said yet" in line for line in others)
+    finally:
+        for agent in agents:
+            agent.kill()
+            agent.communicate()
+    identity = wake(tmp_path)
+    assert identity.sessions == 2
+    assert identity.abandoned is not None
+    assert who in identity.abandoned
+    assert wake(tmp_path).abandoned is None
+
+
+def test_whoever_is_patient_waits_for_the_folder(tmp_path: Path) -> None:
+    with another_agent(tmp_path) as other:
+        ending = Timer(0.3, other.kill)
+        ending.start()
+        with exclusive(tmp_path, patience=20.0) as abandoned:
+            assert abandoned is not None
+        ending.join()

@@ -465,8 +465,8 @@ def test_everything_is_noted_remembered_and_observed(tmp_path: Path) -> None:
     with awake(tmp_path, "chef", runtime, on_event=seen.append) as agent:
         report = agent.run("dumplings")
     assert [event.kind for event in seen] == runtime.kinds()
-    assert runtime.kinds()[:2] == ["routed", "plan"]
-    assert runtime.kinds()[-1] == "run-ended"
+    assert runtime.kinds()[:3] == ["routed", "lifecycle", "plan"]
+    assert runtime.kinds()[-2:] == ["lifecycle", "run-ended"]
     assert runtime.kinds().count("step-started") == runtime.kinds().count("step-ended") == len(report.steps)
     json.dumps(runtime.notes, allow_nan=False)
     with closing(sqlite3.connect(tmp_path / "memory.sqlite3")) as database:

@@ -63,7 +63,7 @@ def test_a_scene_that_is_not_there_is_refused(
 def test_a_run_leaves_a_trace_and_a_sound_audit_log(tmp_path: Path) -> None:
     assert _run(tmp_path, "--plant", "symbolic") == Exit.PROVED
     events = [json.loads(line) for line in (tmp_path / "out" / "trace.jsonl").read_text().splitlines()]
-    assert [event["kind"] for event in events][:2] == ["routed", "plan"]
+    assert [event["kind"] for event in events][:2] == ["routed", "lifecycle"]
     assert events[-1]["kind"] == "run-ended"
     report = verify_log(tmp_path / "out" / "audit.jsonl")
     assert report.bad_record is None

@@ -76,6 +76,8 @@ MODULE_CHANGES = [
         {"tidy/rest/wait": 1, "tidy/rest/precondition": 1},
     ),
     ("timeout: 20 s", "timeout: 21 s", {"tidy/pick_cloth/timeout": 1}),
+    ("timeout: 20 s", "timeout: 20 s\n    idempotent: true", {"tidy/pick_cloth/idempotent": 1}),
+    ("timeout: 20 s", "timeout: 20 s\n    idempotent: false", {}),
     (
         "      wait: duration <= 5 s\n",
         "      wait: duration <= 5 s\n      turn: true\n",

@@ -21,6 +21,7 @@ from aeros.spec.folders import reference_site
 from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Ecm, Site
 from tests.repo.tree import ROOT
+from tests.unit.sim.hosting.hosted import Hosted
 
 REACH: Final = act("move_tool", target=(0.5, -0.35, 0.25), yaw=0.5, speed=0.5)
 """From where the arm begins, about a second; two joints then move at about 1 rad/s."""
@@ -104,6 +105,7 @@ SUBJECTS: Final = {
         together=TOGETHER,
     ),
     "watched": replace(KINEMATIC, make=_watched),
+    "hosted": replace(KINEMATIC, make=lambda: Hosted(lambda: make_kinematic("bare", 0))),
 }
 
 _MOTORS: Final = replace(

@@ -1,0 +1,150 @@
+"""What a resumed agent must know, kept at every step boundary, whole or not at all.
+
+Two generations are kept.  A checkpoint counts only if it is of this schema, its digest is right, it is of
+this agent, and the audit record holds the very record at which it was made.  One that does not is named,
+and the one before it is looked at; what happened since, the audit record tells (`recovery.py`).
+
+What the gate decides on (the use of quotas, histories) is not in it: that is the runtime's, which has it
+from its own record, so that nothing the agent keeps has a say in what is allowed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, Final
+
+from aeros.agent.attempt import Attempt
+from aeros.agent.errors import RefusedError
+from aeros.agent.graph import TaskGraph
+from aeros.agent.progress import Begun, Place, Progress, Tried
+from aeros.agent.report import StepRecord
+from aeros.agent.written import Writing
+from aeros.durable import replace_file
+from aeros.runtime.ports import Head
+
+SCHEMA: Final = 1
+
+_FILE: Final = "checkpoint.json"
+_PREVIOUS: Final = "checkpoint.previous.json"
+_WRITING: Final = Writing((Attempt, Begun, Tried, StepRecord))
+
+
+@dataclass(frozen=True, slots=True)
+class Checkpoint:
+    """Where one run stands.
+
+    agent: its id.
+    instruction, task, goal: what it pursues, in words.
+    time: plant seconds.
+    head: the end of the audit record when this was made.
+    world: the predicates as measured last, for people; a resumed agent measures anew.
+    replans, waited: how much of its budgets is used up; until: plant seconds when its time is over.
+    denied, avoided: requests and skills that the gate denied for good; rejected: problems of the last plan.
+    planned_in: predicates as measured where plans were made.
+    steps: what was run so far.
+    plan: the plan that is followed, and how far; None where one is to be made.
+    """
+
+    agent: str
+    instruction: str
+    task: str
+    goal: str
+    time: float
+    head: Head
+    world: Mapping[str, Any]
+    replans: int
+    waited: float
+    until: float | None
+    denied: tuple[str, ...]
+    avoided: tuple[tuple[str, str], ...]
+    rejected: tuple[str, ...]
+    planned_in: tuple[Mapping[str, Any], ...]
+    steps: tuple[StepRecord, ...]
+    plan: TaskGraph | None
+    tried: tuple[tuple[Place, Tried], ...]
+    settled: tuple[Place, ...]
+    branches: tuple[tuple[Place, bool], ...]
+
+    @property
+    def earliest(self) -> Head:
+        """Where the audit record ended when the first of what is under way began, or else now."""
+        heads = [one.begun.head for _, one in self.tried if one.begun is not None]
+        return min([self.head, *heads])
+
+    def progress(self) -> Progress:
+        """How far the plan has come."""
+        return Progress(dict(self.tried), set(self.settled), dict(self.branches))
+
+
+class UnusableError(ValueError):
+    """A checkpoint cannot be gone on from; the message says why."""
+
+
+class Checkpoints:
+    """The checkpoints in an agent's folder; whoever makes one holds the folder's lock."""
+
+    def __init__(self, folder: Path) -> None:
+        self._path, self._previous = folder / _FILE, folder / _PREVIOUS
+
+    def write(self, checkpoint: Checkpoint) -> None:
+        """Keep it durably, and the one before it; raises `RefusedError`."""
+        content = spelt(checkpoint)
+        try:
+            self._keep_previous()
+            replace_file(self._path, content)
+        except OSError as error:
+            raise RefusedError(f"the checkpoint {self._path} cannot be written: {error.strerror}") from error
+
+    def read(self) -> Iterator[Checkpoint | UnusableError]:
+        """The newest first; or why it is none."""
+        for path in (self._path, self._previous):
+            try:
+                yield understood(path.read_bytes())
+            except FileNotFoundError:
+                continue
+            except (OSError, ValueError) as error:
+                yield UnusableError(f"{path}: {error}")
+
+    def forget(self) -> None:
+        """Nothing is left to go on with."""
+        for path in (self._path, self._previous):
+            path.unlink(missing_ok=True)
+
+    def _keep_previous(self) -> None:
+        """By a second name, so that at each moment there is a newest."""
+        beside = self._previous.with_name(self._previous.name + ".new")
+        beside.unlink(missing_ok=True)
+        with suppress(FileNotFoundError):
+            os.link(self._path, beside)
+            beside.replace(self._previous)
+
+
+def spelt(checkpoint: Checkpoint) -> bytes:
+    """As it is kept: JSON with the digest of its body."""
+    held = {field.name: _WRITING.write(getattr(checkpoint, field.name)) for field in fields(checkpoint)}
+    body = json.dumps(held, sort_keys=True, allow_nan=False)
+    return json.dumps({"schema": SCHEMA, "digest": _digest(body), "body": body}, indent=1).encode()
+
+
+def understood(content: bytes) -> Checkpoint:
+    """What was kept; raises `ValueError` where it is not whole or of another schema."""
+    try:
+        kept = json.loads(content)
+        schema, digest, body = kept["schema"], kept["digest"], kept["body"]
+        if schema != SCHEMA:
+            raise UnusableError(f"it is of schema {schema}, and this is AEROS for schema {SCHEMA}")
+        if digest != _digest(body):
+            raise UnusableError("it is damaged: its digest is another")
+        return Checkpoint(**{name: _WRITING.read(value) for name, value in json.loads(body).items()})
+    except (KeyError, TypeError, AttributeError) as error:
+        raise UnusableError("it is damaged: it is not laid out as a checkpoint is") from error
+
+
+def _digest(body: str) -> str:
+    return hashlib.sha256(body.encode()).hexdigest()

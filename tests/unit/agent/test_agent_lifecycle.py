@@ -1,0 +1,100 @@
+"""The agent's own life: its table, what is told of it, and what a session finds that follows a crash."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import networkx as nx
+import pytest
+
+from aeros.agent.errors import RefusedError
+from aeros.agent.lifecycle import TRANSITIONS, Change, Lifecycle, Phase
+from aeros.agent.loop import awake
+from aeros.spec.errors import InternalError
+from tests.unit.agent.fake_runtime import FakeRuntime
+
+Told = list[tuple[Phase, Change, Phase]]
+
+
+def lifecycle(folder: Path) -> tuple[Lifecycle, Told]:
+    told: Told = []
+    return Lifecycle(folder, lambda *one: told.append(one)), told
+
+
+def test_each_phase_is_reached_and_leads_back_to_running() -> None:
+    graph = nx.DiGraph((before, after) for (before, _), after in TRANSITIONS.items())
+    assert set(graph) == set(Phase)
+    assert all(nx.has_path(graph, phase, Phase.RUNNING) for phase in Phase)
+    assert nx.descendants(graph, Phase.CREATED) == set(Phase) - {Phase.CREATED}
+
+
+def test_whatever_was_under_way_a_crash_is_known_of_and_nothing_else_is_one() -> None:
+    crashes = {before for (before, change) in TRANSITIONS if change is Change.CRASH}
+    assert crashes == {Phase.RUNNING, Phase.PAUSED, Phase.RECOVERED}
+    assert all(
+        after is Phase.RECOVERED for (_, change), after in TRANSITIONS.items() if change is Change.CRASH
+    )
+
+
+@pytest.mark.parametrize("phase", Phase)
+@pytest.mark.parametrize("change", Change)
+def test_what_the_table_does_not_hold_is_refused_and_neither_told_nor_kept(
+    tmp_path: Path, phase: Phase, change: Change
+) -> None:
+    life, told = lifecycle(tmp_path)
+    life.phase = phase
+    if (phase, change) in TRANSITIONS:
+        life.change(change)
+        assert told == [(phase, change, TRANSITIONS[phase, change])]
+    else:
+        with pytest.raises(InternalError):
+            life.change(change)
+        assert (told, life.phase) == ([], phase)
+        assert not (tmp_path / "phase.json").exists()
+
+
+def test_a_session_that_ended_without_a_word_is_found_by_the_next(tmp_path: Path) -> None:
+    life, told = lifecycle(tmp_path)
+    assert life.phase is Phase.CREATED
+    life.change(Change.BEGIN)
+    again, told = lifecycle(tmp_path)
+    assert again.phase is Phase.RECOVERED
+    assert told == [(Phase.RUNNING, Change.CRASH, Phase.RECOVERED)]
+    again.change(Change.BEGIN)
+    again.change(Change.END)
+    last, told = lifecycle(tmp_path)
+    assert (last.phase, told) == (Phase.STOPPED, [])
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"phase": "asleep"}'])
+def test_a_phase_that_cannot_be_read_counts_as_a_crash(tmp_path: Path, text: str) -> None:
+    (tmp_path / "phase.json").write_text(text)
+    life, _ = lifecycle(tmp_path)
+    assert life.phase is Phase.RECOVERED
+
+
+def test_what_cannot_be_told_does_not_happen(tmp_path: Path) -> None:
+    def unable(*_: object) -> None:
+        raise RefusedError("the record is full")
+
+    life = Lifecycle(tmp_path, unable)
+    with pytest.raises(RefusedError):
+        life.change(Change.BEGIN)
+    assert life.phase is Phase.CREATED
+    assert lifecycle(tmp_path)[0].phase is Phase.CREATED
+
+
+def test_every_transition_of_an_agent_is_in_the_record(tmp_path: Path) -> None:
+    runtime = FakeRuntime()
+    with awake(tmp_path, "chef", runtime) as agent:
+        agent.run("dumplings")
+    changes = [details["after"] for kind, details in runtime.notes if kind == "lifecycle"]
+    assert changes == ["running", "stopped"]
+    crashing = FakeRuntime(endings={"prepare": [MemoryError()]})
+    with pytest.raises(MemoryError), awake(tmp_path, "chef", crashing) as agent:
+        agent.run("dumplings")
+    after = FakeRuntime()
+    with awake(tmp_path, "chef", after):
+        pass
+    (recovered,) = [details for kind, details in after.notes if kind == "lifecycle"]
+    assert (recovered["before"], recovered["change"], recovered["after"]) == ("running", "crash", "recovered")

@@ -1,0 +1,319 @@
+"""An agent that ends at any instant, and one that goes on from there: nothing is done twice or forgotten."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from math import inf
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import pytest
+
+from aeros.agent.checkpoint import SCHEMA
+from aeros.agent.errors import RefusedError
+from aeros.agent.graph import Part, Step, TaskGraph
+from aeros.agent.loop import awake
+from aeros.agent.planner import Planner, RulePlanner
+from aeros.agent.report import RunReport
+from aeros.agent.routing import Routed
+from aeros.agent.world import World
+from aeros.runtime.ports import Ended, Said, StepHandle, StepRequest, StepResult, StepStatus
+from aeros.spec.model import Ecm
+from aeros.spec.parts import If, Par, Seq
+from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, SPAN, module, outcome, site, skill, term
+from tests.unit.agent.fake_runtime import FakeRuntime
+
+
+class Killed(BaseException):
+    """The agent's process ends here."""
+
+
+class Mortal(FakeRuntime):
+    """A runtime and a plant that outlive the agent, which dies at the `dying`-th instant that it is seen at.
+
+    The instants: each of its own records, each note, and within each step before and after its effect.
+    done: the skills that ran to their ends, in order.
+    """
+
+    def __init__(self, dying: float, modules: Mapping[str, Ecm] | None = None, **more: Any) -> None:
+        super().__init__(modules, **more)
+        self.dying = dying
+        self.lived = 0
+        self.done: list[str] = []
+
+    def note(self, event: str, details: Mapping[str, Any]) -> None:
+        super().note(event, details)
+        self.live()
+
+    def start(self, request: StepRequest) -> StepHandle | StepResult:
+        handle = super().start(request)
+        self.live()
+        self.say("step-began", request)
+        return handle
+
+    def wait(self, until: float = inf) -> Ended | None:
+        self.live()
+        return super().wait(until)
+
+    def submit(self, request: StepRequest) -> StepResult:
+        self.live()
+        result = super().submit(request)
+        self.done.append(request.skill)
+        self.live()
+        self.say("step-ended", request, status=result.status.value, reason=result.reason)
+        return result
+
+    def say(self, event: str, request: StepRequest, **more: Any) -> None:
+        about = {"module": request.module, "skill": request.skill, "inputs": dict(request.inputs)}
+        self.said.append(
+            Said(len(self.said), event, json.loads(json.dumps({**about, **more}, default=float)))
+        )
+        self.live()
+
+    def live(self) -> None:
+        self.lived += 1
+        if self.lived == self.dying:
+            self.under_way.clear()  # what nobody decides on any more stops
+            raise Killed
+
+
+class Given:
+    """A planner that proposes one plan, whatever is measured."""
+
+    name = "given"
+
+    def __init__(self, *parts: Part) -> None:
+        self.parts = parts
+
+    def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+        return TaskGraph(self.parts)
+
+
+def survive(folder: Path, runtime: Mortal, planner: Planner) -> tuple[RunReport, int]:
+    """Run, and resume for as long as the agent dies; the report, and how often that was."""
+    deaths = 0
+    while True:
+        try:
+            with awake(folder, "chef", runtime, planner) as agent:
+                return (agent.resume if deaths else agent.run)("dumplings"), deaths
+        except Killed:
+            deaths += 1
+
+
+def at_every_instant(
+    folder: Path, make: Callable[[float], Mortal], planner: Planner
+) -> list[tuple[Mortal, RunReport]]:
+    whole = make(inf)
+    report, _ = survive(folder / "whole", whole, planner)
+    runs = [(whole, report)]
+    for instant in range(1, whole.lived + 1):
+        runtime = make(instant)
+        try:
+            report, deaths = survive(folder / str(instant), runtime, planner)
+        except RefusedError as refusal:
+            # It died after all that it had to do, and its task had ended.
+            assert "it had ended" in str(refusal)  # noqa: PT017
+            continue
+        assert deaths == 1
+        runs.append((runtime, report))
+    return runs
+
+
+@pytest.fixture
+def tmp_path() -> Iterator[Path]:
+    """In memory, where there is such a place: it is agents that die here, and syncs take minutes."""
+    memory = Path("/dev/shm")  # noqa: S108
+    with TemporaryDirectory(dir=memory if memory.is_dir() else None) as folder:
+        yield Path(folder)
+
+
+SALT = skill("salt", outcome("salted", {}), outcome("spilt", {}, failure=True))
+WITH_SALT = module("dumpling", (*DUMPLING.skills.values(), SALT), MAKE_DUMPLINGS)
+
+
+def do(name: str, **more: Any) -> Step:
+    return Step("dumpling", name, **more)
+
+
+def test_by_rules_every_step_happens_once_wherever_the_agent_dies(tmp_path: Path) -> None:
+    runs = at_every_instant(tmp_path, Mortal, RulePlanner())
+    assert len(runs) > 30
+    for runtime, report in runs:
+        assert report.reached
+        assert runtime.done == ["prepare", "recover", "wrap", "boil"]
+
+
+def test_a_plan_without_conditions_is_gone_on_with_where_it_was(tmp_path: Path) -> None:
+    plan = Given(do("prepare"), do("recover"), do("wrap"), do("boil"))
+    for runtime, report in at_every_instant(tmp_path, Mortal, plan):
+        assert report.reached
+        assert runtime.done == ["prepare", "recover", "wrap", "boil"]
+
+
+def test_budgets_are_not_renewed_by_dying(tmp_path: Path) -> None:
+    def make(dying: float) -> Mortal:
+        return Mortal(dying, endings={"wrap": ["misaligned"] * 200}, at=site(replans=1))
+
+    runs = at_every_instant(tmp_path, make, RulePlanner())
+    (_, whole), *_ = runs
+    assert not whole.reached
+    for _, report in runs:
+        assert (report.reached, report.replans) == (False, whole.replans)
+        # Of the tries of one plan at most the one under way is not in the report of the resumed run.
+        assert len(whole.steps) - 1 <= len(report.steps) <= len(whole.steps) + 1
+
+
+def test_what_cannot_be_measured_is_not_done_twice(tmp_path: Path) -> None:
+    plan = Given(do("salt"), do("prepare"), do("recover"), do("wrap"), do("boil"))
+    ends = set()
+    for runtime, report in at_every_instant(
+        tmp_path, lambda dying: Mortal(dying, {"dumpling": WITH_SALT}), plan
+    ):
+        assert runtime.done.count("salt") <= 1
+        assert max(runtime.done.count(name) for name in ("prepare", "recover", "wrap", "boil")) <= 1
+        ends.add(report.reached)
+        if not report.reached:
+            assert "does not exclude that `salted` happened" in str(report.reason)
+    # Where it died amid the salting nobody knows, and it says so; else it goes on.
+    assert ends == {True, False}
+
+
+def test_what_may_be_done_twice_is_done_again(tmp_path: Path) -> None:
+    salt = replace(SALT, idempotent=True)
+    modules = {"dumpling": module("dumpling", (*DUMPLING.skills.values(), salt), MAKE_DUMPLINGS)}
+    plan = Given(do("salt"), do("prepare"), do("recover"), do("wrap"), do("boil"))
+    runs = at_every_instant(tmp_path, lambda dying: Mortal(dying, modules), plan)
+    assert all(report.reached for _, report in runs)
+    assert {runtime.done.count("salt") for runtime, _ in runs} == {1, 2}
+
+
+def test_branches_and_conditions_are_gone_on_with_where_they_were(tmp_path: Path) -> None:
+    dough = skill("dough", outcome("there", {"dough_on_workspace": True}))
+    filling = skill("filling", outcome("there", {"filling_on_workspace": True}))
+    modules = {"dumpling": module("dumpling", (*DUMPLING.skills.values(), dough, filling), MAKE_DUMPLINGS)}
+    plan = Given(
+        Par((do("dough"), do("filling")), SPAN),
+        If(term("wrapper_aligned"), "wrapper_aligned", do("wrap"), Seq((do("recover"), do("wrap"))), SPAN),
+        do("boil"),
+    )
+    for runtime, report in at_every_instant(tmp_path, lambda dying: Mortal(dying, modules), plan):
+        assert report.reached
+        assert sorted(runtime.done) == ["boil", "dough", "filling", "recover", "wrap"]
+
+
+def test_what_helps_between_two_tries_is_not_run_again(tmp_path: Path) -> None:
+    knead = skill("knead", outcome("aligned", {"wrapper_aligned": True}))
+    modules = {"dumpling": module("dumpling", (*DUMPLING.skills.values(), knead), MAKE_DUMPLINGS)}
+    plan = Given(do("prepare"), do("knead"), do("wrap", retry=2, handler=do("recover")), do("boil"))
+
+    def make(dying: float) -> Mortal:
+        return Mortal(dying, modules, endings={"wrap": ["misaligned", "misaligned"]})
+
+    for runtime, report in at_every_instant(tmp_path, make, plan):
+        assert report.reached
+        assert runtime.done == ["prepare", "knead", "wrap", "recover", "wrap", "recover", "wrap", "boil"]
+
+
+def test_an_operators_stop_can_be_resumed(tmp_path: Path) -> None:
+    runtime = Mortal(inf, endings={"wrap": [StepStatus.HALTED]})
+    with awake(tmp_path, "chef", runtime) as agent:
+        assert not agent.run("dumplings").reached
+    with awake(tmp_path, "chef", runtime) as agent:
+        assert agent.resume("dumplings").reached
+    assert runtime.done == ["prepare", "recover", "wrap", "wrap", "boil"]
+
+
+# Checkpoints that are not to be gone on from.
+
+
+@pytest.fixture
+def left(tmp_path: Path) -> tuple[Path, Mortal]:
+    """A folder and a runtime that an agent died over, amid its third step."""
+    runtime = Mortal(22)
+    with pytest.raises(Killed), awake(tmp_path, "chef", runtime) as agent:
+        agent.run("dumplings")
+    assert len(runtime.done) == 2
+    return tmp_path, runtime
+
+
+def resume(folder: Path, runtime: Mortal, instruction: str = "dumplings") -> RunReport:
+    with awake(folder, "chef", runtime) as agent:
+        return agent.resume(instruction)
+
+
+@pytest.mark.parametrize(
+    ("damage", "why"),
+    [
+        (lambda text: text[: len(text) // 2], "Unterminated string"),
+        (lambda text: text.replace("recover", "rewover", 1), "its digest is another"),
+        (lambda text: text.replace(f'"schema": {SCHEMA}', '"schema": 99'), "it is of schema 99"),
+        (lambda text: "[]", "not laid out"),
+    ],
+)
+def test_after_a_damaged_checkpoint_the_one_before_is_gone_on_from(
+    left: tuple[Path, Mortal], damage: Callable[[str], str], why: str
+) -> None:
+    folder, runtime = left
+    path = folder / "checkpoint.json"
+    path.write_text(damage(path.read_text()))
+    assert resume(folder, runtime).reached
+    refused = [details["reason"] for kind, details in runtime.notes if kind == "checkpoint-refused"]
+    assert len(refused) == 1
+    assert why in refused[0]
+    assert runtime.done == ["prepare", "recover", "wrap", "boil"]
+
+
+def test_where_no_checkpoint_is_whole_nothing_is_resumed(left: tuple[Path, Mortal]) -> None:
+    folder, runtime = left
+    for name in ("checkpoint.json", "checkpoint.previous.json"):
+        (folder / name).write_text("{}")
+    with pytest.raises(RefusedError, match=r"cannot be resumed: .+damaged.+; start it anew"):
+        resume(folder, runtime)
+    assert runtime.done == ["prepare", "recover"]
+
+
+def test_a_checkpoint_of_another_robot_is_refused(left: tuple[Path, Mortal]) -> None:
+    folder, runtime = left
+    (folder / "identity.json").unlink()
+    with pytest.raises(RefusedError, match="is another agent's"):
+        resume(folder, runtime)
+
+
+def test_a_checkpoint_of_another_record_is_refused(left: tuple[Path, Mortal]) -> None:
+    folder, runtime = left
+    runtime.said.clear()
+    with pytest.raises(RefusedError, match="does not hold the record"):
+        resume(folder, runtime)
+
+
+def test_a_checkpoint_of_another_plant_is_refused(left: tuple[Path, Mortal]) -> None:
+    folder, runtime = left
+    runtime.clock = 0.0
+    with pytest.raises(RefusedError, match="it is another plant"):
+        resume(folder, runtime)
+
+
+def test_a_checkpoint_of_another_task_is_refused(left: tuple[Path, Mortal]) -> None:
+    folder, runtime = left
+    with pytest.raises(RefusedError, match="of another task: “dumplings”"):
+        resume(folder, runtime, "Dumplings, please")
+
+
+def test_where_nothing_was_begun_the_task_begins(tmp_path: Path) -> None:
+    assert resume(tmp_path, Mortal(inf)).reached
+
+
+def test_a_plan_whose_skills_have_gone_is_not_gone_on_with(left: tuple[Path, Mortal]) -> None:
+    folder, runtime = left
+    (wrap,) = [one for one in DUMPLING.skills.values() if one.id == "wrap"]
+    rest = tuple(one for one in DUMPLING.skills.values() if one.id not in ("wrap", "boil"))
+    fold = skill("fold", *wrap.outcomes.values())
+    cook = skill("cook", outcome("cooked", {"dumpling_cooked": True}), precondition="dumpling_wrapped")
+    runtime.modules = {"dumpling": module("dumpling", (*rest, fold, cook), MAKE_DUMPLINGS)}
+    with awake(folder, "chef", runtime, Given(do("fold"), do("cook"))) as agent:
+        report = agent.resume("dumplings")
+    assert report.reached
+    assert runtime.done == ["prepare", "recover", "fold", "cook"]

@@ -1,0 +1,112 @@
+"""Heartbeats as systemd has them: who looks at its governor is alive, and who is alone stops."""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from aeros.cli.notification import ALIVE, READY, Attended, Notifier
+from aeros.runtime.governor import Command, Fixed
+from tests.unit.runtime import bench
+
+
+class Steered(Fixed):
+    """A governor that asks for what it is told to."""
+
+    asked = Command.RUN
+
+    @property
+    def command(self) -> Command:
+        return self.asked
+
+
+@pytest.fixture
+def supervisor(tmp_path: Path) -> Iterator[socket.socket]:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listening:
+        listening.bind(str(tmp_path / "n.sock"))
+        listening.settimeout(5.0)
+        yield listening
+
+
+@pytest.fixture
+def notifier(tmp_path: Path, supervisor: socket.socket) -> Iterator[Notifier]:
+    with Notifier({"NOTIFY_SOCKET": str(tmp_path / "n.sock"), "WATCHDOG_USEC": "400000"}) as speaking:
+        yield speaking
+
+
+def governor() -> Steered:
+    return Steered(bench.configuration())
+
+
+def test_each_look_is_a_heartbeat_and_no_more_than_a_supervisor_needs(
+    notifier: Notifier, supervisor: socket.socket
+) -> None:
+    attended = Attended(governor(), notifier)
+    latest = time.monotonic() + 0.35
+    while time.monotonic() < latest:
+        assert attended.command is Command.RUN
+    supervisor.setblocking(False)
+    beats = 0
+    while True:
+        try:
+            assert supervisor.recv(100).decode() == ALIVE
+        except BlockingIOError:
+            break
+        beats += 1
+    assert 2 <= beats <= 4
+
+
+def test_words_arrive_as_systemd_has_them(notifier: Notifier, supervisor: socket.socket) -> None:
+    notifier.tell(READY, ALIVE)
+    assert supervisor.recv(100) == b"READY=1\nWATCHDOG=1"
+
+
+def test_an_abstract_address_is_understood() -> None:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listening:
+        listening.bind("")  # Linux gives it an abstract one
+        listening.settimeout(5.0)
+        name = listening.getsockname()
+        with Notifier({"NOTIFY_SOCKET": "@" + name[1:].decode()}) as speaking:
+            speaking.tell(READY)
+        assert listening.recv(100) == READY.encode()
+
+
+def test_once_the_supervisor_is_gone_a_stop_is_asked_for(
+    notifier: Notifier, supervisor: socket.socket
+) -> None:
+    attended = Attended(governor(), notifier)
+    attended.command  # noqa: B018  the first heartbeat
+    supervisor.close()
+    time.sleep(notifier.every)
+    commands = [attended.command for _ in range(2)]
+    assert (commands, notifier.is_alone) == ([Command.STOP, Command.STOP], True)
+
+
+def test_a_supervisor_that_does_not_listen_is_not_waited_for(notifier: Notifier) -> None:
+    began = time.monotonic()
+    for _ in range(2000):
+        notifier.tell(ALIVE)
+    assert time.monotonic() - began < 5.0
+    assert not notifier.is_alone
+
+
+def test_without_a_supervisor_nothing_is_said_and_nothing_stops() -> None:
+    with Notifier({}) as notifier:
+        attended = Attended(governor(), notifier)
+        assert attended.command is Command.RUN
+        assert not notifier.is_alone
+
+
+def test_a_change_of_what_is_asked_for_is_told_once(notifier: Notifier) -> None:
+    heard: list[Command] = []
+    asking = governor()
+    attended = Attended(asking, notifier)
+    attended.on_command = heard.append
+    for command in (Command.RUN, Command.PAUSE, Command.PAUSE, Command.RUN):
+        asking.asked = command
+        assert attended.command is command
+    assert heard == [Command.PAUSE, Command.RUN]

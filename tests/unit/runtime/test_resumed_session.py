@@ -1,0 +1,124 @@
+"""A session that goes on after a crash: what was counted counts, what was seen was seen, and then a gap."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.runtime.audit import AuditError, AuditLog, verify_log
+from aeros.runtime.configuration import Configuration, only
+from aeros.runtime.executor import Executor
+from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.ports import BEGINNING, Head, StepRequest, StepResult, StepStatus
+from aeros.runtime.replay import Replay
+from aeros.runtime.skill_run import run_in_process
+from aeros.spec.model import Site
+from tests.unit.runtime.test_history import CODE, STEP, Bench
+
+
+class Crashing:
+    """A bench whose executor ends at each `crash`, and whose plant and log do not."""
+
+    def __init__(self, folder: Path, bench: Bench, configuration: Configuration) -> None:
+        self.path = folder / "resumed.jsonl"
+        self.plant, self.configuration = bench.plant, configuration
+        self.log = AuditLog(self.path)
+        self.executor = self.made(resumed=False)
+
+    def made(self, *, resumed: bool) -> Executor:
+        gate = Gate(self.configuration, GateMode.SHADOW)
+        return Executor(self.configuration, gate, self.plant, self.log, run_in_process, resumed=resumed)
+
+    def crash(self) -> None:
+        self.log.close()
+        self.log = AuditLog(self.path)
+        self.executor = self.made(resumed=True)
+
+    def lift_at(self, time: float, distance: float = 20.0) -> StepResult:
+        self.plant.time, self.plant.values["human_distance"] = time, distance
+        return self.executor.submit(StepRequest("handling", "lift", {}))
+
+    def replayed(self) -> Replay:
+        replay = Replay(only(self.configuration))
+        for line in self.path.read_bytes().splitlines():
+            replay.take(json.loads(line))
+        return replay
+
+
+@pytest.fixture
+def bench(site: Site, make_ecm: Any, tmp_path: Path) -> Bench:
+    return Bench(site, make_ecm(CODE), AuditLog(tmp_path / "unused.jsonl"))
+
+
+@pytest.fixture
+def remembering(bench: Bench, tmp_path: Path) -> Crashing:
+    return Crashing(tmp_path, bench, bench.configuration)
+
+
+@pytest.fixture
+def counting(bench: Bench, site: Site, tmp_path: Path) -> Crashing:
+    (quota,) = site.quotas
+    counted = replace(
+        site,
+        quotas=(replace(quota, kinds=frozenset({"move"}), at_most=2),),
+        access=bench.configuration.site.access,
+    )
+    return Crashing(tmp_path, bench, replace(bench.configuration, site=counted))
+
+
+def test_what_was_counted_before_a_crash_counts_after_it(counting: Crashing) -> None:
+    assert counting.lift_at(0.0).status is StepStatus.FINISHED
+    counting.crash()
+    assert counting.lift_at(STEP).status is StepStatus.FINISHED
+    counting.crash()
+    denied = counting.lift_at(2 * STEP)
+    assert denied.status is StepStatus.DENIED
+    assert counting.configuration.site.quotas[0].id in denied.reason
+    assert (counting.replayed().disagreements, counting.replayed().agreed) == ([], 3)
+
+
+def test_what_was_seen_before_a_crash_was_seen_and_what_came_between_is_not_known(
+    remembering: Crashing,
+) -> None:
+    assert remembering.lift_at(0.0).status is StepStatus.FINISHED
+    assert remembering.lift_at(STEP, 1.5).status is StepStatus.DENIED
+    remembering.crash()
+    # Nobody is near any more, but somebody was, less than 5 s ago.
+    assert remembering.lift_at(2 * STEP).reason.startswith(("AE750 memory", "AE703"))
+    assert remembering.lift_at(3 * STEP).status is StepStatus.DENIED
+    assert remembering.replayed().disagreements == []
+
+
+def test_that_nobody_looked_meanwhile_denies_until_it_cannot_matter(remembering: Crashing) -> None:
+    assert remembering.lift_at(0.0).status is StepStatus.FINISHED
+    remembering.crash()
+    assert remembering.lift_at(STEP).reason.startswith("AE703")
+    # Looked at often enough to see whoever comes, for as long as the rule reaches back.
+    statuses = [remembering.lift_at(tick * STEP).status for tick in range(2, 84)]
+    assert statuses.index(StepStatus.FINISHED) > 75
+    assert remembering.replayed().disagreements == []
+
+
+def test_the_record_goes_on_in_one_chain(remembering: Crashing) -> None:
+    remembering.lift_at(0.0)
+    before = remembering.executor.head()
+    remembering.crash()
+    assert verify_log(remembering.path).sound
+    events = [one.event for one in remembering.executor.said_since(BEGINNING) or ()]
+    assert (events[0], events[-1]) == ("session-opened", "session-resumed")
+    (resumed,) = remembering.executor.said_since(before) or ()
+    assert (resumed.sequence, resumed.event) == (before.records, "session-resumed")
+    assert remembering.executor.said_since(Head(before.records, "0" * 64)) is None
+    assert remembering.executor.said_since(Head(before.records + 5, before.hash)) is None
+
+
+def test_under_another_site_nothing_is_gone_on_with(remembering: Crashing) -> None:
+    remembering.lift_at(0.0)
+    site = replace(remembering.configuration.site, digest="6" * 64)
+    remembering.configuration = replace(remembering.configuration, site=site)
+    with pytest.raises(AuditError, match="another site governed it"):
+        remembering.crash()

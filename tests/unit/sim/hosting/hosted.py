@@ -1,0 +1,62 @@
+"""A plant hosted in a thread of this process, for tests that look at both ends."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+from aeros.runtime.ports import Plant
+from aeros.sim.hosting.host import PATIENCE, Host
+from aeros.sim.hosting.remote import RemotePlant
+
+Told = list[Mapping[str, Any]]
+
+
+class Hosting:
+    """A host at work; `told` is what it tells, `plant` what it hosts."""
+
+    def __init__(self, plant: Plant, patience: float = PATIENCE, linger: float = 60.0) -> None:
+        self._folder = tempfile.TemporaryDirectory()
+        self.path = Path(self._folder.name) / "plant.sock"
+        self.plant = plant
+        self.told: Told = []
+        self.thread = Thread(target=self._serve, args=(patience, linger), daemon=True)
+        self.thread.start()
+        while not self.path.exists():
+            time.sleep(0.001)
+
+    def events(self) -> list[str]:
+        return [one["event"] for one in self.told]
+
+    def until(self, event: str) -> Mapping[str, Any]:
+        """What is told of the first such event, once it is."""
+        latest = time.monotonic() + 20.0
+        while event not in self.events():
+            assert time.monotonic() < latest
+            time.sleep(0.001)
+        return self.told[self.events().index(event)]
+
+    def _serve(self, patience: float, linger: float) -> None:
+        Host(self.plant, self.told.append, patience, linger).serve(self.path)
+        self.plant.close()
+        self._folder.cleanup()
+
+
+class Hosted(RemotePlant):
+    """A hosted plant that ends with whoever uses it."""
+
+    def __init__(self, make: Callable[[], Plant]) -> None:
+        self._hosting = Hosting(make())
+        super().__init__(self._hosting.path)
+        self._is_over = False
+
+    def close(self) -> None:
+        if not self._is_over:
+            self._is_over = True
+            self._ask("end")
+            super().close()
+            self._hosting.thread.join(20.0)
