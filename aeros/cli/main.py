@@ -23,6 +23,7 @@ _COMMANDS = {
     "decide": "decide action requests, one per line of JSON",
     "diff": "what a change newly allows and newly denies",
     "audit": "check, show and replay the record of a run",
+    "report": "write a finished run as one HTML page",
     "explain": "explain a diagnostic code",
     "graph": "draw a task's planning rules, its closed loop or a composition",
     "predict": "compute a task's success probability and expected work exactly",

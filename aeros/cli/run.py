@@ -24,6 +24,7 @@ from aeros.cli.bag import BagRefusedError, bagged
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.goal import goal_of
 from aeros.cli.interruptible import Interruptible
+from aeros.cli.page.left import read_left
 from aeros.cli.plants import (
     PLANTS,
     PlantRefusedError,
@@ -34,10 +35,13 @@ from aeros.cli.plants import (
     people_of,
     window_of,
 )
+from aeros.cli.report import written
 from aeros.cli.run_report import TraceWriter, summary
 from aeros.runtime.audit import AuditError, AuditLog, AuditReport, verify_log
 from aeros.runtime.audit_checkpoints import AnchorError, Signing, verify_signed
 from aeros.runtime.audit_keys import KeyRefusedError, read_signing_key
+from aeros.runtime.bus.samples import FILE as SAMPLES
+from aeros.runtime.bus.samples import Samples
 from aeros.runtime.bus.watched_plant import WatchedPlant
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.executor import Executor
@@ -64,7 +68,8 @@ if TYPE_CHECKING:
 _EXAMPLES = """\
 All modules are proved before anything moves, and each `ecm.lock` must be the certificate that
 results.  The folder given by --out holds afterwards: run.webp (physics), trace.jsonl (what the agent
-did), audit.jsonl (every decision, chained).  The exit code is 0 when the goal is measured, 1 when not.
+did), measured.jsonl (what was measured, ten times a second), audit.jsonl (every decision, chained), and
+with --report a page about all of it.  The exit code is 0 when the goal is measured, 1 when not.
 A film, bag or MCAP file is whole or not there: after Ctrl-C, which stops the robot, it ends there.
 A person walks their own way and minds nothing; the robot slows down or stops as the site says.
 A composition is a graph of skills that the module declares; its branches run at the same time.
@@ -82,6 +87,7 @@ examples:
   aeros run "make dumplings" --faults wrapper_bumped --seed 4
   aeros run "make dumplings" --record dumplings.mp4 --mcap dumplings.mcap
   aeros run "make dumplings" --view --no-record
+  aeros run "make dumplings" --person at_the_bench --report
   aeros run "fetch the object" --scene shelf_behind
   aeros run "make dumplings" --bag runs/demo-bag
   aeros run "make dumplings" --audit-key .aeros/audit.key --anchor /mnt/other/demo.anchor
@@ -162,6 +168,9 @@ def add_to(commands: Subparsers) -> None:
         "--scene",
         metavar="FILE|NAME",
         help="let more stand and lie about (physics): a scene file, or one that comes with AEROS",
+    )
+    parser.add_argument(
+        "--report", action="store_true", help="write report.html there too, as `aeros report` does"
     )
     film = parser.add_mutually_exclusive_group()
     film.add_argument(
@@ -322,6 +331,7 @@ def _run(
             audit_path, durability=durability, signing=signing, listener=None if feed is None else feed.record
         ) as audit,
         TraceWriter(out / "trace.jsonl") as trace,
+        Samples(out / SAMPLES, configuration.site) as samples,
         open_plant(
             arguments.plant,
             configuration,
@@ -336,7 +346,8 @@ def _run(
             around.bodies,
         ) as opened,
     ):
-        plant = opened if feed is None else WatchedPlant(opened, feed)
+        sampled = WatchedPlant(opened, samples)
+        plant = sampled if feed is None else WatchedPlant(sampled, feed)
         gate = Gate(configuration, GateMode(arguments.gate))
         with (
             Interruptible(governor) as governed,
@@ -356,6 +367,9 @@ def _run(
     if feed is not None:
         kept = f"bag        {arguments.bag}/" if arguments.mcap is None else f"mcap       {arguments.mcap}"
         print(kept + (f", {feed.lost} not kept: {feed.trouble}" if feed.lost else ""))
+    if arguments.report:
+        site = configuration.site
+        written(read_left(out), out / "report.html", {site.digest: site}, sound)
     print(f"left in    {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
     if governed.is_interrupted:
         return Exit.INTERRUPTED
