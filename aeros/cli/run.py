@@ -103,7 +103,7 @@ def add_to(commands: Subparsers) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("instruction", help='what to do, as in "make dumplings"')
-    parser.add_argument("--seed", type=_seed, default=0, help="of everything random (default: 0)")
+    parser.add_argument("--seed", type=seed_of, default=0, help="of everything random (default: 0)")
     parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
     parser.add_argument(
         "--gate",
@@ -195,7 +195,8 @@ def add_to(commands: Subparsers) -> None:
     parser.set_defaults(command=_command)
 
 
-def _seed(text: str) -> int:
+def seed_of(text: str) -> int:
+    """A seed, as an argument."""
     if not text.isascii() or not text.isdigit() or not int(text) < 2**63:
         raise argparse.ArgumentTypeError("expected a whole number from 0 to 2^63 - 1")
     return int(text)
@@ -212,20 +213,11 @@ def _seconds(text: str) -> float:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    key_file = arguments.audit_key or _key_in(arguments.state)
+    key_file = arguments.audit_key or key_in(arguments.state)
     if arguments.anchor is not None and key_file is None:
         print("aeros: --anchor needs --audit-key: `aeros audit keygen` makes one", file=sys.stderr)
         return Exit.USAGE
-    registry = Registry(arguments.state)
-    installed = arguments.ecms is None and arguments.site is None and registry.exists
-    governor: Governing | Steered
-    if installed:
-        governor = Governing(registry)
-        (_, configuration), report = governor.configuration(), governor.report
-    else:
-        site = arguments.site or reference_site()
-        configuration, report = prove([arguments.ecms or Path("ecms")], site, certified=True)
-        governor = Steered(configuration, registry)
+    governor, configuration, report = governed(arguments)
     try:
         signing = None if key_file is None else Signing(read_signing_key(key_file), arguments.anchor)
         people = people_of(arguments.plant, arguments.person)
@@ -262,6 +254,17 @@ def _command(arguments: argparse.Namespace) -> Exit:
         return Exit.REJECTED
 
 
+def governed(arguments: argparse.Namespace) -> tuple[Governing | Steered, Configuration, Report]:
+    """Who governs, as --site, --ecms and --state say: the configuration in force, proved, and its proof."""
+    registry = Registry(arguments.state)
+    if arguments.ecms is None and arguments.site is None and registry.exists:
+        governing = Governing(registry)
+        return governing, governing.configuration()[1], governing.report
+    site = arguments.site or reference_site()
+    configuration, report = prove([arguments.ecms or Path("ecms")], site, certified=True)
+    return Steered(configuration, registry), configuration, report
+
+
 def _planner(arguments: argparse.Namespace, module: Ecm, site: Site) -> Planner:
     """What proposes plans: the task's planning rules unless another is asked for."""
     composition, by_rules = arguments.composition, arguments.planner == "rules"
@@ -288,14 +291,15 @@ def _watched(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Path, S
         if arguments.view:
             spectators.append(window_of(arguments.plant))
             closing.callback(spectators[0].close)
-        out = _output_folder(arguments.out, task)
+        out = output_folder(arguments.out, task)
         is_filmed = arguments.plant == "physics" and not arguments.no_record
         if is_filmed or arguments.record is not None:
             spectators.append(film_of(arguments.plant, arguments.record or out / "run.webp"))
         yield out, spectators
 
 
-def _key_in(state: Path) -> Path | None:
+def key_in(state: Path) -> Path | None:
+    """The key to sign with that is used without being asked for."""
     path = state / "audit.key"
     return path if path.exists() else None
 
@@ -325,7 +329,7 @@ def _run(
     durability = configuration.site.durability
     began = time.perf_counter()
     with (
-        _isolation(configuration) as skills,
+        isolated_skills(configuration) as skills,
         bagged(arguments.bag, arguments.mcap, configuration.site) as feed,
         AuditLog(
             audit_path, durability=durability, signing=signing, listener=None if feed is None else feed.record
@@ -387,7 +391,7 @@ def _audited(log: Path, signing: Signing | None) -> tuple[AuditReport, str]:
 
 
 @contextmanager
-def _isolation(configuration: Configuration) -> Iterator[SkillRuns]:
+def isolated_skills(configuration: Configuration) -> Iterator[SkillRuns]:
     """Where skill code runs; refuses before anything starts where this host isolates too little."""
     with SkillRuns(configuration.site, configuration.modules.values()) as skills:
         if skills.refusal is not None:
@@ -397,7 +401,7 @@ def _isolation(configuration: Configuration) -> Iterator[SkillRuns]:
         yield skills
 
 
-def _output_folder(wanted: Path | None, task: str) -> Path:
+def output_folder(wanted: Path | None, task: str) -> Path:
     """A folder that was not there before, or is empty: one run never mixes with another's record."""
     folder = wanted or Path("runs") / f"{task}-{datetime.now().astimezone():%Y%m%d-%H%M%S-%f}"
     try:
