@@ -41,6 +41,7 @@ _COMMANDS = {
     "pause": "let nothing begin until it is resumed",
     "resume": "let actions begin again",
     "stop": "bring what moves to rest and end the run",
+    "top": "look on at a run from another terminal",
     "mcp": "let an MCP client look, propose plans, and have them executed",
     "approve": "list and approve what clients of `aeros mcp` ask for",
     "new": "start a module that is proved and runs as it stands",

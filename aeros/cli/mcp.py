@@ -16,6 +16,7 @@ from aeros.agent.routing import Routed, route
 from aeros.cli.arguments import existing_path, writable_path
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.interruptible import Interruptible
+from aeros.cli.latest_run import note_run
 from aeros.cli.mcp_server.approvals import Approvals
 from aeros.cli.mcp_server.judging import Judge
 from aeros.cli.mcp_server.robot import Heard, Parts, Proposed, Robot
@@ -167,6 +168,7 @@ def _parts(
     ):
         audit.append("isolation", skills.details())
         with awake(arguments.state, site.id, executor, planner, trace.tell, arguments.seed) as agent:
+            note_run(arguments.state, out)
             yield Parts(executor, agent, planner)
 
 

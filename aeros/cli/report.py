@@ -66,7 +66,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if not (arguments.folder / AUDIT).is_file():
         print(f"aeros: there is no {AUDIT} in `{arguments.folder}`", file=sys.stderr)
         return Exit.REJECTED
-    given = [] if arguments.site is None else [_given(arguments.site)]
+    given = None if arguments.site is None else _given(arguments.site)
     left = read_left(arguments.folder)
     try:
         signed = _signed(left, arguments.folder / AUDIT, arguments.public_key, arguments.anchor)
@@ -74,10 +74,11 @@ def _command(arguments: argparse.Namespace) -> Exit:
         print(f"aeros: {fault}", file=sys.stderr)
         return Exit.REJECTED
     wanted = {one.site for one in left.decisions}
-    if given and wanted and given[0].digest not in wanted:
+    if given is not None and wanted and given.digest not in wanted:
         print(f"aeros: the run was not under `{arguments.site}`: its digest is not recorded", file=sys.stderr)
         return Exit.REJECTED
-    sites = {site.digest: site for site in (*given, *_known(arguments.state)) if site.digest in wanted}
+    at_hand = sites_at_hand(arguments.state, arguments.site)
+    sites = {site.digest: site for site in at_hand if site.digest in wanted}
     return written(left, arguments.output or arguments.folder / "report.html", sites, signed)
 
 
@@ -113,8 +114,10 @@ def _given(path: Path) -> Site:
     return site
 
 
-def _known(state: Path) -> Iterable[Site]:
-    """The reference site, and whatever was in force on this robot as far as it can still be read."""
+def sites_at_hand(state: Path, given: Path | None) -> Iterable[Site]:
+    """`given`, the reference site, and whatever was in force on this robot as far as it can still be read."""
+    if given is not None:
+        yield _given(given)
     yield from _with_blocks(reference_site(), ())
     registry = Registry(state)
     if registry.exists:

@@ -24,6 +24,7 @@ from aeros.cli.bag import BagRefusedError, bagged
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.goal import goal_of
 from aeros.cli.interruptible import Interruptible
+from aeros.cli.latest_run import note_run
 from aeros.cli.page.left import read_left
 from aeros.cli.plants import (
     PLANTS,
@@ -361,6 +362,7 @@ def _run(
             with awake(
                 arguments.state, configuration.site.id, executor, planner, trace.tell, arguments.seed
             ) as agent:
+                note_run(arguments.state, out)
                 report = agent.run(arguments.instruction, arguments.timeout, goal)
         simulated = plant.now()
     print(summary(proof, report, arguments.plant, simulated, time.perf_counter() - began))

@@ -14,4 +14,4 @@ def test_the_page_does_what_it_says(tmp_path: Path) -> None:
     commands = commands_of(text_of("docs/looking-on.md"))
     for command, shown in commands:
         carry_out(command, shown, tmp_path)
-    assert len(commands) == 3
+    assert len(commands) == 6

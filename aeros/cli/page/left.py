@@ -49,6 +49,7 @@ class Decided:
     reasons: tuple[tuple[str, str, str], ...]
     site: str | None
     state: Mapping[str, Any]
+    usage: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -103,14 +104,14 @@ class Left:
 
 def read_left(folder: Path) -> Left:
     """What is in the folder of a run; the record has to be there, trace and samples may be missing."""
-    reading = _Reading()
+    reading = Recorded()
     left = reading.left
     left.chain = verify_log(folder / AUDIT, reading.take)
-    left.events = [event for line in _lines(folder / TRACE, left) if (event := _event(line)) is not None]
+    left.events = [event for line in _lines(folder / TRACE, left) if (event := event_in(line)) is not None]
     told = [(one.kind, one.details) for one in left.events if one.kind not in _BESIDE_RECORD]
     if left.events and _spelt(told) != _spelt(left.notes):
         left.trouble.append(f"{TRACE} does not say what the record says that the agent told")
-    left.samples = [sample for line in _lines(folder / SAMPLES, left) if (sample := _sample(line))]
+    left.samples = [sample for line in _lines(folder / SAMPLES, left) if (sample := sample_in(line))]
     left.samples.sort(key=lambda sample: sample[0])
     return left
 
@@ -139,21 +140,21 @@ def _lines(path: Path, left: Left) -> Iterator[Mapping[str, Any]]:
         left.trouble.append(f"{path.name} has {bad} lines that say nothing that is known")
 
 
-class _Reading:
-    """Takes the records in order."""
+class Recorded:
+    """Takes the records in order; `left` is what they say so far, `now` the plant's clock at the last."""
 
     def __init__(self) -> None:
         self.left = Left()
         self._sites: dict[str, str] = {}
-        self._latest = 0.0
+        self.now = 0.0
         self._under_way: defaultdict[str, deque[Run]] = defaultdict(deque)
         self._ended: Run | None = None
 
-    def take(self, record: Record, _own: str) -> None:
+    def take(self, record: Record, _own: str = "") -> None:
         """One sound record."""
         details: dict[str, Any] = record["details"]
         time = _number(details.get("time"))
-        self._latest = self._latest if time is None else time
+        self.now = self.now if time is None else time
         skill = f"{details.get('module')}.{details.get('skill')}"
         match record["event"]:
             case "session-opened" | "configuration-changed":
@@ -161,7 +162,7 @@ class _Reading:
             case "decision":
                 self._decide(record["sequence"], details, skill)
             case "step-began":
-                run = Run(skill, self._latest, self._ended)
+                run = Run(skill, self.now, self._ended)
                 self.left.runs.append(run)
                 self._under_way[skill].append(run)
             case "step-ended" | "step-broken" as event:
@@ -169,7 +170,7 @@ class _Reading:
             case "note":
                 self._note(details.get("event"), details.get("details"))
             case "paused" | "resumed" as event:
-                self.left.changes.append((self._latest, event))
+                self.left.changes.append((self.now, event))
 
     def _govern(self, details: Mapping[str, Any]) -> None:
         self.left.sessions.append(details)
@@ -184,7 +185,7 @@ class _Reading:
         self.left.decisions.append(
             Decided(
                 sequence,
-                self._latest,
+                self.now,
                 str(details["verdict"]),
                 skill,
                 str(asked.get("kind")),
@@ -193,13 +194,14 @@ class _Reading:
                 tuple((str(a), str(b), str(c)) for a, b, c in (one for one in listed if _is_triple(one))),
                 self._sites.get(str(details.get("configuration"))),
                 _inner(details, "state"),
+                _inner(details, "usage"),
             )
         )
 
     def _end(self, skill: str, details: Mapping[str, Any], otherwise: str) -> None:
         if self._under_way[skill]:
             run = self._ended = self._under_way[skill].popleft()
-            run.ended = self._latest
+            run.ended = self.now
             run.status = str(details.get("status", otherwise))
             run.reason = str(details.get("reason", ""))
 
@@ -217,7 +219,8 @@ class _Reading:
             run.failed = details.get("failed") is not False
 
 
-def _event(line: Mapping[str, Any]) -> Event | None:
+def event_in(line: Mapping[str, Any]) -> Event | None:
+    """What a line of the trace tells, None where it tells nothing."""
     time, kind, text, details = (line.get(name) for name in ("time", "kind", "text", "details"))
     seconds = _number(time)
     if seconds is None or type(kind) is not str or type(text) is not str or type(details) is not dict:
@@ -225,7 +228,8 @@ def _event(line: Mapping[str, Any]) -> Event | None:
     return Event(seconds, kind, text, details)
 
 
-def _sample(line: Mapping[str, Any]) -> tuple[float, Mapping[str, Any]] | None:
+def sample_in(line: Mapping[str, Any]) -> tuple[float, Mapping[str, Any]] | None:
+    """What a line of the samples tells, None where it tells nothing."""
     time = _number(line.get("time"))
     return None if time is None else (time, _inner(line, "state"))
 

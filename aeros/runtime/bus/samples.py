@@ -1,4 +1,4 @@
-"""What was measured while a run went on, every tenth of a second, as a file that grows line by line.
+"""What was measured while a run went on, ten times a second, as a file that grows line by line.
 
 For whoever looks on or looks back: `aeros top` and `aeros report`.  It is no record: nothing is decided by
 it, it is not chained, and what cannot be written is counted and left out, as no robot stops for a plot.
@@ -22,7 +22,7 @@ FILE: Final = "measured.jsonl"
 """Its name in the folder of a run."""
 
 PERIOD: Final = 0.1
-"""Plant seconds between two lines about control ticks, and between two about observations."""
+"""Plant seconds between lines about control ticks, and between observations of the same truths."""
 
 _DIGITS: Final = 6
 
@@ -38,6 +38,7 @@ class Samples:
         self.lost = 0
         self._kept = _kept(site)
         self._last: dict[str, float] = {}
+        self._truths: dict[str, Any] = {}
         self._file = path.open("wb", buffering=0)
 
     def tick(self, now: float, values: Mapping[str, Any], chain: Chain) -> None:
@@ -50,8 +51,10 @@ class Samples:
         """What was measured, each value at its own time."""
         state = {name: _read(reading, inf) for name, reading in readings.items()}
         now = max((reading.time for reading in state.values() if isfinite(reading.time)), default=inf)
-        if isfinite(now) and now - self._last.get("observed", -inf) >= PERIOD:
-            self._last["observed"] = now
+        truths = {name: one.value for name, one in state.items() if type(one.value) in (bool, str)}
+        is_due = now - self._last.get("observed", -inf) >= PERIOD or truths != self._truths
+        if isfinite(now) and is_due:
+            self._last["observed"], self._truths = now, truths
             self._write(now, state)
 
     def close(self) -> None:

@@ -45,6 +45,15 @@ def test_an_observation_is_kept_beside_ticks_with_the_times_of_its_values(tmp_pa
     ]
 
 
+def test_an_observation_that_a_truth_has_changed_is_kept_whenever_it_comes(tmp_path: Path) -> None:
+    with Samples(tmp_path / "m", site()) as samples:
+        for holding, distance in ((False, 3.0), (False, 2.0), (True, 1.0), (True, 0.5)):
+            readings = {"holding": Reading(holding, 1.0), "human_distance": Reading(distance, 1.0)}
+            samples.observed(readings, Chain())
+    kept = [line["state"]["human_distance"][0] for line in lines(tmp_path / "m")]
+    assert kept == [3.0, 1.0]
+
+
 def test_vectors_that_no_rule_reads_are_left_out(tmp_path: Path) -> None:
     with Samples(tmp_path / "m", site()) as samples:
         samples.tick(0.0, {"sponge_position": (0.0, 0.0, 0.0), "base_position": (1.0, 2.0, 3.0)}, Chain())
