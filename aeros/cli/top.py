@@ -17,6 +17,7 @@ from aeros.cli.arguments import existing_path
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.following import Following
 from aeros.cli.latest_run import latest_run
+from aeros.cli.page.left import steps_of
 from aeros.cli.report import sites_at_hand
 from aeros.spec.model import Site
 from aeros.spec.render import safe
@@ -133,6 +134,7 @@ class _Looking:
 def view_of(run: Following, site: Site | None, *, is_there: bool) -> dict[str, Any]:
     """How the run is, as JSON.  is_there: whether its process is."""
     ended = run.ended
+    parts = () if run.plan is None else steps_of(run.plan, run.runs)
     used = run.last[-1].usage if run.last else {}
     most = {} if site is None else {quota.id: quota.at_most for quota in site.quotas}
     single = [(name, told) for name, told in sorted(run.world.items()) if not isinstance(told[0], list)]
@@ -145,7 +147,7 @@ def view_of(run: Following, site: Site | None, *, is_there: bool) -> dict[str, A
         "task": run.routed.get("task"),
         "ended": None if ended is None else {name: ended.get(name) for name in ("reached", "reason")},
         "time": run.now,
-        "plan": list(_plan(run)),
+        "plan": [{"step": step, "how": how} for step, how in parts],
         "under_way": [{"skill": one.skill, "since": one.began} for one in run.runs if one.ended is None],
         "events": [{"time": one.time, "text": one.text} for one in list(run.events)[-_EVENTS:]],
         "counts": {verdict: run.counts[verdict] for verdict in ("ALLOW", "ATTENUATE", "DENY")},
@@ -173,21 +175,6 @@ def view_of(run: Following, site: Site | None, *, is_there: bool) -> dict[str, A
         ],
         "world": {name: {"value": value, "age": max(run.now - at, 0.0)} for name, (value, at) in single},
     }
-
-
-def _plan(run: Following) -> Iterator[dict[str, str]]:
-    """The parts of the latest plan, and how each is."""
-    steps = run.plan.details.get("steps") if run.plan is not None else None
-    for step in steps if type(steps) is list else []:
-        text = str(step)
-        own = [one for one in run.runs if one.skill in text.replace("(", " ").split()]
-        if any(one.ended is None for one in own):
-            how = "under way"
-        elif own:
-            how = "failed" if own[-1].failed else "done"
-        else:
-            how = "to come"
-        yield {"step": text, "how": how}
 
 
 # Text.

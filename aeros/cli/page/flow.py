@@ -1,15 +1,48 @@
-"""A run as a drawing: its skills, and which followed which after what outcome, however often that was."""
+"""A run as drawings: its latest plan, and which skill followed which after what outcome, however often."""
 
 from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Sequence
+from itertools import islice, pairwise
+from textwrap import wrap
+from typing import Final
 
 from aeros.cli.drawing import Drawing, Edge, Node, Shape
-from aeros.cli.page.left import Left, Run, shortened
+from aeros.cli.page.left import Left, Run, shortened, steps_of
 
 _MOST_SKILLS = 60
 _MOST_TEXT = 60
+
+
+def plan_drawing(left: Left) -> Drawing | None:
+    """The latest plan, part after part, and how each was left; None where there was none."""
+    plan = next((event for event in reversed(left.events) if event.kind == "plan"), None)
+    if plan is None:
+        return None
+    since = [run for run in left.runs if run.began >= plan.time]
+    parts = [
+        Node(f"p{number}", (*_wrapped(text), _LEFT.get(how, how)), _SHAPES[how])
+        for number, (text, how) in enumerate(islice(steps_of(plan, since), _MOST_SKILLS), 1)
+    ]
+    nodes = (Node("p0", (f"planned at {plan.time:.2f} s",), "start"), *parts)
+    return Drawing("the latest plan", nodes, tuple(Edge(one.id, other.id) for one, other in pairwise(nodes)))
+
+
+_SHAPES: Final[dict[str, Shape]] = {
+    "done": "goal",
+    "failed": "stuck",
+    "under way": "choice",
+    "to come": "step",
+}
+
+
+_LEFT: Final = {"to come": "not run", "under way": "not ended"}
+"""What it was to be, now that it is over."""
+
+
+def _wrapped(text: str) -> list[str]:
+    return wrap(shortened(text, 8 * _MOST_TEXT), _MOST_TEXT) or [""]
 
 
 def run_drawing(left: Left) -> Drawing:

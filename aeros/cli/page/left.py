@@ -7,8 +7,9 @@ value is taken by its type, and what is not of the form that our writers give it
 from __future__ import annotations
 
 import json
+import re
 from collections import defaultdict, deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
@@ -20,6 +21,8 @@ from aeros.spec.render import safe
 
 AUDIT: Final = "audit.jsonl"
 TRACE: Final = "trace.jsonl"
+
+_NAMES: Final = re.compile(r"\w+\.\w+")
 
 _BESIDE_RECORD: Final = frozenset(("fault", "fault-over", "fault-passed"))
 """What the plant tells the trace, and the agent never knew."""
@@ -71,8 +74,8 @@ class Run:
 
     @property
     def how(self) -> str:
-        """How it ended, in a word or two."""
-        return self.outcome or self.status
+        """How it ended, in a word or two: what was measured at the end of a skill that came to its own."""
+        return self.outcome if self.status == "finished" and self.outcome else self.status
 
 
 @dataclass(slots=True)
@@ -100,6 +103,25 @@ class Left:
         """Plant seconds of the last thing that is known to have happened."""
         times = [one.ended if one.ended is not None else one.began for one in self.runs]
         return max([0.0, *times, *(one.time for one in self.decisions), *(one.time for one in self.events)])
+
+
+def steps_of(plan: Event, runs: Iterable[Run]) -> Iterator[tuple[str, str]]:
+    """The parts of a plan as it told them, and how each is: to come, under way, done or failed.
+
+    runs: those since the plan was made.  A part has the runs of the skills that it names.
+    """
+    parts = plan.details.get("steps")
+    since = list(runs)
+    for part in parts if type(parts) is list else []:
+        text = str(part)
+        named = set(_NAMES.findall(text))
+        own = [run for run in since if run.skill in named]
+        if any(run.ended is None for run in own):
+            yield text, "under way"
+        elif own:
+            yield text, "failed" if own[-1].failed else "done"
+        else:
+            yield text, "to come"
 
 
 def read_left(folder: Path) -> Left:

@@ -17,7 +17,7 @@ from typing import Any
 
 import aeros
 from aeros.cli.drawing import svg
-from aeros.cli.page.flow import run_drawing
+from aeros.cli.page.flow import plan_drawing, run_drawing
 from aeros.cli.page.left import Left, shortened
 from aeros.cli.page.plots import COLOURS, Mark, marks_of, plot, timeline
 from aeros.cli.page.rows import Row, rows_of
@@ -62,7 +62,8 @@ def page_of(left: Left, name: str, sites: Mapping[str, Site], signed: str) -> st
     series = series_of(left, sites)
     sections = [
         ("Summary", _summary(left, signed)),
-        ("What followed what", [svg(run_drawing(left)), *_plans(left)]),
+        ("Task graph", _plans(left)),
+        ("What followed what", [svg(run_drawing(left))]),
         ("Timeline", [timeline(left, marks), _key(), *_marks(marks)]),
         ("Distances, speeds and forces against their bounds", _plots(left, series, sites, marks)),
         ("Decisions", _decisions(left)),
@@ -133,7 +134,9 @@ def _ended(details: Mapping[str, Any] | None) -> str:
 
 
 def _plans(left: Left) -> Iterator[str]:
-    """The plans in order; one that was made again, as while the agent waited, is said once."""
+    """The latest plan, and all in order; one that was made again, as while the agent waited, is said once."""
+    latest = plan_drawing(left)
+    yield "<p>No plan is told in the trace.</p>" if latest is None else svg(latest)
     plans = [(one.time, one.details.get("steps")) for one in left.events if one.kind == "plan"]
     folded = [list(group) for _, group in groupby(plans, key=lambda plan: json.dumps(plan[1]))]
     items = []

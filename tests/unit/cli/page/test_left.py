@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from aeros.cli.page.left import read_left
+from aeros.cli.page.left import Run, read_left
 from aeros.cli.page.page import page_of
 from tests.unit.cli.page.left_runs import decision, run_symbolic, written_run
 
@@ -58,6 +58,13 @@ def test_without_trace_and_samples_the_record_is_enough(tmp_path: Path) -> None:
         "measured.jsonl cannot be read: No such file or directory",
     ]
     assert "the run left no samples" in page_of(left, "r", {}, "")
+
+
+def test_a_skill_that_did_not_come_to_its_own_end_is_told_by_how_it_ended() -> None:
+    run = Run("a.b", 0.0, None, 1.0, "denied", "no", "step", "missed", True)
+    assert run.how == "denied"
+    run.status = "finished"
+    assert run.how == "missed"
 
 
 ODD: list[Any] = [None, 3, "x", [], {}, [[1, 2, 3]], {"a": [None]}, 1e999, True]

@@ -83,7 +83,7 @@ def hostile_run(folder: Path, text: str) -> str:
 
 @pytest.mark.parametrize("text", HOSTILE)
 def test_what_a_module_says_is_text(text: str, tmp_path: Path) -> None:
-    harmless = elements(hostile_run(tmp_path / "harmless", "harmless"))
+    harmless = elements(hostile_run(tmp_path / "harmless", re.sub(r"\S", "x", text)))
     found = elements(hostile_run(tmp_path / "hostile", text))
     assert found.tags == harmless.tags
     assert [one[:2] for one in found.attributes] == [one[:2] for one in harmless.attributes]
