@@ -7,6 +7,7 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -80,11 +81,11 @@ def add_to(commands: Subparsers) -> None:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    try:
-        from aeros.cli.mcp_server.serving import serve
-    except ImportError:
+    if find_spec("mcp") is None:
         print("aeros: the SDK of the protocol is not here: pip install 'aeros[mcp]'", file=sys.stderr)
         return Exit.USAGE
+    from aeros.cli.mcp_server.serving import serve
+
     key_file = arguments.audit_key or key_in(arguments.state)
     if arguments.anchor is not None and key_file is None:
         print("aeros: --anchor needs --audit-key: `aeros audit keygen` makes one", file=sys.stderr)
@@ -97,13 +98,11 @@ def _command(arguments: argparse.Namespace) -> Exit:
         with governor, Interruptible(governor) as interruptible:
             _warn_of_unknown_skills(configuration)
             former = signal.signal(signal.SIGTERM, lambda _number, _frame: interruptible.interrupt())
-            heard, judge = Heard(), Judge(configuration.site)
+            heard = Heard()
 
             @contextmanager
             def opened() -> Iterator[Parts]:
-                with _parts(
-                    arguments, configuration, interruptible, routed, out, signing, heard, judge
-                ) as one:
+                with _parts(arguments, configuration, interruptible, routed, out, signing, heard) as one:
                     yield one
 
             robot = Robot(opened, arguments.instruction, interruptible.interrupt)
@@ -112,8 +111,6 @@ def _command(arguments: argparse.Namespace) -> Exit:
                 tools = Tools(
                     robot,
                     heard,
-                    configuration.site,
-                    lambda: interruptible.configuration()[1].modules,
                     routed,
                     Approvals(arguments.state),
                     lambda command: ask(folder, command),
@@ -147,10 +144,9 @@ def _parts(
     out: Path,
     signing: Signing | None,
     heard: Heard,
-    judge: Judge,
 ) -> Iterator[Parts]:
     """Everything that acts, as `aeros run` puts it together."""
-    site, planner = configuration.site, Proposed(judge)
+    site = configuration.site
     with (
         isolated_skills(configuration) as skills,
         AuditLog(out / "audit.jsonl", durability=site.durability, signing=signing) as audit,
@@ -167,6 +163,7 @@ def _parts(
         ) as executor,
     ):
         audit.append("isolation", skills.details())
+        planner = Proposed(Judge(lambda: executor.site))
         with awake(arguments.state, site.id, executor, planner, trace.tell, arguments.seed) as agent:
             note_run(arguments.state, out)
             yield Parts(executor, agent, planner)

@@ -6,7 +6,7 @@ default.  No step is tried again: what a second try may lead to was not judged.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from aeros.agent.graph import Step, TaskGraph, verify_plan
@@ -37,33 +37,37 @@ class Plan:
 
 
 class Judge:
-    """Says what is wrong with plans under one site."""
+    """Says what is wrong with plans under the site that governs, as `site` says; for one thread."""
 
-    def __init__(self, site: Site) -> None:
+    def __init__(self, site: Callable[[], Site]) -> None:
         self._site = site
         self._oracle = Oracle()
 
     def problems(self, plan: Plan, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> list[str]:
         """Why not to follow it from `world`; empty iff it is accepted."""
-        formal = [*self._not_allowed(plan.steps), *_doubly_given(plan.steps, modules)]
-        if formal or (formal := verify_plan(plan.graph, modules, self._site)):
+        site = self._site()
+        formal = [*_not_allowed(plan.steps, site), *_doubly_given(plan.steps, modules)]
+        if formal or (formal := verify_plan(plan.graph, modules, site)):
             return formal
         also = {step.skill.casefold() for step in plan.steps}
         known, kept = world.known, routed.task.invariants
-        domain = domain_for(modules, self._site, known, plan.goal.term, kept, self._oracle, also)
+        domain = domain_for(modules, site, known, plan.goal.term, kept, self._oracle, also)
         labels = [_label(domain, step) for step in plan.steps]
         try:
             return problems_of(Strategy(domain), domain.state(known), labels)
         except NotDecidedError as why:
             return [f"undecided, so it is not accepted: {why}"]
 
-    def _not_allowed(self, steps: Sequence[AskedStep]) -> list[str]:
-        allowed = self._site.mcp.skills
-        return [
-            f"step {number}: this site's `policy.mcp.skills` does not have `{step.skill}`"
-            for number, step in enumerate(steps, 1)
-            if allowed is not None and step.skill not in allowed
-        ]
+
+def _not_allowed(steps: Sequence[AskedStep], site: Site) -> list[str]:
+    allowed, most = site.mcp.skills, site.mcp.most_steps
+    if len(steps) > most:
+        return [f"the plan has {len(steps)} steps; this site allows {most}"]
+    return [
+        f"step {number}: this site's `policy.mcp.skills` does not have `{step.skill}`"
+        for number, step in enumerate(steps, 1)
+        if allowed is not None and step.skill not in allowed
+    ]
 
 
 def _doubly_given(steps: Sequence[AskedStep], modules: Mapping[str, Ecm]) -> list[str]:

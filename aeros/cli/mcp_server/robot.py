@@ -33,7 +33,7 @@ class Proposed:
     name = "mcp"
 
     def __init__(self, judge: Judge) -> None:
-        self._judge = judge
+        self.judge = judge
         self.plan_to_follow: Plan | None = None
 
     def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
@@ -41,7 +41,7 @@ class Proposed:
         plan, self.plan_to_follow = self.plan_to_follow, None
         if plan is None:
             raise PlanIsOverError("the client's plan is over; it may propose another")
-        problems = self._judge.problems(plan, routed, world, modules)
+        problems = self.judge.problems(plan, routed, world, modules)
         if problems:
             raise PlanIsOverError("not accepted in the world as it is measured now: " + "; ".join(problems))
         return plan.graph

@@ -27,7 +27,7 @@ from aeros.cli.mcp_server.arguments import (
     steps_in,
     text_in,
 )
-from aeros.cli.mcp_server.judging import Judge, Plan
+from aeros.cli.mcp_server.judging import Plan
 from aeros.cli.mcp_server.robot import Heard, Parts, Robot, Running
 from aeros.runtime.governor import Command
 from aeros.spec.errors import UserError
@@ -68,8 +68,6 @@ class Tools:
         self,
         robot: Robot,
         heard: Heard,
-        site: Site,
-        modules: Callable[[], Mapping[str, Ecm]],
         routed: Routed,
         approvals: Approvals,
         ask: Callable[[Command], None],
@@ -77,15 +75,13 @@ class Tools:
     ) -> None:
         self._robot = robot
         self._heard = heard
-        self._site = site
-        self._modules = modules
         self._routed = routed
         self._approvals = approvals
         self._ask = ask
         self._command = command
-        self._judge = Judge(site)
         self._plans: dict[str, _Kept] = {}
         self._resuming: str | None = None
+        self._site, self._modules = robot.call(_governing).result()
         # Calls come in several threads; it is held only where none of them waits for the robot.
         self._lock = threading.Lock()
 
@@ -110,6 +106,7 @@ class Tools:
     # Looking.
 
     def _list_skills(self, _arguments: Mapping[str, Any], _client: str) -> dict[str, Any]:
+        self._follow()
         allowed = self._site.mcp.skills
         task = self._routed.task
         return {
@@ -117,7 +114,7 @@ class Tools:
             "most_steps": self._site.mcp.most_steps,
             "skills": [
                 one
-                for module in self._modules().values()
+                for module in self._modules.values()
                 for one in _skills(module)
                 if allowed is None or one["skill"] in allowed
             ],
@@ -141,15 +138,17 @@ class Tools:
     # Plans.
 
     def _propose(self, arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
+        self._be_idle()
+        self._follow()
         steps = steps_in(arguments, self._site.mcp.most_steps)
         goal = self._goal(text_in(arguments, "goal"))
-        self._be_idle()
         plan = Plan(steps, goal)
 
         def judge(parts: Parts) -> tuple[World, list[str]]:
             runtime = parts.runtime
             world = measured_world(runtime.site.state, runtime.observe(), runtime.now())
-            return world, self._judge.problems(plan, self._routed, world, runtime.active_modules())
+            judge = parts.planner.judge
+            return world, judge.problems(plan, self._routed, world, runtime.active_modules())
 
         world, problems = self._robot.call(judge).result()
         name = None
@@ -166,8 +165,7 @@ class Tools:
 
     def _execute(self, arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
         name, wait = text_in(arguments, "plan"), seconds_in(arguments, "wait")
-        if self._site.mcp.execute is Execute.DENIED:
-            raise RefusedCallError("this site lets no client have a plan executed")
+        self._follow()
         with self._lock:
             begun = self._begin(name or "", client)
         if not isinstance(begun, Running):
@@ -184,6 +182,8 @@ class Tools:
         if kept is None:
             raise RefusedCallError("there is no accepted plan of that name: propose_plan gives one")
         self._be_idle()
+        if self._site.mcp.execute is Execute.DENIED:
+            raise RefusedCallError("this site lets no client have a plan executed")
         if self._command() is not Command.RUN:
             raise RefusedCallError(f"{self._held()}: the operator resumes it with `aeros resume`")
         approval = None
@@ -221,6 +221,11 @@ class Tools:
             return goal_of(text, self._site)
         except UserError as error:
             raise RefusedCallError(f"the goal is not understood:\n{render_all(error.diagnostics)}") from error
+
+    def _follow(self) -> None:
+        """Take over what governs now; while a plan is executed nothing is begun that it could matter to."""
+        if not self._robot.is_busy:
+            self._site, self._modules = self._robot.call(_governing).result()
 
     def _be_idle(self) -> None:
         if self._robot.is_busy and self._robot.running is not None:
@@ -265,6 +270,11 @@ class Tools:
     def _note(self, event: str, details: Mapping[str, Any]) -> None:
         """Put it into the record; while a plan is executed, once that has ended."""
         self._robot.call(lambda parts: parts.runtime.note(event, details))
+
+
+def _governing(parts: Parts) -> tuple[Site, Mapping[str, Ecm]]:
+    modules = parts.runtime.active_modules()
+    return parts.runtime.site, modules
 
 
 def _content(plan: Plan) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from aeros.agent.identity import exclusive
 from aeros.cli.exit_codes import Exit
 from aeros.cli.main import main
 from aeros.runtime.audit import verify_log
@@ -118,6 +119,16 @@ def test_a_signal_ends_a_server_whose_client_says_nothing(number: int, tmp_path:
         server.send_signal(number)
         assert server.wait(30) == Exit.INTERRUPTED
     assert verify_log(tmp_path / "out" / "audit.jsonl").sound
+
+
+def test_a_robot_that_has_an_agent_gets_no_second_one(tmp_path: Path) -> None:
+    with exclusive(tmp_path / "state"):
+        ended = subprocess.run(
+            [sys.executable, *arguments(tmp_path)],
+            stdin=subprocess.DEVNULL, capture_output=True, text=True, cwd=ROOT, timeout=60, check=False,
+        )  # fmt: skip
+    assert ended.returncode == Exit.REJECTED
+    assert "this robot has an agent already: pid" in ended.stderr
 
 
 @pytest.mark.parametrize("line", [b"x" * 2_000_000, b"\xff\xfe\n" * 100, b'{"jsonrpc": "2.0"}\n[[[[\n{}\n'])

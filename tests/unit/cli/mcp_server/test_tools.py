@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -42,12 +42,23 @@ class _Operator(Fixed):
 
     def __init__(self, configuration: Configuration) -> None:
         super().__init__(configuration)
+        self.in_force = configuration
         self.asked = Command.RUN
         self.at_first: dict[str, Callable[[], None]] = {}
 
     @property
     def command(self) -> Command:
         return self.asked
+
+    @property
+    def generation(self) -> int:
+        return hash(self.in_force.digest)
+
+    def configuration(self) -> tuple[int, Configuration]:
+        return self.generation, self.in_force
+
+    def acting(self, generation: int) -> AbstractContextManager[bool]:
+        return nullcontext(generation == self.generation)
 
     def ask(self, command: Command) -> None:
         self.asked = command
@@ -90,13 +101,13 @@ def configuration() -> Configuration:
 
 @contextmanager
 def cell(configuration: Configuration, folder: Path, policy: McpPolicy, seed: int = 0) -> Iterator[Cell]:
-    site = replace(configuration.site, mcp=policy)
+    configuration = replace(configuration, site=replace(configuration.site, mcp=policy))
     routed = route("make dumplings", configuration.modules)
-    operator, heard, judge = _Operator(configuration), Heard(), Judge(site)
+    operator, heard = _Operator(configuration), Heard()
 
     @contextmanager
     def opened() -> Iterator[Parts]:
-        planner = Proposed(judge)
+        site = configuration.site
         plant = SymbolicPlant(site, configuration.modules, seed, as_doubles(routed.task.initial))
         with (
             SkillRuns(site, configuration.modules.values()) as skills,
@@ -104,17 +115,16 @@ def cell(configuration: Configuration, folder: Path, policy: McpPolicy, seed: in
             Executor(
                 configuration, Gate(configuration), WatchedPlant(plant, heard), audit, skills, operator
             ) as executor,
-            awake(folder / "state", "panda", executor, planner) as agent,
+            awake(
+                folder / "state", "panda", executor, planner := Proposed(Judge(lambda: executor.site))
+            ) as agent,
         ):
             yield Parts(executor, agent, planner)
 
     robot = Robot(opened, "make dumplings", lambda: operator.ask(Command.STOP))
     try:
         approvals = Approvals(folder / "state")
-        tools = Tools(
-            robot, heard, site, lambda: configuration.modules, routed, approvals, operator.ask,
-            lambda: operator.command,
-        )  # fmt: skip
+        tools = Tools(robot, heard, routed, approvals, operator.ask, lambda: operator.command)
         yield Cell(tools, operator, robot, folder)
     finally:
         robot.close()
@@ -289,6 +299,18 @@ def test_after_a_failure_the_client_is_to_propose_again(configuration: Configura
         assert "the client's plan is over; it may propose another" in found["reason"]
         assert [step["outcome"] for step in found["steps"]] == ["missed"]
         assert one.call("execute_plan", plan=one.proposed(), wait=30)["status"] == "goal reached"
+
+
+def test_a_site_that_changes_is_followed(free: Cell) -> None:
+    name = free.proposed()
+    stricter = replace(free.operator.in_force.site, mcp=McpPolicy(Execute.DENIED, most_steps=1))
+    free.operator.in_force = replace(free.operator.in_force, site=stricter, digest="another")
+    with pytest.raises(RefusedCallError, match="lets no client have a plan executed"):
+        free.call("execute_plan", plan=name)
+    with pytest.raises(RefusedCallError, match="this site allows 1"):
+        free.call("propose_plan", steps=PREPARE * 2)
+    assert free.call("list_skills")["most_steps"] == 1
+    assert free.decisions() == 0
 
 
 # Holding.
