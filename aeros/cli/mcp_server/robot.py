@@ -43,7 +43,7 @@ class Proposed:
             raise PlanIsOverError("the client's plan is over; it may propose another")
         problems = self.judge.problems(plan, routed, world, modules)
         if problems:
-            raise PlanIsOverError("not accepted in the world as it is measured now: " + "; ".join(problems))
+            raise PlanIsOverError("not accepted as things are now: " + "; ".join(problems))
         return plan.graph
 
 

@@ -313,6 +313,28 @@ def test_a_site_that_changes_is_followed(free: Cell) -> None:
     assert free.decisions() == 0
 
 
+def test_a_plan_is_judged_again_when_it_is_executed(free: Cell) -> None:
+    name = free.proposed()
+    fewer = McpPolicy(Execute.ALLOWED, skills=frozenset(("make_dumplings.boil",)))
+    site = replace(free.operator.in_force.site, mcp=fewer)
+    free.operator.in_force = replace(free.operator.in_force, site=site, digest="another")
+    found = free.call("execute_plan", plan=name, wait=30)
+    assert found["status"] == "goal not reached"
+    assert free.noted("plan-rejected")[0]["problems"] == [
+        "the planner failed: PlanIsOverError: not accepted as things are now: step 1: this site's "
+        "`policy.mcp.skills` does not have `make_dumplings.prepare`"
+    ]
+    assert free.decisions() == 0
+
+
+def test_a_plan_that_was_executed_is_not_there_to_be_executed_again(free: Cell) -> None:
+    first, second = free.proposed(), free.proposed()
+    for name in (first, second):
+        free.call("execute_plan", plan=name, wait=30)
+    with pytest.raises(RefusedCallError, match="no accepted plan of that name"):
+        free.call("execute_plan", plan=first)
+
+
 # Holding.
 
 
