@@ -18,7 +18,7 @@ import time
 from pathlib import Path
 from typing import Final
 
-from aeros.agent.loop import awake
+from aeros.agent.loop import awake_once
 from aeros.agent.memory import Memory
 from aeros.runtime import deciding
 from aeros.runtime.audit import AuditLog
@@ -27,7 +27,7 @@ from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate
 from aeros.runtime.monitor import Monitors
 from aeros.runtime.proving import prove
-from aeros.runtime.skill_run import SkillRun, run_in_process
+from aeros.runtime.skill_run import RunsOfKeptCode, SkillRun
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.spec.doubles import as_doubles
 from aeros.spec.folders import reference_site
@@ -52,13 +52,14 @@ _PARTS: Final[tuple[Part, ...]] = (
 def run_tasks(configuration: Configuration, gate: Gate, runs: int, folder: Path) -> tuple[int, int, int]:
     """Runs that reached their goal, steps, and records; seeds are 0, 1, and so on."""
     initial = as_doubles(configuration.modules[_TASK].tasks[_TASK].initial)
+    rested = SymbolicPlant(configuration.site, configuration.modules, 0, initial)
+    open_run = RunsOfKeptCode()
     reached = steps = 0
     with AuditLog(folder / "audit.jsonl", durability=Durability.BATCHED) as audit:
         for seed in range(runs):
-            plant = SymbolicPlant(configuration.site, configuration.modules, seed, initial)
             with (
-                Executor(configuration, gate, plant, audit, run_in_process) as executor,
-                awake(folder / "state", configuration.site.id, executor) as agent,
+                Executor(configuration, gate, rested.anew(seed), audit, open_run) as executor,
+                awake_once(configuration.site.id, executor) as agent,
             ):
                 report = agent.run("make dumplings")
             reached += report.reached

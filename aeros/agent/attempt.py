@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Final
 
 from aeros.agent.dispatcher import Dispatch, Dispatcher, UndispatchableError
@@ -15,8 +15,16 @@ from aeros.agent.supervisor import judge
 from aeros.agent.values import Kept, plain
 from aeros.agent.world import World, measured_world
 from aeros.runtime.ports import Ended, Runtime, StepHandle, StepResult, StepStatus
+from aeros.spec.assumptions import resting_on
+from aeros.spec.cause import Cause, told
 
-_TRIED: Final = {StepStatus.FINISHED, StepStatus.STOPPED, StepStatus.TIMED_OUT, StepStatus.RAISED}
+_TRIED: Final = {
+    StepStatus.FINISHED,
+    StepStatus.STOPPED,
+    StepStatus.TIMED_OUT,
+    StepStatus.RAISED,
+    StepStatus.UNHELD,
+}
 
 
 def _counts(result: StepResult) -> bool:
@@ -36,12 +44,13 @@ class Attempt:
     failed: not starting is failing too.
     reason: why it failed.
     repeatable: it failed in the way that retries are for: the skill ran, and failed as declared.  After
-        a denial, a refusal, an unmet precondition or an undeclared outcome the plan rests on something
-        that is not so.
+        a denial, a refusal, an unmet precondition, an undeclared or unknown outcome the plan rests on
+        something that is not so.
     record: None where it was not submitted.
     outputs: what the skill gave, by name, SI.
     hopeless: why a further try is, by what is remembered; empty where it is not.
     may_pass: it was denied, and may be allowed later.
+    stops: it came to what it does not declare, and the site says that nothing goes on then.
     """
 
     failed: bool
@@ -51,6 +60,7 @@ class Attempt:
     outputs: Mapping[str, Any] = field(default_factory=dict)
     may_pass: bool = False
     hopeless: str = ""
+    stops: bool = False
 
     @property
     def denied(self) -> bool:
@@ -92,6 +102,7 @@ class Attempts:
         self._task = task
         self._exactly = Kept()
         self._planned_in: list[Mapping[str, Any]] = []
+        self._failures: list[Cause] = []
         self.records: list[StepRecord] = []
         self._world = self.observe()
 
@@ -108,8 +119,9 @@ class Attempts:
         return self._world
 
     def world_to_plan_in(self) -> World:
-        """The world as last measured, kept as one that a plan is made in."""
-        world = self.world
+        """The world as last measured, kept as one that a plan is made in, with why steps since failed."""
+        world = replace(self.world, failures=tuple(self._failures))
+        self._failures.clear()
         if world.predicates not in self._planned_in:
             self._planned_in.append(world.predicates)
         return world
@@ -136,7 +148,7 @@ class Attempts:
         try:
             dispatch = self._dispatcher.dispatch(module, skill, inputs, self.world)
         except UndispatchableError as error:
-            return self._not_started(role, module, skill, str(error))
+            return self._not_started(role, module, skill, str(error), error.causes)
         self._tell_choice(module, skill, dispatch)
         given = {key: plain(value) for key, value in dispatch.request.inputs.items()}
         time, before = self._runtime.now(), self.world.predicates
@@ -167,7 +179,9 @@ class Attempts:
         name = f"{request.module}.{request.skill}"
         ended = self._runtime.now()
         after = self.observe()
-        judgement = judge(dispatch.skill, result, after)
+        judgement = judge(request.module, dispatch.skill, result, after, made.beginning.before)
+        causes = told(judgement.causes)
+        self._failures += judgement.causes
         ending = Ending(
             result.status.value,
             judgement.outcome,
@@ -176,6 +190,7 @@ class Attempts:
             ended,
             after.predicates,
             _counts(result),
+            causes,
         )
         self._memory.end(made.episode, ending)
         self._journal.tell_step(
@@ -187,15 +202,10 @@ class Attempts:
             outcome=judgement.outcome,
             failed=judgement.failed,
             reason=judgement.reason,
+            causes=causes,
         )
         if judgement.undeclared:
-            self._journal.tell(
-                "undeclared-outcome",
-                f"{name} ended in a state that its manifest does not declare",
-                skill=name,
-                before=dict(made.beginning.before),
-                after=dict(after.predicates),
-            )
+            self._tell_broken(made, result, after, causes)
         record = StepRecord(
             role=role,
             module=request.module,
@@ -212,12 +222,52 @@ class Attempts:
             denied=result.denied,
         )
         self.records.append(record)
-        repeatable = record.failed and record.status in _TRIED and not judgement.undeclared
+        is_known = not (judgement.undeclared or judgement.unknown)
+        repeatable = record.failed and record.status in _TRIED and is_known
         hopeless = self._hopeless(dispatch) if repeatable else ""
         if result.status is StepStatus.DENIED and not result.may_pass:
             self._dispatcher.avoid(request.module, request.skill)
+        stops = judgement.undeclared and self._stops_for(result)
         return Attempt(
-            record.failed, record.reason, repeatable, record, result.outputs, result.may_pass, hopeless
+            record.failed,
+            record.reason,
+            repeatable,
+            record,
+            result.outputs,
+            result.may_pass,
+            hopeless,
+            stops,
+        )
+
+    def _stops_for(self, result: StepResult) -> bool:
+        """Whether an undeclared outcome of a step that ended so is the end of the run.
+
+        A halt that nothing declares the state of is no outcome: the skill had none yet.
+        """
+        return result.status is StepStatus.FINISHED and self._runtime.site.stops_at_undeclared
+
+    def _tell_broken(self, made: Try, result: StepResult, after: World, causes: list[dict[str, Any]]) -> None:
+        """That what was proved of the skill's module rests on outcomes, and this is none of them."""
+        request, skill = made.dispatch.request, made.dispatch.skill
+        name = f"{request.module}.{request.skill}"
+        certificate = self._runtime.certificate(request.module)
+        ecm = self._runtime.active_modules().get(request.module)
+        resting = [] if certificate is None or ecm is None else resting_on(ecm, skill.id, certificate)
+        rests = f"; {len(resting)} of its module's proofs rest on those" if resting else ""
+        self._journal.tell(
+            "broken-assumption",
+            f"{name} ended in a state that its manifest does not declare{rests}",
+            module=request.module,
+            skill=name,
+            halted=result.status is not StepStatus.FINISHED,
+            stops=self._stops_for(result),
+            declared=list(skill.outcomes),
+            certificate=None if certificate is None else certificate.digest,
+            version=None if certificate is None else certificate.version,
+            obligations=resting,
+            before=dict(made.beginning.before),
+            after=dict(after.predicates),
+            causes=causes,
         )
 
     def _tell_choice(self, module: str, name: str, dispatch: Dispatch) -> None:
@@ -240,9 +290,17 @@ class Attempts:
         said = ", ".join(f"`{skill}` {record}" for skill, record in zip(of, records, strict=True))
         return f"succeeded before in this context: {said}"
 
-    def _not_started(self, role: Role, module: str, skill: str, reason: str) -> Attempt:
+    def _not_started(
+        self, role: Role, module: str, skill: str, reason: str, causes: tuple[Cause, ...]
+    ) -> Attempt:
         name = f"{module}.{skill}"
+        self._failures += causes
         self._journal.tell(
-            "step-not-started", f"{role.value} {name}: {reason}", skill=name, role=role.value, reason=reason
+            "step-not-started",
+            f"{role.value} {name}: {reason}",
+            skill=name,
+            role=role.value,
+            reason=reason,
+            causes=told(causes),
         )
         return Attempt(failed=True, reason=reason)

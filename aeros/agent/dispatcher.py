@@ -21,16 +21,21 @@ from aeros.agent.context import context_of
 from aeros.agent.graph import input_problems
 from aeros.agent.memory import Memory, Usual
 from aeros.agent.posterior import Record
-from aeros.agent.supervisor import precondition_problem
+from aeros.agent.supervisor import start_problem
 from aeros.agent.values import exact
 from aeros.agent.world import World
 from aeros.runtime.ports import Runtime, StepRequest
+from aeros.spec.cause import Cause
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.model import Ecm, Skill
 
 
 class UndispatchableError(Exception):
-    """Nothing can be started for the step; the message says why."""
+    """Nothing can be started for the step; the message says why, `causes` the same as data."""
+
+    def __init__(self, reason: str, *causes: Cause) -> None:
+        super().__init__(reason)
+        self.causes = causes
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +105,8 @@ class Dispatcher:
         options = self._options(module, problems, records)
         chosen = max(options, key=lambda one: -1.0 if one.drawn is None else one.drawn)
         if chosen.drawn is None:
-            raise UndispatchableError("; ".join(str(problem) for problem in problems.values()))
+            unable = [problem for problem in problems.values() if problem is not None]
+            raise UndispatchableError("; ".join(map(_said, unable)), *unable)
         skill = active.skills[chosen.skill]
         return Dispatch(
             StepRequest(module, skill.id, _filled(skill, inputs)),
@@ -112,7 +118,7 @@ class Dispatcher:
         )
 
     def _options(
-        self, module: str, problems: Mapping[str, str | None], records: Mapping[str, Record]
+        self, module: str, problems: Mapping[str, Cause | None], records: Mapping[str, Record]
     ) -> tuple[Option, ...]:
         can = {name for name, problem in problems.items() if problem is None}
         preferred = {name for name in can if (module, name) not in self._denied} or can
@@ -120,19 +126,28 @@ class Dispatcher:
         # Drawn for each, so that what one draws does not depend on whether another may start.
         drawn = {name: record.drawn(random) for name, record in records.items()}
         return tuple(
-            Option(
-                name, record, drawn[name] if name in preferred else None, problems[name] or "it was denied"
-            )
+            Option(name, record, drawn[name] if name in preferred else None, _why_not(problems[name]))
             for name, record in records.items()
         )
 
 
-def _problem(module: Ecm, skill: Skill, inputs: Mapping[str, Any], world: World) -> str | None:
+def _problem(module: Ecm, skill: Skill, inputs: Mapping[str, Any], world: World) -> Cause | None:
     """Why `skill` may not be started, if so."""
     unfit = input_problems(skill, inputs)
     if unfit:
-        return f"`{module.id}.{skill.id}`: {'; '.join(unfit)}"
-    return precondition_problem(skill, world, _environment(skill, inputs))
+        return Cause("input", f"{module.id}.{skill.id}", "; ".join(unfit))
+    return start_problem(module.id, skill, world, _environment(skill, inputs))
+
+
+def _said(problem: Cause) -> str:
+    if problem.kind == "input":
+        return f"`{problem.rule}`: {problem.text}"
+    what = "what it must hold to" if problem.kind == "hold" else "its precondition"
+    return f"{what} `{problem.text}` is not measured: {', '.join(map(str, problem.shortfalls))}"
+
+
+def _why_not(problem: Cause | None) -> str:
+    return "it was denied" if problem is None else _said(problem)
 
 
 def _filled(skill: Skill, inputs: Mapping[str, Any]) -> dict[str, Any]:

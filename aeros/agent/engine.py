@@ -231,6 +231,8 @@ class Engine:
         name = f"`{step.module}.{skill}`"
         if attempt.halted:
             return End(f"{name} was stopped: {attempt.reason}", final=True)
+        if attempt.stops:
+            return End(f"{name} came to what it does not declare: {attempt.reason}", final=True)
         if not attempt.denied:
             return End(f"{name} failed: {attempt.reason}")
         if attempt.may_pass:

@@ -30,6 +30,8 @@ MOST_STEPS: Final = 100
 MOST_LEVELS: Final = 20
 """How deep the parts of a plan, and the handlers of a step, may be nested."""
 
+LONGEST_REMARK: Final = 4000
+
 PLANNED: Final = Source("plan", "plan").span(0, 4)
 """The place of what a planner makes up, and no file says."""
 
@@ -69,9 +71,13 @@ Part: TypeAlias = parts.Part[Step]
 
 @dataclass(frozen=True, slots=True)
 class TaskGraph:
-    """A plan: its parts in order."""
+    """A plan: its parts in order.
+
+    remark: what its planner says of it, for the record.
+    """
 
     parts: tuple[Part, ...]
+    remark: str = ""
 
     @property
     def body(self) -> Part:
@@ -101,6 +107,8 @@ def verify_plan(graph: object, modules: Mapping[str, Ecm], site: Site) -> list[s
     """Every reason not to start this plan; empty iff it may be started.  `modules`: the active ones."""
     if not isinstance(graph, TaskGraph) or not isinstance(graph.parts, tuple):
         return [f"the planner returned a {type(graph).__name__}, not a task graph"]
+    if type(graph.remark) is not str or len(graph.remark) > LONGEST_REMARK:
+        return [f"its remark is no text of at most {LONGEST_REMARK} characters"]
     misshapen = _misshapen(graph.body, 0)
     if misshapen is not None:
         return [misshapen]

@@ -40,6 +40,11 @@ class Identity:
     sessions: int
 
 
+def born(name: str) -> Identity:
+    """A new agent, awake for the first time."""
+    return Identity(uuid4(), name, _utc_now(), 1)
+
+
 @contextmanager
 def sole_identity(folder: Path, name: str) -> Iterator[Identity]:
     """The identity kept in `folder`, awake and held by nobody else; born as `name` if there is none.
@@ -47,8 +52,8 @@ def sole_identity(folder: Path, name: str) -> Iterator[Identity]:
     Raises `RefusedError` where another agent holds the folder, or the identity cannot be read.
     """
     with exclusive(folder):
-        identity = _read(folder / _IDENTITY) or Identity(uuid4(), name, _utc_now(), 0)
-        identity = replace(identity, sessions=identity.sessions + 1)
+        kept = _read(folder / _IDENTITY)
+        identity = born(name) if kept is None else replace(kept, sessions=kept.sessions + 1)
         _write(folder / _IDENTITY, identity)
         yield identity
 

@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Final
 
 from aeros.agent.attempt import Attempts
-from aeros.agent.identity import Identity, sole_identity
+from aeros.agent.identity import Identity, born, sole_identity
 from aeros.agent.journal import Journal, Observer
 from aeros.agent.memory import Memory, open_memory
+from aeros.agent.memory_schema import IN_RAM
 from aeros.agent.planner import Planner, RulePlanner
 from aeros.agent.pursuit import Pursuit
 from aeros.agent.report import RunReport
@@ -38,8 +39,10 @@ class Agent:
         planner: Planner,
         on_event: Observer | None,
         seed: int = 0,
+        within: float | None = None,
     ) -> None:
         self._seed = seed
+        self._within = within
         self.identity = identity
         self._runtime = runtime
         self._memory = memory
@@ -62,7 +65,9 @@ class Agent:
             routed = replace(routed, task=replace(routed.task, goal=goal.term, goal_text=goal.text))
         try:
             attempts = Attempts(self._runtime, self._memory, self._journal, str(routed), self._seed)
-            pursuit = Pursuit(self._runtime, self._planner, attempts, self._journal, routed, timeout)
+            pursuit = Pursuit(
+                self._runtime, self._planner, attempts, self._journal, routed, timeout, within=self._within
+            )
             report = pursuit.run(instruction)
         except KeyboardInterrupt:
             self._journal.tell("run-interrupted", f"{routed} was interrupted", task=str(routed))
@@ -82,6 +87,7 @@ class Agent:
     def _conclude(self, routed: Routed, report: RunReport) -> None:
         summary = {
             "reached": report.reached,
+            "goal": report.goal,
             "measured": dict(report.measured),
             "steps": len(report.steps),
             "retries": report.retries,
@@ -102,13 +108,32 @@ def awake(
     planner: Planner | None = None,
     on_event: Observer | None = None,
     seed: int = 0,
+    within: float | None = None,
 ) -> Iterator[Agent]:
     """The robot's one agent, whose identity and memory are in `folder`, with rules as the usual planner.
 
     seed: of its choices between skills.
+    within: seconds for each plan, which is then made beside the plant's time; by default in place.
 
     Raises `RefusedError` where another agent is awake or memory cannot be trusted.  However the block
     ends, the session is closed in memory and the lock released.
     """
     with sole_identity(folder, name) as identity, open_memory(folder / MEMORY, identity) as memory:
+        yield Agent(identity, runtime, memory, planner or RulePlanner(), on_event, seed, within=within)
+
+
+@contextmanager
+def awake_once(
+    name: str,
+    runtime: Runtime,
+    planner: Planner | None = None,
+    on_event: Observer | None = None,
+    seed: int = 0,
+) -> Iterator[Agent]:
+    """An agent that is born for this block and remembers what it does in it, in RAM; nothing is left of it.
+
+    For trials, each of which is to begin as the first: otherwise as `awake`.
+    """
+    identity = born(name)
+    with open_memory(IN_RAM, identity) as memory:
         yield Agent(identity, runtime, memory, planner or RulePlanner(), on_event, seed)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -56,6 +56,7 @@ class Ending:
 
     outcome: None where no declared one was measured.
     counts: whether it says how good the skill is.
+    causes: the reason as data, JSON values.
     """
 
     status: str
@@ -65,6 +66,7 @@ class Ending:
     ended: float
     after: Mapping[str, Any]
     counts: bool
+    causes: Sequence[Mapping[str, Any]] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,10 +115,11 @@ class Memory:
     def end(self, episode: int, how: Ending) -> None:
         """Remember how that step ended."""
         sql = """UPDATE episodes
-                 SET status = ?, outcome = ?, failed = ?, reason = ?, ended = ?, after = ?, counts = ?
+                 SET status = ?, outcome = ?, failed = ?, reason = ?, ended = ?, after = ?, counts = ?,
+                     causes = ?
                  WHERE id = ?"""
         what = (how.status, how.outcome, int(how.failed), how.reason, how.ended)
-        self._run(sql, (*what, _json(how.after), int(how.counts), episode))
+        self._run(sql, (*what, _json(how.after), int(how.counts), _json(how.causes), episode))
 
     def interrupt(self) -> list[str]:
         """Mark every step without an ending as interrupted; their skills, as `MODULE.SKILL`."""

@@ -44,9 +44,15 @@ _TO_2: Final = (
     "CREATE INDEX episodes_that_count ON episodes (module, skill, counts, context, failed)",
 )
 
-_MIGRATIONS: Final = (_TO_1, _TO_2)
+# `causes`: why the step failed, as data; NULL where only the reason in words was kept.
+_TO_3: Final = ("ALTER TABLE episodes ADD COLUMN causes TEXT",)
+
+_MIGRATIONS: Final = (_TO_1, _TO_2, _TO_3)
 
 SCHEMA_VERSION: Final = len(_MIGRATIONS)
+
+IN_RAM: Final = Path(":memory:")
+"""In place of a file: a memory that nothing is left of."""
 
 
 def connected(path: Path) -> sqlite3.Connection:

@@ -4,7 +4,9 @@
     (planning may take long) and whenever a submission has ended.  The goal is reached as soon as one
     of these measures it as true, even amid a plan; unknown is not reached.
 2.  A plan is verified before its first step.  Its parts run as `engine` says; a step whose `unless` is
-    measured as true when its turn comes is left out, unknown leaves it in.
+    measured as true when its turn comes is left out, unknown leaves it in.  In place of a plan that is late
+    (`proposals`) the rest of the one before is followed, if that is found to lead to the goal from what is
+    measured by then; else the robot stands still, and the plan has failed.
 3.  A plan fails with the first step that failed for good.  It is also over when it is rejected, or
     exhausted without the goal.  Then the agent plans again, which is what `replans` counts; after
     `site.limits.replans` of them it gives up.  After a plan that took less than `PAUSE` it lets that go by.
@@ -24,10 +26,12 @@ from math import inf
 from typing import Final
 
 from aeros.agent.attempt import Attempts
+from aeros.agent.beside import LateError, ThinkingFailedError, told
 from aeros.agent.engine import End, Engine
 from aeros.agent.graph import TaskGraph, verify_plan
 from aeros.agent.journal import Journal
 from aeros.agent.planner import Planner
+from aeros.agent.proposals import Proposals
 from aeros.agent.report import RunReport
 from aeros.agent.routing import Routed
 from aeros.runtime.ports import Runtime
@@ -40,7 +44,10 @@ PATIENCE: Final = 60.0
 
 
 class Pursuit:
-    """One run after one goal, for at most `timeout` plant seconds."""
+    """One run after one goal, for at most `timeout` plant seconds.
+
+    within: seconds allowed for each plan, which is then made beside the plant's time.
+    """
 
     def __init__(
         self,
@@ -50,13 +57,15 @@ class Pursuit:
         journal: Journal,
         routed: Routed,
         timeout: float | None = None,
+        within: float | None = None,
     ) -> None:
         self._timeout = timeout
         self._until = inf if timeout is None else runtime.now() + timeout
         self._engine = Engine(attempts, journal, self._goal_is_measured, self._until)
         self._waited = 0.0
         self._runtime = runtime
-        self._planner = planner
+        self._proposals = Proposals(runtime, planner, within)
+        self._followed: TaskGraph | None = None
         self._attempts = attempts
         self._journal = journal
         self._routed = routed
@@ -87,7 +96,7 @@ class Pursuit:
             end = self._follow_a_plan()
             if self._goal_is_measured():
                 break
-            if self._engine.is_late:
+            if self._engine.is_late or self._runtime.now() >= self._until:
                 return f"the {self._timeout:g} s for the task are over; the plan ended: {end.reason}"
             if end.final:
                 return end.reason
@@ -124,27 +133,55 @@ class Pursuit:
 
     def _verified_plan(self) -> TaskGraph | End:
         try:
-            world = self._attempts.world_to_plan_in()
-            graph = self._planner.plan(self._routed, world, self._runtime.active_modules())
+            graph = self._proposals.plan(self._routed, self._attempts.world_to_plan_in(), self._until)
+        except LateError as late:
+            return self._instead(str(late))
+        except ThinkingFailedError as failure:
+            return self._reject([f"the planner failed: {failure}"])
+        try:
             problems = verify_plan(graph, self._runtime.active_modules(), self._runtime.site)
         except Exception as error:
-            # An untrusted planner may raise anything, and so may what it returned when it is looked at.
-            return self._reject([f"the planner failed: {type(error).__name__}: {error}"])
+            # What an untrusted planner returned may raise anything when it is looked at.
+            return self._reject([f"the planner failed: {told(error)}"])
         if problems:
             return self._reject(problems)
         self._attempts.observe()
-        self._rejected = []
+        self._rejected, self._followed = [], graph
         steps = [str(part) for part in graph.parts]
+        text, said = " → ".join(steps), {"remark": graph.remark} if graph.remark else {}
         self._journal.tell(
-            "plan", " → ".join(steps), planner=self._planner.name, task=str(self._routed), steps=steps
+            "plan",
+            f"{text} ({graph.remark})" if said else text,
+            planner=self._proposals.name,
+            task=str(self._routed),
+            steps=steps,
+            **said,
         )
         return graph
+
+    def _instead(self, late: str) -> TaskGraph | End:
+        """The rest of the plan before, if it still leads to the goal; else nothing is done."""
+        reason, world = f"the plan is late: {late}", self._attempts.observe()
+        rest = None
+        is_over = self._runtime.is_stopped or self._runtime.now() >= self._until
+        if self._followed is not None and not is_over:
+            rest = self._proposals.rest_of(self._followed, self._routed, world, self._until)
+            is_as_then = self._attempts.observe().predicates == world.predicates
+            modules, site = self._runtime.active_modules(), self._runtime.site
+            if rest is not None and (not is_as_then or verify_plan(rest, modules, site)):
+                rest = None
+        steps = [] if rest is None else [str(part) for part in rest.parts]
+        does = f"goes on with {' → '.join(steps)}" if steps else "stands still"
+        self._journal.tell(
+            "plan-late", f"{reason}; {does}", planner=self._proposals.name, reason=reason, steps=steps
+        )
+        return End(f"{reason}; {does}", final=self._runtime.is_stopped) if rest is None else rest
 
     def _reject(self, problems: list[str]) -> End:
         self._attempts.observe()
         again, self._rejected = problems == self._rejected, problems
         reason = "the plan is rejected: " + "; ".join(problems)
-        self._journal.tell("plan-rejected", reason, planner=self._planner.name, problems=problems)
+        self._journal.tell("plan-rejected", reason, planner=self._proposals.name, problems=problems)
         return End(reason, final=again)
 
     def _goal_is_measured(self) -> bool:

@@ -15,7 +15,7 @@ from aeros.agent.memory import Usual, record_in, usual_in
 from aeros.agent.memory_schema import connected
 from aeros.agent.posterior import Record
 
-_JSON: Final = frozenset(("inputs", "before", "after", "context", "details", "value"))
+_JSON: Final = frozenset(("inputs", "before", "after", "context", "details", "value", "causes"))
 _TABLES: Final = {"session": "sessions", "episode": "episodes", "event": "events", "fact": "facts"}
 _REASONS: Final = 3
 
@@ -97,6 +97,14 @@ class Recollection:
         where = " AND ".join(asked) or "true"
         sql = f"SELECT * FROM episodes WHERE {where} ORDER BY id DESC LIMIT ?"  # noqa: S608  the texts above
         return [_decoded(row) for row in self._rows(sql, *asked.values(), most)]
+
+    def broken_assumptions(self) -> list[dict[str, Any]]:
+        """What was measured that a certificate's proofs exclude, oldest first: session, time and details."""
+        sql = "SELECT session, time, details FROM events WHERE kind = 'broken-assumption' ORDER BY id"
+        return [
+            {"session": session, "time": time, **json.loads(details)}
+            for session, time, details in self._run(sql)
+        ]
 
     def facts(self) -> list[dict[str, Any]]:
         """Every fact, by key."""

@@ -1,19 +1,20 @@
 """From an instruction to the one task it names, by the words that the tasks declare.
 
 Words match whole and in any case.  Where several tasks match, or none, that is said: the agent
-does not guess what it was asked to do.
+does not guess what it was asked to do.  Where a module that is installed and not active has the only
+such task, that is said, too.
 """
 
 from __future__ import annotations
 
 import difflib
-import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from aeros.agent.errors import RefusedError
 from aeros.spec.diagnostics import quoted
 from aeros.spec.model import Ecm, Task
+from aeros.spec.words import words_of
 
 
 class RoutingError(RefusedError):
@@ -31,26 +32,41 @@ class Routed:
         return f"{self.module}.{self.task.id}"
 
 
-def route(instruction: str, modules: Mapping[str, Ecm]) -> Routed:
-    """The only task of the active `modules` one of whose words is in `instruction`; else `RoutingError`."""
-    tasks = [Routed(name, task) for name, module in modules.items() for task in module.tasks.values()]
-    asked = _words(instruction)
-    found = [routed for routed in tasks if any(_mentions(asked, word) for word in routed.task.words)]
+def route(
+    instruction: str,
+    modules: Mapping[str, Ecm],
+    inactive: Callable[[], Mapping[str, Ecm]] = dict,
+) -> Routed:
+    """The only task of the active `modules` one of whose words is in `instruction`; else `RoutingError`.
+
+    inactive: the other modules that are installed; called where no task matches.
+    """
+    tasks, asked = _tasks(modules), words_of(instruction)
+    found = _meant(asked, tasks)
     if len(found) == 1:
         return found[0]
     if found:
         candidates = ", ".join(f"`{routed}` ({', '.join(routed.task.words)})" for routed in found)
         raise RoutingError(f"{quoted(instruction)} may mean several tasks: {candidates}")
+    idle = _meant(asked, _tasks(inactive()))
+    if idle:
+        means = ", ".join(f"`{routed}` (`aeros activate {routed.module}`)" for routed in idle)
+        raise RoutingError(f"no active module provides {quoted(instruction)}; installed is {means}")
     raise RoutingError(f"no installed module provides {quoted(instruction)}; {_nearest(asked, tasks)}")
 
 
-def _words(text: str) -> tuple[str, ...]:
-    return tuple(re.findall(r"\w+", text.casefold()))
+def _tasks(modules: Mapping[str, Ecm]) -> list[Routed]:
+    return [Routed(name, task) for name, module in modules.items() for task in module.tasks.values()]
+
+
+def _meant(asked: tuple[str, ...], tasks: list[Routed]) -> list[Routed]:
+    """The tasks one of whose words is in what is asked."""
+    return [routed for routed in tasks if any(_mentions(asked, word) for word in routed.task.words)]
 
 
 def _mentions(asked: tuple[str, ...], declared: str) -> bool:
     """Whether the words of `declared` (mostly one) stand in `asked`, side by side."""
-    wanted = _words(declared)
+    wanted = words_of(declared)
     last = len(asked) - len(wanted)
     return bool(wanted) and any(asked[at : at + len(wanted)] == wanted for at in range(last + 1))
 

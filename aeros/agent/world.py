@@ -16,8 +16,11 @@ from typing import Any, TypeGuard
 
 from aeros.agent.values import Exactly, UnusableValueError, exact, plain
 from aeros.runtime.ports import Reading, Readings
+from aeros.spec.cause import Cause
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import scalars_of
 from aeros.spec.expr.semantics import Environment, Value, holds
+from aeros.spec.expr.shortfall import Shortfall, shortfalls
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType
 from aeros.spec.model import Declared
 
@@ -42,6 +45,7 @@ class World:
     unknown: why each other state variable is unknown; completes “`NAME` …”.
     predicates: what is measured as bool or enum, for memory: JSON values, None where unknown.
     stamps: of each known value.
+    failures: why steps failed since the plan before; for planners, and read by no condition.
     """
 
     time: float
@@ -49,6 +53,7 @@ class World:
     unknown: Mapping[str, str]
     predicates: Mapping[str, Any]
     stamps: Mapping[str, Stamp] = field(default_factory=dict)
+    failures: tuple[Cause, ...] = ()
 
     def at(self, now: float) -> World:
         """What is still known at `now`, with nothing measured since: never more than was."""
@@ -90,6 +95,17 @@ class World:
         if missing:
             return "; ".join(f"`{name}` {self.unknown.get(name, 'has no value')}" for name in missing)
         return ", ".join(f"`{name}` = {plain(environment[name])}" for name in names)
+
+    def shortfalls(self, condition: t.Term, inputs: Environment = NO_INPUTS) -> tuple[Shortfall, ...]:
+        """The same as data: what is unknown in it, else the parts that are not as required."""
+        environment = {**self.known, **inputs}
+        read = t.variables_of(condition)
+        missing = tuple(
+            Shortfall(name, None, "known", True, why=self.unknown.get(name, "has no value"))
+            for name in read
+            if name not in environment
+        )
+        return missing or shortfalls(condition, scalars_of(read, environment))
 
     def measured(self, condition: t.Term) -> dict[str, Any]:
         """The values of the variables of `condition` as JSON, None where unknown."""

@@ -24,6 +24,7 @@ _COMMANDS = {
     "diff": "what a change newly allows and newly denies",
     "audit": "check, show and replay the record of a run",
     "report": "write a finished run as one HTML page",
+    "why": "say why a run failed, a step was denied or the robot stopped",
     "explain": "explain a diagnostic code",
     "graph": "draw a task's planning rules, its closed loop or a composition",
     "predict": "compute a task's success probability and expected work exactly",

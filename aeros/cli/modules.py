@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from aeros.agent.errors import RefusedError
+from aeros.agent.loop import MEMORY
+from aeros.agent.recollection import recollection
 from aeros.cli.arguments import existing_path, writable_path
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.module_source import BUNDLE, module_source
@@ -133,12 +137,48 @@ def _list(arguments: argparse.Namespace) -> Exit:
         for name, one in snapshot.modules.items()
         if arguments.capability is None or arguments.capability in capable[name]
     }
+    broken = _broken_assumptions(arguments.state)
     as_text = arguments.format == "text"
-    print(_text(shown, snapshot, capable) if as_text else _json(shown, snapshot, capable))
+    print((_text if as_text else _json)(shown, snapshot, capable, broken))
     return Exit.PROVED if shown or arguments.capability is None else Exit.REJECTED
 
 
-def _text(shown: dict[str, Installed], snapshot: Snapshot, capable: dict[str, tuple[str, ...]]) -> str:
+_Broken = dict[tuple[str, str], list[dict[str, Any]]]
+"""What was measured that certificates exclude, by module and version."""
+
+
+def _broken_assumptions(state: Path) -> _Broken:
+    """As the agent of this robot remembers."""
+    found: _Broken = {}
+    if not (state / MEMORY).exists():
+        return found
+    try:
+        with recollection(state / MEMORY) as memory:
+            for one in memory.broken_assumptions():
+                found.setdefault((one["module"], one["version"]), []).append(one)
+    except RefusedError as refusal:
+        print(f"aeros: warning: which assumptions were broken is not known: {refusal}", file=sys.stderr)
+    return found
+
+
+def _told(broken: list[dict[str, Any]]) -> list[str]:
+    """A line for each skill, of its latest."""
+    lines = []
+    for skill in dict.fromkeys(one["skill"] for one in broken):
+        every = [one for one in broken if one["skill"] == skill]
+        last = every[-1]
+        declared = ", ".join(f"`{name}`" for name in last["declared"])
+        rests = f"{len(last['obligations'])} obligations of certificate {(last['certificate'] or '')[:12]}"
+        when = f"last in session {last['session']} at {last['time']:.2f} s"
+        lines.append(
+            f"broken: {skill} came to none of {declared}, {len(every)} times, {when}; {rests} rest on it"
+        )
+    return lines
+
+
+def _text(
+    shown: dict[str, Installed], snapshot: Snapshot, capable: dict[str, tuple[str, ...]], broken: _Broken
+) -> str:
     if not shown:
         return "nothing is installed that provides it" if snapshot.modules else "nothing is installed"
     width = max(len(name) + len(one.version) + 1 for name, one in shown.items())
@@ -146,10 +186,13 @@ def _text(shown: dict[str, Installed], snapshot: Snapshot, capable: dict[str, tu
         f"{name + ' ' + one.version:<{width}}  {one.state.value:<10}  {', '.join(capable[name])}"
         for name, one in shown.items()
     ]
+    lines += [line for one in shown.values() for line in _told(broken.get((one.name, one.version), []))]
     return "\n".join([*lines, *(f"blocked: {one.id}: {one.reason}" for one in snapshot.blocks.values())])
 
 
-def _json(shown: dict[str, Installed], snapshot: Snapshot, capable: dict[str, tuple[str, ...]]) -> str:
+def _json(
+    shown: dict[str, Installed], snapshot: Snapshot, capable: dict[str, tuple[str, ...]], broken: _Broken
+) -> str:
     modules: list[dict[str, Any]] = [
         {
             "name": one.name,
@@ -157,6 +200,7 @@ def _json(shown: dict[str, Installed], snapshot: Snapshot, capable: dict[str, tu
             "state": one.state.value,
             "digest": f"sha256:{one.digest}",
             "capabilities": list(capable[one.name]),
+            "broken_assumptions": broken.get((one.name, one.version), []),
         }
         for one in shown.values()
     ]

@@ -9,7 +9,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from aeros.agent.graph import Part, Step, verify_plan
+from aeros.agent.graph import verify_plan
+from aeros.agent.plan_form import form_of
 from aeros.agent.routing import RoutingError, route
 from aeros.agent.smt_planner import why_not
 from aeros.agent.unfolding import task_graph
@@ -26,7 +27,6 @@ from aeros.spec.expr.semantics import Value
 from aeros.spec.folders import module_folders, reference_site
 from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Clause, Ecm, Site, Task
-from aeros.spec.parts import If, Seq
 from aeros.spec.planning.avoiding import NotDecidedError
 from aeros.spec.planning.checking import UnreadablePlanError, problems_of, read_plan
 from aeros.spec.planning.cyclic import Strategy
@@ -53,7 +53,9 @@ examples:
   aeros plan "clean the table" --start wiping_area_clear=unknown
   aeros plan --goal "object_grasped and not object_delivered" --format json
   aeros plan "make dumplings" --pddl pddl/
-  aeros plan "make dumplings" --check dumplings.plan       accept a plan from elsewhere, or say what is wrong
+  aeros plan check dumplings.plan "make dumplings"       accept a plan from elsewhere, or say what is wrong
+
+A plan from elsewhere is as classical planners write them: one `(module.skill)` a line, or action of the PDDL.
 """
 
 
@@ -61,11 +63,17 @@ def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
     parser = commands.add_parser(
         "plan",
+        usage="aeros plan [INSTRUCTION] [options]\n       aeros plan check FILE [INSTRUCTION] [options]",
         description=__doc__,
         epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("instruction", nargs="?", help='whose task to plan, as in "make dumplings"')
+    parser.add_argument(
+        "words",
+        nargs="*",
+        metavar="INSTRUCTION",
+        help='whose task to plan, as in "make dumplings"; after `check FILE`, whose task that plan is for',
+    )
     parser.add_argument("--goal", metavar="EXPR", help="plan for this condition, not for the task's goal")
     parser.add_argument(
         "--start",
@@ -81,14 +89,7 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
     )
-    instead = parser.add_mutually_exclusive_group()
-    instead.add_argument(
-        "--check",
-        type=existing_path,
-        metavar="FILE",
-        help="judge this plan, one `(module.skill)` a line as classical planners write it, and make none",
-    )
-    instead.add_argument(
+    parser.add_argument(
         "--pddl",
         type=Path,
         metavar="FOLDER",
@@ -105,20 +106,37 @@ def _setting(text: str) -> tuple[str, str]:
     return name.strip(), value.strip()
 
 
+def _asked(words: list[str]) -> tuple[Path | None, str | None]:
+    """The plan to be judged, if one is, and the instruction, if there is one."""
+    check = None
+    if words[:1] == ["check"] and len(words) > 1:
+        try:
+            check = existing_path(words[1])
+        except argparse.ArgumentTypeError as error:
+            raise UsageError(f"the plan to check: {error}") from error
+        words = words[2:]
+    if len(words) > 1:
+        raise UsageError(f'an instruction is one argument: "{safe(" ".join(words))}"')
+    return check, words[0] if words else None
+
+
 def _command(arguments: argparse.Namespace) -> Exit:
-    if arguments.instruction is None and arguments.goal is None:
+    check, instruction = _asked(arguments.words)
+    if instruction is None and arguments.goal is None:
         raise UsageError("there is nothing to plan for: give an instruction, or --goal")
+    if check is not None and arguments.pddl is not None:
+        raise UsageError("a plan is judged, or a problem is written: `check` does not go with --pddl")
     site, modules = _loaded(arguments.ecms, arguments.site)
     task: Task | None = None
-    if arguments.instruction is not None:
+    if instruction is not None:
         try:
-            task = route(arguments.instruction, modules).task
+            task = route(instruction, modules).task
         except RoutingError as refusal:
             print(f"aeros: {refusal}", file=sys.stderr)
             return Exit.REJECTED
     goal = goal_of(arguments.goal, site) if arguments.goal is not None else _own_goal(task)
     known = _start(site, task, dict(arguments.start))
-    steps = None if arguments.check is None else _steps(arguments.check)
+    steps = None if check is None else _steps(check)
     also = {step.partition(" ")[0].casefold() for step in steps or ()}
     kept = () if task is None else task.invariants
     domain = domain_for(modules, site, known, goal.term, kept, also=also)
@@ -144,7 +162,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
             graph = task_graph(strategy, start, site.limits.retries)
             if graph.parts and (problems := verify_plan(graph, modules, site)):
                 raise InternalError("; ".join(problems))
-            found["plan"] = [_part(part) for part in graph.parts]
+            found["plan"] = form_of(graph)
             found["steps_at_least"] = strategy.steps_from(start)
             found["states"] = len(strategy.states_from(start))
         else:
@@ -218,25 +236,6 @@ def _start(site: Site, task: Task | None, given: Mapping[str, str]) -> dict[str,
         else:
             known[name] = exact(site.state[name], value)
     return known
-
-
-def _part(part: Part) -> dict[str, Any]:
-    match part:
-        case Step():
-            inputs = {name: plain(value) for name, value in part.inputs.items()}
-            skill = f"{part.module}.{part.skill}"
-            return {"skill": skill, "inputs": inputs, "retry": part.retry, "on_failure": part.on_failure}
-        case If(text=text, then=then, otherwise=otherwise):
-            other = [] if otherwise is None else _inner(otherwise)
-            return {"if": text, "then": _inner(then), "else": other}
-        case Seq():
-            return {"seq": _inner(part)}
-        case _:
-            raise InternalError("no plan of ours has parallel branches")
-
-
-def _inner(part: Part) -> list[dict[str, Any]]:
-    return [_part(one) for one in part.parts] if isinstance(part, Seq) else [_part(part)]
 
 
 def _as_text(found: Mapping[str, Any]) -> str:

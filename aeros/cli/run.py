@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -10,12 +11,14 @@ from contextlib import ExitStack, contextmanager
 from datetime import datetime
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
+from aeros.agent.classical import Engine
 from aeros.agent.composing import CompositionPlanner
 from aeros.agent.errors import RefusedError
 from aeros.agent.journal import Event
 from aeros.agent.loop import awake
+from aeros.agent.pddl_planner import ClassicalPlanner
 from aeros.agent.planner import Planner, RulePlanner
 from aeros.agent.routing import Routed, route
 from aeros.agent.smt_planner import SmtPlanner
@@ -66,6 +69,9 @@ if TYPE_CHECKING:
 
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
+LLM_KEY: Final = "AEROS_LLM_KEY"
+"""The variable of the environment that holds the key of the language model's API."""
+
 _EXAMPLES = """\
 All modules are proved before anything moves, and each `ecm.lock` must be the certificate that
 results.  The folder given by --out holds afterwards: run.webp (physics), trace.jsonl (what the agent
@@ -82,7 +88,9 @@ examples:
   aeros run "make dumplings" --plant symbolic --gate shadow
   aeros run "fetch the object" --plant kinematic --seed 3
   aeros run "fetch the object" --composition fetch_once --timeout 60
-  aeros run "make dumplings" --planner smt
+  aeros run "make dumplings" --planner smt --plan-within 5
+  aeros run "make dumplings" --planner pddl --engine pyperplan
+  aeros run "make dumplings" --planner llm --llm-url http://localhost:11434/v1 --llm-model qwen3
   aeros run "make dumplings" --goal "dumpling_wrapped and not dumpling_cooked"
   aeros run "fetch the object" --person across_the_room
   aeros run "make dumplings" --faults wrapper_bumped --seed 4
@@ -133,11 +141,30 @@ def add_to(commands: Subparsers) -> None:
     )
     parser.add_argument(
         "--planner",
-        choices=("rules", "smt"),
-        help="plan by the task's rules, or by what skills declare (default: rules; smt with --goal)",
+        choices=("rules", "smt", "pddl", "llm"),
+        help="plan by the task's rules, by what skills declare with our own search or a classical planner's, "
+        "or as a language model proposes (default: rules; smt with --goal)",
     )
     parser.add_argument(
+        "--engine",
+        metavar="NAME",
+        help="the classical planner of --planner pddl, as unified-planning calls it (default: its choice)",
+    )
+    parser.add_argument(
+        "--llm-url",
+        metavar="URL",
+        help=f"the OpenAI-compatible API to ask, as in http://localhost:11434/v1; its key in {LLM_KEY}",
+    )
+    parser.add_argument("--llm-model", metavar="NAME", help="the language model to ask there")
+    parser.add_argument(
         "--goal", metavar="EXPR", help="reach this in place of the task's goal, where the task takes place"
+    )
+    parser.add_argument(
+        "--plan-within",
+        type=_seconds,
+        metavar="SECONDS",
+        help="what a planner that searches or asks may take for a plan, while the plant's time goes on "
+        "(default, and at most: what the site allows)",
     )
     parser.add_argument(
         "--timeout",
@@ -222,7 +249,9 @@ def _command(arguments: argparse.Namespace) -> Exit:
     try:
         signing = None if key_file is None else Signing(read_signing_key(key_file), arguments.anchor)
         people = people_of(arguments.plant, arguments.person)
-        routed = route(arguments.instruction, configuration.modules)
+        installed = isinstance(governor, Governing)
+        others = Registry(arguments.state).inactive if installed else dict[str, Ecm]
+        routed = route(arguments.instruction, configuration.modules, others)
         goal = None if arguments.goal is None else goal_of(arguments.goal, configuration.site)
         planner = _planner(arguments, configuration.modules[routed.module], configuration.site)
         faults = faults_of(arguments.plant, arguments.faults, configuration, routed.task)
@@ -273,7 +302,22 @@ def _planner(arguments: argparse.Namespace, module: Ecm, site: Site) -> Planner:
         raise UsageError("--composition is followed as it is: neither --planner nor --goal goes with it")
     if arguments.goal is not None and by_rules:
         raise UsageError("planning rules pursue their own task's goal: --goal goes with --planner smt")
-    if arguments.goal is not None or arguments.planner == "smt":
+    if (arguments.planner == "llm") is not (
+        arguments.llm_url is not None and arguments.llm_model is not None
+    ):
+        raise UsageError("--planner llm, --llm-url and --llm-model go together")
+    if arguments.engine is not None and arguments.planner != "pddl":
+        raise UsageError("--engine goes with --planner pddl")
+    by_search = arguments.goal is not None or arguments.planner in ("smt", "pddl", "llm")
+    if arguments.plan_within is not None and not by_search:
+        raise UsageError(
+            "what is declared is at hand at once: --plan-within goes with --planner smt, pddl or llm"
+        )
+    if arguments.planner == "llm":
+        return _asking_planner(arguments, site)
+    if arguments.planner == "pddl":
+        return ClassicalPlanner(site, Engine(arguments.engine))
+    if by_search:
         return SmtPlanner(site)
     if composition is None:
         return RulePlanner()
@@ -282,6 +326,27 @@ def _planner(arguments: argparse.Namespace, module: Ecm, site: Site) -> Planner:
         hint = f"; did you mean `{near}`?" if near else ""
         raise RefusedError(f"`{module.id}` has no composition `{composition}`{hint}")
     return CompositionPlanner(composition)
+
+
+def _asking_planner(arguments: argparse.Namespace, site: Site) -> Planner:
+    """A language model, and where it does not help what would plan without it."""
+    try:
+        from aeros.agent.chat import Endpoint
+        from aeros.agent.llm_planner import LlmPlanner
+    except ImportError as error:
+        missing = f"({error.name} is missing)"
+        raise RefusedError(f"--planner llm needs `pip install 'aeros[llm]'` {missing}") from error
+    endpoint = Endpoint(arguments.llm_url, arguments.llm_model, os.environ.get(LLM_KEY))
+    fallback = RulePlanner() if arguments.goal is None else SmtPlanner(site)
+    # So that the other planner can still plan in time.
+    asked_within = 0.8 * min(arguments.plan_within or inf, float(site.limits.planning))
+    return LlmPlanner(site, endpoint, fallback, asked_within)
+
+
+def _within(arguments: argparse.Namespace, planner: Planner) -> float | None:
+    """Seconds for a plan that is made beside the plant's time; None of a planner that answers at once."""
+    at_once = isinstance(planner, RulePlanner | CompositionPlanner)
+    return None if at_once else arguments.plan_within or inf
 
 
 @contextmanager
@@ -360,7 +425,13 @@ def _run(
         ):
             audit.append("isolation", skills.details())
             with awake(
-                arguments.state, configuration.site.id, executor, planner, trace.tell, arguments.seed
+                arguments.state,
+                configuration.site.id,
+                executor,
+                planner,
+                trace.tell,
+                arguments.seed,
+                within=_within(arguments, planner),
             ) as agent:
                 note_run(arguments.state, out)
                 report = agent.run(arguments.instruction, arguments.timeout, goal)
@@ -368,6 +439,8 @@ def _run(
     print(summary(proof, report, arguments.plant, simulated, time.perf_counter() - began))
     audited, sound = _audited(audit_path, signing)
     print(f"audit      {audited.records} records, {sound}")
+    if not report.reached:
+        print(f"why        aeros why {out}")
     if arguments.record is not None and arguments.record.exists():
         print(f"film       {arguments.record}")
     if feed is not None:

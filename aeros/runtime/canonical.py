@@ -13,7 +13,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from json.encoder import encode_basestring_ascii
 from math import isfinite
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 MOST_SIZE: Final = 1_000_000
 """Characters and values in one encoding; more is not encoded.  A record is about 2,000."""
@@ -31,8 +31,7 @@ _MARKS: Final = ("float", "unencodable", "dict")
 """Keys that, alone in a dict, say that it stands for something else."""
 
 
-@dataclass(frozen=True)
-class Encoded:
+class Encoded(NamedTuple):
     """The canonical text of a value: what is put into a record after it was encoded for its digest.
 
     size: what it takes of `MOST_SIZE`.
@@ -144,17 +143,19 @@ class Encoder:
         if self._left < 0:
             return _unencodable("too large")
         # In the order given, in which `MOST_SIZE` is used up; then sorted.
-        known = self._known if depth + 1 == _DETAIL else ()
-        texts = [
-            (
-                key,
-                self._spliced(item) if type(item) is Encoded and key in known else self.text(item, depth + 1),
-            )
-            for key, item in value.items()
-        ]
-        texts.sort()
-        text = "{" + ",".join([f"{encode_basestring_ascii(key)}:{part}" for key, part in texts]) + "}"
-        return f'{{"dict":{text}}}' if len(texts) == 1 and texts[0][0] in _MARKS else text
+        texts = {}
+        for key, item in value.items():
+            kind = type(item)
+            if kind is str and len(item) < self._left and depth < _DEEPEST:
+                # As `text` has it, in place: most of what is in a dict.
+                self._left -= 1 + len(item)
+                texts[key] = encode_basestring_ascii(item)
+            elif kind is Encoded and depth + 1 == _DETAIL and key in self._known:
+                texts[key] = self._spliced(item)
+            else:
+                texts[key] = self.text(item, depth + 1)
+        text = ",".join([f"{encode_basestring_ascii(key)}:{texts[key]}" for key in sorted(texts)])
+        return f'{{"dict":{{{text}}}}}' if len(texts) == 1 and key in _MARKS else f"{{{text}}}"
 
     def _spliced(self, item: Encoded) -> str:
         self._left -= item.size

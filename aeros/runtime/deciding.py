@@ -15,6 +15,7 @@ from aeros.runtime.canonical import digest_of
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Decision, Verdict
 from aeros.runtime.gate import Gate
+from aeros.runtime.grounds import causes_of_denial
 from aeros.runtime.history import Histories
 from aeros.runtime.merging import Companion, companions_of
 from aeros.runtime.monitor import Monitors
@@ -26,6 +27,7 @@ from aeros.runtime.told_readings import ReadingsTeller
 from aeros.runtime.trajectory import MotionDecider
 from aeros.runtime.usage import ClockError, Usage, denied_by_clock
 from aeros.skill import Action
+from aeros.spec.cause import Cause
 from aeros.spec.errors import InternalError
 
 
@@ -35,12 +37,14 @@ class Decided(NamedTuple):
     begun: the action that may be executed, as from now on it is under way; None where it was denied.
     plan: what the plant said it would be, where it was asked.
     ends_others: it is a protective stop, which is not denied for what moves but ends that.
+    causes: why it was not simply allowed, as data.
     """
 
     decision: Decision
     begun: Begun | None
     plan: Plan | None
     ends_others: bool
+    causes: tuple[Cause, ...] = ()
 
 
 class Deciding:
@@ -87,12 +91,26 @@ class Deciding:
         decision, plan, motion = self._decide_motion(gated, readings, companions)
         digest, beside = self._configuration.digest, [other.begun.record for other in others]
         halting = [other.begun.record for other in others if other.is_halting]
+        causes: tuple[Cause, ...] = ()
+        if decision.verdict is not Verdict.ALLOW:
+            causes = causes_of_denial(self._configuration, decision, caller, readings, asked, now)
         details = decision_details(
-            decision, digest, now, readings, caller, asked, usage, beside, halting, motion, self._teller.tell
+            decision,
+            digest,
+            now,
+            readings,
+            caller,
+            asked,
+            usage,
+            beside,
+            halting,
+            motion,
+            self._teller.tell,
+            causes,
         )
         record = self._audit.append("decision", details)
         if decision.verdict is Verdict.DENY:
-            return Decided(decision, None, plan, ends_others=False)
+            return Decided(decision, None, plan, ends_others=False, causes=causes)
         if decision.action is None:
             raise InternalError(f"the gate said {decision.verdict.value} and gave no action")
         return Decided(decision, Begun(decision.action, readings, now, record), plan, ends_others)

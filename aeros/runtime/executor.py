@@ -21,8 +21,8 @@ An isolated skill is interrupted at any time; one that runs in this process, not
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import ExitStack
 from dataclasses import replace
 from math import inf
 from typing import Any, Final, Self
@@ -32,7 +32,8 @@ from aeros.runtime.configuration import Configuration
 from aeros.runtime.deciding import Deciding
 from aeros.runtime.gate import Gate
 from aeros.runtime.governor import Command, Fixed, Governor
-from aeros.runtime.observation import observation_for
+from aeros.runtime.grounds import cause_of_stop
+from aeros.runtime.observation import Sight
 from aeros.runtime.passing import may_pass
 from aeros.runtime.ports import (
     Completion,
@@ -51,6 +52,9 @@ from aeros.runtime.skill_code import told
 from aeros.runtime.skill_run import Ending, OpenRun
 from aeros.runtime.step import Step, UnderWay, capacities_of, needs_of
 from aeros.skill import Action
+from aeros.spec.cause import Cause
+from aeros.spec.cause import told as told_causes
+from aeros.spec.certificate import Certificate
 from aeros.spec.errors import MisuseError
 from aeros.spec.model import Ecm, Site
 
@@ -92,6 +96,7 @@ class Executor:
         # Held while anything moves: until then no change of the configuration is complete.
         self._acting = ExitStack()
         self._is_paused = False
+        self._breaking_off = _BreakingOff(self._break_off)
         audit.append("session-opened", session_details(configuration))
 
     @property
@@ -99,10 +104,19 @@ class Executor:
         """The site whose policy governs."""
         return self._configuration.site
 
+    @property
+    def is_stopped(self) -> bool:
+        """See `ports.Runtime`."""
+        return self._governor.command is Command.STOP
+
     def active_modules(self) -> Mapping[str, Ecm]:
         """The certified, active modules by name."""
         self._follow()
         return self._configuration.modules
+
+    def certificate(self, module: str) -> Certificate | None:
+        """What is proved of an active module."""
+        return self._configuration.certificates.get(module)
 
     def now(self) -> float:
         """Seconds on the plant's clock."""
@@ -127,7 +141,7 @@ class Executor:
 
     def start(self, request: StepRequest) -> StepHandle | StepResult:
         """See `ports.Runtime`; never raises for a bad request."""
-        with self._breaking_off():
+        with self._breaking_off:
             return self._start(request)
 
     def _start(self, request: StepRequest) -> StepHandle | StepResult:
@@ -149,7 +163,7 @@ class Executor:
         if not self._steps and not self._results:
             if until == inf:
                 raise MisuseError("nothing was started that could end")
-            with self._breaking_off():
+            with self._breaking_off:
                 self._plant.advance(self._watch, until)
             return None
         while not self._results:
@@ -169,7 +183,7 @@ class Executor:
     def cancel(self, step: StepHandle, reason: str) -> None:
         """See `ports.Runtime`."""
         if step in self._steps:
-            with self._breaking_off():
+            with self._breaking_off:
                 self._halt(step, Ending(StepStatus.CANCELLED, reason))
 
     def counts(self, step: StepHandle) -> DecisionCounts | None:
@@ -211,7 +225,7 @@ class Executor:
 
     def _go_on(self, until: float) -> bool:
         """Let a skill that is due act; where none is, let time go on.  Whether `until` comes first."""
-        with self._breaking_off():
+        with self._breaking_off:
             self._begin()
             due = next((handle for handle, step in self._steps.items() if step.is_due), None)
             if due is not None and not self._is_held_back():
@@ -234,6 +248,9 @@ class Executor:
 
     def _act(self, step: Step) -> Ending | None:
         """Let the skill ask for an action and begin it; or how the step ends."""
+        unheld = self._unheld(step)
+        if unheld is not None:
+            return unheld
         if step.asked is None:
             ending = self._resume(step)
             if ending is not None or self._is_held_back():
@@ -251,7 +268,8 @@ class Executor:
             if not in_force or asked is None:
                 return None
             step.asked = None
-            return self._act_now(step, asked)
+            # Once more: meanwhile the skill has computed.
+            return self._unheld(step) or self._act_now(step, asked)
         finally:
             self._let_go()
 
@@ -260,7 +278,9 @@ class Executor:
         if step.actions == MOST_ACTIONS:
             return Ending(StepStatus.RAISED, f"the skill floods: more than {MOST_ACTIONS} actions")
         step.actions += 1
-        observed = observation_for(step.ecm, self.site, self._plant.observe(), self.now())
+        if step.sight is None or step.sight.site is not self.site:
+            step.sight = Sight(step.ecm, self.site)
+        observed = step.sight.observation(self._plant.observe(), self.now())
         asked = step.run.resume(observed, step.deadline - self.now())
         if isinstance(asked, Ending) and asked.status is StepStatus.RAISED:
             return asked
@@ -271,6 +291,14 @@ class Executor:
         step.asked = asked
         return None
 
+    def _unheld(self, step: Step) -> Ending | None:
+        """How the step ends if its hold-condition is not measured now."""
+        if step.hold is None:
+            return None
+        # In this order: a reading is never younger than the time it is judged at.
+        readings = self._plant.observe()
+        return _halted_for(step.hold.broken(readings, self.now()))
+
     def _act_now(self, step: Step, asked: Action) -> Ending | None:
         """Have it decided and recorded, and begin it; None when it has begun."""
         decided = self._deciding.decide(step.caller, asked, self._moving())
@@ -278,7 +306,8 @@ class Executor:
         begun, plan = decided.begun, decided.plan
         if begun is None:
             step.may_pass = may_pass(decided.decision.reasons, asked.kind, self.site)
-            return Ending(StepStatus.DENIED, spell_reasons(decided.decision.reasons))
+            why = spell_reasons(decided.decision.reasons)
+            return Ending(StepStatus.DENIED, why, causes=decided.causes)
         if decided.ends_others:
             self._stop_all(f"stopped for `{step.name}`, which asks for a protective stop")
         self._deciding.executed(begun)
@@ -324,12 +353,16 @@ class Executor:
         if self._governor.command is Command.STOP:
             return _HALTED
         ending, violation = _stopped_by(completion), self._deciding.monitors.violation
-        if violation is None or ending.reason != f"monitor:{violation.rule}":
+        by, _, rule = ending.reason.partition("monitor:")
+        if by or not rule:
+            return ending
+        ending = ending._replace(causes=(cause_of_stop(self.site, rule, violation),))
+        if violation is None or violation.rule != rule:
             return ending
         return ending._replace(reason=f"{ending.reason}: {violation}")
 
     def _watch(self, now: float, measured: Mapping[str, Any]) -> str | None:
-        """The monitor of everything under way; what was revoked meanwhile is halted."""
+        """The monitor of everything under way; what was revoked, or does not hold any more, is halted."""
         if self._governor.command is Command.STOP:
             return _HALTED.reason
         if self._governor.generation != self._generation:
@@ -337,6 +370,11 @@ class Executor:
                 objection = self._revoked(step)
                 if objection is not None:
                     self._halt(handle, Ending(StepStatus.STOPPED, f"revoked: {objection}"))
+        for handle, step in self._steps.items():
+            if step.hold is not None and step.under_way is not None and step.ending is None:
+                ending = _halted_for(step.hold.broken_at_tick(measured, now, self._plant.observe))
+                if ending is not None:
+                    self._halt(handle, ending)
         return self._deciding.monitors(now, measured)
 
     def _revoked(self, step: Step) -> str | None:
@@ -395,13 +433,14 @@ class Executor:
         except BaseException as failure:
             self._record_broken(step, failure)
             raise
-        status, said, outputs = step.ending or Ending(StepStatus.STOPPED, "")
+        status, said, outputs, causes = step.ending or Ending(StepStatus.STOPPED, "")
         # A skill's own words may hold what no file, database or terminal takes.
         reason = said.encode("utf-8", "backslashreplace").decode()
         outcome = {"time": self.now(), "status": status.value, "reason": reason}
         event = "step-ended" if step.has_begun else "step-refused"
         gave = {} if outputs is None else {"outputs": dict(outputs)}
-        self._audit.append(event, {**outcome, **caller_details(step.caller), **gave})
+        why = {"causes": told_causes(causes)} if causes else {}
+        self._audit.append(event, {**outcome, **why, **caller_details(step.caller), **gave})
         counts = step.counts
         self._results[handle] = StepResult(
             status,
@@ -411,6 +450,7 @@ class Executor:
             counts.denied,
             dict(outputs or {}),
             step.may_pass and status is StepStatus.DENIED,
+            causes,
         )
 
     def _leave(self, handle: StepHandle, step: Step) -> None:
@@ -420,15 +460,6 @@ class Executor:
             if step.has_begun:
                 leaving.callback(lambda: self._plant.skill_ended(step.name, finished=step.finished))
             leaving.callback(step.close)
-
-    @contextmanager
-    def _breaking_off(self) -> Iterator[None]:
-        """Clean up after every step where the block raises."""
-        try:
-            yield
-        except BaseException as failure:
-            self._break_off(failure)
-            raise
 
     def _break_off(self, failure: BaseException) -> None:
         """The one clean-up of every step that has not ended."""
@@ -471,6 +502,26 @@ class Executor:
         now = self._configuration.modules.get(ecm.id)
         was = (ecm.manifest_digest, ecm.code_digest)
         return now is not None and (now.manifest_digest, now.code_digest) == was
+
+
+class _BreakingOff:
+    """Cleans up after every step where the block raises."""
+
+    def __init__(self, break_off: Callable[[BaseException], None]) -> None:
+        self._break_off = break_off
+
+    def __enter__(self) -> None:
+        """Nothing is to be cleaned up yet."""
+
+    def __exit__(self, _: object, failure: BaseException | None, __: object) -> None:
+        """What was raised goes on, after the clean-up."""
+        if failure is not None:
+            self._break_off(failure)
+
+
+def _halted_for(cause: Cause | None) -> Ending | None:
+    """How a step ends whose hold-condition is not measured."""
+    return None if cause is None else Ending(StepStatus.UNHELD, str(cause), causes=(cause,))
 
 
 def _stopped_by(completion: Completion) -> Ending:

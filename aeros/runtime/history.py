@@ -47,7 +47,9 @@ class Histories:
 
     def look(self, measured: Readings, now: float) -> dict[str, Reading]:
         """What is measured, and each history that is known after a look at it."""
-        readings = {name: one for name, one in measured.items() if name not in self.names}
+        readings = dict(measured)
+        for name in self.names & measured.keys():
+            del readings[name]
         known = self.advance(readings, now)
         return readings | {name: Reading(value, now) for name, value in known.items()}
 
@@ -130,7 +132,7 @@ class _Writer(Writer):
         self.line("break")
         self.indent(start)
         self.indent(start)
-        self.line("except AttributeError: pass")
+        self.line("except IndexError: pass")
         self._outlasting[f"p{number}"] = "inf"  # before the first moment nothing was missed
         spoke_until_now = self._is_recent(f"p{number}", limit or Fraction(0))
         self.line(f"g{number} = p{number} is None or not {spoke_until_now}")

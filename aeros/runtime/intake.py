@@ -79,11 +79,10 @@ def take_readings(
 
 def take_reading(form: Form, reading: Any, now: float, required: bool, values: Scalars) -> Reason | None:
     """Take one reading, or say why it does not serve; some of a faulty one's scalars may have been put."""
-    if type(reading) is not Reading:
+    if type(reading) is not Reading or len(reading) != len(Reading._fields):
         name = form.declared.name
         return Reason("AE701", name, f"`{name}` is not a value with a time")
-    time = getattr(reading, "time", None)
-    return check_age(form, time, now, required) or form.take(getattr(reading, "value", None), values)
+    return check_age(form, reading.time, now, required) or form.take(reading.value, values)
 
 
 def as_executed(forms: Mapping[str, Form], parameters: Mapping[str, Any]) -> dict[str, Any]:

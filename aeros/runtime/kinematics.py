@@ -116,8 +116,3 @@ def next_frame(frame: Frame, a: float, alpha: float, d: float, angle: float) -> 
 def norm(v: Triple) -> float:
     """Its length."""
     return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
-
-
-def cross(a: Triple, b: Triple) -> Triple:
-    """The vector product."""
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])

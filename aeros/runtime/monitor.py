@@ -43,6 +43,8 @@ class Monitors:
         self._formed: dict[str, _Formed] = {}
         self._measured: frozenset[str] = frozenset()
         self._watched: list[Begun] = []
+        self._names: frozenset[str] = frozenset()  # of what was measured when something new was watched
+        self._quicks: dict[str, Quick | None] = {}  # by action kind, for these names
         self._quick: Quick | None = None
         self._is_new = False  # something is watched since the last tick that was not, or the reverse
         self._watches: list[tuple[tuple[Begun, ...], Rules, Scalars]] = []
@@ -80,7 +82,7 @@ class Monitors:
         """The id of the first rule that does not hold, or `input:NAME`; else None."""
         if self._is_new:
             self._quick, self._is_new = self._quick_for(measured), False
-        if self._quick is not None and self._quick(measured):
+        if self._quick is not None and self._quick.holds(measured):
             return None
         known = self._look_back(now, measured)
         if not self._watches:
@@ -102,13 +104,23 @@ class Monitors:
 
     def _quick_for(self, measured: Mapping[str, Any]) -> Quick | None:
         """Decides ticks at which as much is measured as now, where one action is under way and no other."""
-        names = frozenset(measured)
-        if len(self._watches) != 1 or not self._measured <= names:
+        if measured.keys() != self._names:
+            self._names = frozenset(measured)
+            self._quicks.clear()
+        if len(self._watches) != 1 or not self._measured <= self._names:
             return None
         (((begun, *_), _, values),) = self._watches
-        quick = self._compiled.quick(begun.action.kind, names, values)
-        if quick is not None:
-            self._measured = names
+        kind = begun.action.kind
+        if kind not in self._quicks:
+            self._quicks[kind] = self._compiled.quick(kind, self._names)
+        quick = self._quicks[kind]
+        if quick is None:
+            return None
+        try:
+            quick.decide(values)
+        except KeyError:
+            return None  # something that rules read is neither there nor measured
+        self._measured = self._names
         return quick
 
     def _add(self, whose: tuple[Begun, ...], rules: Rules, values: Scalars) -> None:
@@ -134,9 +146,9 @@ class Monitors:
             if form is None:
                 return f"input:{name}"
             if type(value) is Reading:
-                if check_age(form, getattr(value, "time", None), now, True) is not None:
+                if len(value) != len(Reading._fields) or check_age(form, value.time, now, True) is not None:
                     return f"input:{name}"
-                value = getattr(value, "value", None)
+                value = value.value
             if self._scalars(name, value) is None:
                 return f"input:{name}"
         return None

@@ -23,7 +23,7 @@ from math import inf, sqrt
 from typing import Final, NamedTuple
 
 from aeros.runtime.bezier import Derivatives, Piece, derivatives, halves, span_of
-from aeros.runtime.kinematics import Posture, cross, norm
+from aeros.runtime.kinematics import Posture, norm
 from aeros.runtime.ports import Body, Joints, Path, Triple
 
 TIMING: Final = (1.875, 10.0 / sqrt(3.0) * (1.0 + 1e-12), 60.0)
@@ -158,15 +158,20 @@ def _motion(posture: Posture, tool: Triple, first: Joints, second: Joints) -> tu
 
     p'' = Σ_i J_i·q''_i + (2·Σ_{j<i} z_j·q'_j + z_i·q'_i) × J_i·q'_i, J_i = z_i × (p − o_i).
     """
-    speed = change = turn = (0.0, 0.0, 0.0)
-    for frame, rate, bend in zip(posture.frames[1:], first, second, strict=True):
-        column = cross(frame.z, _plus(tool, frame.origin, -1.0))
-        along = (column[0] * rate, column[1] * rate, column[2] * rate)
-        turning = _plus((2.0 * turn[0], 2.0 * turn[1], 2.0 * turn[2]), frame.z, rate)
-        change = _plus(_plus(change, column, bend), cross(turning, along), 1.0)
-        speed = _plus(speed, along, 1.0)
-        turn = _plus(turn, frame.z, rate)
-    return speed, change, turn
+    px, py, pz = tool
+    vx = vy = vz = cx = cy = cz = wx = wy = wz = 0.0
+    for ((ox, oy, oz), _, _, (zx, zy, zz)), rate, bend in zip(posture.frames[1:], first, second, strict=True):
+        dx, dy, dz = px - ox, py - oy, pz - oz
+        jx, jy, jz = zy * dz - zz * dy, zz * dx - zx * dz, zx * dy - zy * dx
+        ax, ay, az = jx * rate, jy * rate, jz * rate
+        zx, zy, zz = zx * rate, zy * rate, zz * rate
+        tx, ty, tz = 2.0 * wx + zx, 2.0 * wy + zy, 2.0 * wz + zz
+        cx += jx * bend + ty * az - tz * ay
+        cy += jy * bend + tz * ax - tx * az
+        cz += jz * bend + tx * ay - ty * ax
+        vx, vy, vz = vx + ax, vy + ay, vz + az
+        wx, wy, wz = wx + zx, wy + zy, wz + zz
+    return (vx, vy, vz), (cx, cy, cz), (wx, wy, wz)
 
 
 def _plus(a: Triple, b: Triple, factor: float) -> Triple:

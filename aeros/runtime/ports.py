@@ -13,11 +13,12 @@ from math import inf
 from typing import Any, NamedTuple, NewType, Protocol
 
 from aeros.skill import Action
+from aeros.spec.cause import Cause
+from aeros.spec.certificate import Certificate
 from aeros.spec.model import Ecm, Site
 
 
-@dataclass(frozen=True, slots=True)
-class Reading:
+class Reading(NamedTuple):
     """One measured value and when it was measured.
 
     value: SI; bool, float, enum member as str, 3-tuple of float, or tuple of float for a family
@@ -150,7 +151,10 @@ class Plant(Protocol):
         """Seconds on the plant's clock; never goes back."""
 
     def observe(self) -> Readings:
-        """Everything that is measured now, each value with its own time."""
+        """Everything that is measured now, each value with its own time.
+
+        The monitor may call it, from inside `advance`.
+        """
 
     def plan(self, action: Action) -> Plan:
         """The motion that `action` is, from where the robot is now; moves nothing."""
@@ -208,6 +212,7 @@ class StepStatus(Enum):
     TIMED_OUT = "timed_out"  # the skill was halted at its time-out
     RAISED = "raised"  # the skill's code failed; it was halted
     HALTED = "halted"  # the operator stopped everything: nothing begins any more
+    UNHELD = "unheld"  # what must be measured as long as the skill runs was not; it was halted
     CANCELLED = "cancelled"  # whoever had asked for it took it back; it was halted, or never began
 
 
@@ -216,6 +221,7 @@ class StepResult:
     """What became of a step: status, the reason in words, what the gate decided on the way, its outputs.
 
     may_pass: it was denied on account of what is measured alone, so that later it may be allowed.
+    causes: the reason as data, where there is more to it than words.
     """
 
     status: StepStatus
@@ -225,6 +231,7 @@ class StepResult:
     denied: int = 0
     outputs: Mapping[str, Any] = field(default_factory=dict)
     may_pass: bool = False
+    causes: tuple[Cause, ...] = ()
 
 
 StepHandle = NewType("StepHandle", int)
@@ -245,8 +252,15 @@ class Runtime(Protocol):
     def site(self) -> Site:
         """The site whose policy governs."""
 
+    @property
+    def is_stopped(self) -> bool:
+        """Whether the operator has stopped everything, so that nothing begins any more."""
+
     def active_modules(self) -> Mapping[str, Ecm]:
         """The certified, active modules by name."""
+
+    def certificate(self, module: str) -> Certificate | None:
+        """What is proved of an active module."""
 
     def now(self) -> float:
         """Seconds on the plant's clock."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller
+from aeros.runtime.holding import hold_of
 from aeros.runtime.inputs import InputError, settle_inputs, settle_outputs
 from aeros.runtime.ports import StepRequest, StepStatus
 from aeros.runtime.resources import Resources
@@ -30,7 +31,8 @@ def prepared(
         run = open_run(configuration.site, ecm, skill, inputs)
     except (InputError, SkillRefusedError) as refusal:
         raise RefusedError(str(refusal)) from refusal
-    return Step(ecm, skill, Caller(ecm.id, skill.id, inputs), run)
+    hold = hold_of(configuration.site, ecm.id, skill, inputs)
+    return Step(ecm, skill, Caller(ecm.id, skill.id, inputs), run, hold)
 
 
 def with_outputs(skill: Skill, ending: Ending) -> Ending:

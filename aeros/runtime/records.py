@@ -16,6 +16,7 @@ from aeros.runtime.decision import Caller, Decision, Reason
 from aeros.runtime.ports import Readings
 from aeros.runtime.told_readings import told_readings
 from aeros.skill import Action
+from aeros.spec.cause import Cause, told
 
 
 def session_details(configuration: Configuration) -> dict[str, Any]:
@@ -49,6 +50,7 @@ def decision_details(
     halting: Sequence[int] = (),
     motion: Mapping[str, Any] = MappingProxyType({}),
     tell: Callable[[Readings], Encoded] = told_readings,
+    causes: Sequence[Cause] = (),
 ) -> dict[str, Any]:
     """Everything that was decided on, and what was decided: enough to decide it again.
 
@@ -57,6 +59,7 @@ def decision_details(
     halting: those of them that came to rest before their ends.
     motion: where the whole motion was to be decided, what `motion_details` says of it.
     tell: what says of the readings what `told_readings` says.
+    causes: the reasons as data.
     """
     state = tell(readings)
     return {
@@ -69,6 +72,7 @@ def decision_details(
         **({"beside": list(beside)} if beside else {}),
         **({"halting": list(halting)} if halting else {}),
         **motion,
+        **({"causes": told(causes)} if causes else {}),
         **caller_details(caller),
         "asked": _action_details(asked),
     }

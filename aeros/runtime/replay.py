@@ -18,14 +18,16 @@ import json
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Final
 
 from aeros.runtime.audit_check import Record
 from aeros.runtime.beside import Begun
 from aeros.runtime.canonical import Unencodable, canonical, restored
 from aeros.runtime.configuration import Configuration, Configurations, UnknownConfigurationError
-from aeros.runtime.decision import Caller, Decision
+from aeros.runtime.decision import Caller, Decision, Verdict
 from aeros.runtime.gate import Gate, GateDisagreementError, GateMode
+from aeros.runtime.grounds import causes_of_denial
 from aeros.runtime.merging import Companion, companions_of
 from aeros.runtime.ports import Reading, Readings
 from aeros.runtime.records import outcome_details, session_details
@@ -34,6 +36,7 @@ from aeros.runtime.stated_motion import read_motion
 from aeros.runtime.trajectory import MotionDecider
 from aeros.runtime.usage import ClockError, denied_by_clock
 from aeros.skill import Action
+from aeros.spec.cause import told as told_causes
 
 
 @dataclass(frozen=True)
@@ -208,8 +211,11 @@ class Replay:
             raise ValueError("at no time")
         if isinstance(used, ClockError) != (recorded is None):
             raise _UnheldError("the use of quotas is recorded if and only if the clock was in order")
+        spell = partial(
+            self._spelt, governing.configuration, caller, readings, action, now, "causes" in details
+        )
         if isinstance(used, ClockError):
-            return outcome_details(denied_by_clock(used))
+            return spell(denied_by_clock(used))
         if recorded != used:
             told = f"what was decided before it adds up to {dict(used)}, and recorded is {recorded}"
             raise _UnheldError(f"the use of quotas is another: {told}")
@@ -226,8 +232,26 @@ class Replay:
             now,
         )
         decision = self._decide_motion(governing.motions, gated, readings, details, companions)
-        again = outcome_details(decision)
+        again = spell(decision)
         return again if decision is gated else {**again, "gate": outcome_details(gated)}
+
+    @staticmethod
+    def _spelt(
+        configuration: Configuration,
+        caller: Caller,
+        readings: Readings,
+        asked: Action,
+        now: float,
+        with_causes: bool,
+        decision: Decision,
+    ) -> dict[str, Any]:
+        """What came out, with the causes where the record has them: older ones have none."""
+        again = outcome_details(decision)
+        if with_causes and decision.verdict is not Verdict.ALLOW:
+            again["causes"] = told_causes(
+                causes_of_denial(configuration, decision, caller, readings, asked, now)
+            )
+        return again
 
     def _decide_motion(
         self,
@@ -299,17 +323,28 @@ def _begun(number: int, details: Mapping[str, Any]) -> Begun:
 def _outcome(details: Mapping[str, Any]) -> dict[str, Any]:
     """What a record says came out; where a motion was denied, also what the gate had said."""
     found = {name: details.get(name) for name in ("verdict", "decided", "reasons")}
+    found |= {"causes": details["causes"]} if "causes" in details else {}
     return {**found, "gate": details["gate"]} if "gate" in details else found
 
 
 def _unordered(outcome: Any) -> Any:
-    """The same for outcomes that differ in nothing but the order of their reasons."""
+    """The same for outcomes that differ in nothing but the order of their reasons, and the file's path."""
     if type(outcome) is not dict:
         return _spelt(outcome)
-    reasons = outcome.get("reasons")
-    rest = {name: value for name, value in outcome.items() if name not in ("reasons", "gate")}
-    listed = sorted(map(_spelt, reasons)) if type(reasons) is list else _spelt(reasons)
-    return _spelt(rest), listed, _unordered(outcome.get("gate"))
+    rest = {name: value for name, value in outcome.items() if name not in ("reasons", "causes", "gate")}
+    reasons = [_listed(outcome.get(name)) for name in ("reasons", "causes")]
+    return _spelt(rest), reasons, _unordered(outcome.get("gate"))
+
+
+def _listed(reasons: Any) -> Any:
+    return sorted(_spelt(_unplaced(one)) for one in reasons) if type(reasons) is list else _spelt(reasons)
+
+
+def _unplaced(cause: Any) -> Any:
+    """The same for a cause whose condition is in a file of the same lines, wherever that is."""
+    if type(cause) is not dict or type(cause.get("at")) is not str:
+        return cause
+    return {**cause, "at": cause["at"].rpartition(":")[2]}
 
 
 def _has_lost(value: Any) -> bool:

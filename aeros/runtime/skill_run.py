@@ -11,8 +11,9 @@ from typing import Any, NamedTuple, Protocol
 
 from aeros.runtime.ports import StepStatus
 from aeros.runtime.skill_code import NoActionError, SkillFunction, returned, snapshot, told
-from aeros.runtime.skills import load_skill
+from aeros.runtime.skills import CertifiedCode, certified_code, executed, load_skill
 from aeros.skill import Action, Observation, SkillBody
+from aeros.spec.cause import Cause
 from aeros.spec.model import Ecm, Site, Skill
 
 
@@ -20,11 +21,13 @@ class Ending(NamedTuple):
     """How a skill's run ended, and why in words; no words when it finished.
 
     outputs: what it returned, if it finished and returned something.
+    causes: the reason as data, where there is more to it than words.
     """
 
     status: StepStatus
     reason: str
     outputs: Mapping[str, Any] | None = None
+    causes: tuple[Cause, ...] = ()
 
 
 class Run(Protocol):
@@ -47,6 +50,24 @@ OpenRun = Callable[[Site, Ecm, Skill, Mapping[str, Any]], Run]
 def run_in_process(_: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> Run:
     """A run in this process.  Trusts the code with everything this process can reach."""
     return SkillRun(load_skill(ecm, skill), inputs)
+
+
+class RunsOfKeptCode:
+    """Opens runs as `run_in_process` does, of code that is read once: for many trials in one process.
+
+    What is kept is bytes, by the digest that they were certified with.  A file that is changed meanwhile is
+    neither executed nor noticed.
+    """
+
+    def __init__(self) -> None:
+        self._kept: dict[tuple[str, str, str], CertifiedCode] = {}
+
+    def __call__(self, _: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> Run:
+        """See `OpenRun`."""
+        which = ecm.id, ecm.code_digest, skill.id
+        if which not in self._kept:
+            self._kept[which] = certified_code(ecm, skill)
+        return SkillRun(executed(self._kept[which]), inputs)
 
 
 def finished(value: object) -> Ending:

@@ -29,7 +29,11 @@ def load_skill(ecm: Ecm, skill: Skill) -> SkillFunction:
 
     Raises `SkillRefusedError`.
     """
-    code = certified_code(ecm, skill)
+    return executed(certified_code(ecm, skill))
+
+
+def executed(code: CertifiedCode) -> SkillFunction:
+    """The generator function in `code`, its module executed afresh; raises `SkillRefusedError`."""
     return execute_skill(code.module, code.name, code.content, code.path, code.function)
 
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from aeros.runtime.audit import DecisionCounts
 from aeros.runtime.beside import Begun
 from aeros.runtime.decision import Caller
+from aeros.runtime.holding import Hold
+from aeros.runtime.observation import Sight
 from aeros.runtime.ports import Motion, Plan, StepStatus
 from aeros.runtime.skill_run import Ending, Run
 from aeros.skill import Action
@@ -32,7 +34,9 @@ class Step:
     """A step that was started.
 
     deadline: plant seconds; runs once it has begun, which is when it holds what it needs.
+    hold: what must be measured as long as it runs.
     actions: how often the skill was asked for one.
+    sight: what it is told of the state, by the site that governed when it was told last.
     asked: the action that it asked for, not yet decided.
     may_pass: what it was denied last may be allowed later.
     ending: how it ends, from when that is known; what it moves may still have to come to rest.
@@ -42,9 +46,11 @@ class Step:
     skill: Skill
     caller: Caller
     run: Run
+    hold: Hold | None = None
     deadline: float = 0.0
     has_begun: bool = False
     actions: int = 0
+    sight: Sight | None = None
     asked: Action | None = None
     under_way: UnderWay | None = None
     may_pass: bool = False

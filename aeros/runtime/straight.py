@@ -172,7 +172,7 @@ class _Writer(Writer):
         """The function that has been written."""
         self.indent(0)
         head = ["def answering(inputs, readings, parameters, now, usage):", "  try:"]
-        tail = ["  except (AttributeError, KeyError):", "    return None"]
+        tail = ["  except (IndexError, KeyError):", "    return None"]
         return self.function("answering", [*head, *self.lines, *tail])
 
     def _mapping(self, name: str, size: int | None) -> None:

@@ -164,6 +164,15 @@ def clear(box: Box, p: Triple, edges: Triple, way: Triple, room: float) -> bool:
     az, bz = (z - ez, z + wz + ez) if wz >= 0.0 else (z + wz - ez, z + ez)
     if box.inside:
         return min(ax - lx, ux - bx, ay - ly, uy - by, az - lz, uz - bz) >= room
+    if (
+        lx - bx >= room
+        or ax - ux >= room
+        or ly - by >= room
+        or ay - uy >= room
+        or lz - bz >= room
+        or az - uz >= room
+    ):
+        return True
     dx, dy, dz = max(lx - bx, ax - ux, 0.0), max(ly - by, ay - uy, 0.0), max(lz - bz, az - uz, 0.0)
     if sqrt(dx * dx + dy * dy + dz * dz) >= room:
         return True

@@ -5,25 +5,21 @@ From one decision to the next most values stay the same objects, and all reading
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import compress, count, repeat
 from json.encoder import encode_basestring_ascii
 from math import isfinite
-from typing import Any, Final, NamedTuple
+from operator import is_, is_not, itemgetter
+from typing import Any, Final
 
 from aeros.runtime.canonical import MOST_SIZE, Encoded, Encoder, encoded
-from aeros.runtime.ports import Readings
+from aeros.runtime.ports import Reading, Readings
 
 _CONSTANT: Final = (float, bool, int, str, type(None))
 """Types of values that never change."""
 
-_MOST_KEPT: Final = 10_000
-
-
-class _Told(NamedTuple):
-    """A value by name; its text up to the time, and what both take of an encoding's size."""
-
-    value: Any
-    text: str
-    size: int
+_NOTHING: Final = object()
+"""In place of a value that was not told yet, or may change."""
 
 
 def told_readings(readings: Readings) -> Encoded:
@@ -32,11 +28,19 @@ def told_readings(readings: Readings) -> Encoded:
 
 
 class ReadingsTeller:
-    """Says what `told_readings` says of one moment after another."""
+    """Says what `told_readings` says of one moment after another.
+
+    All is in columns, in the order of the names: a decision waits for it, and most of a column is as before.
+    """
 
     def __init__(self) -> None:
-        self._kept: dict[str, _Told] = {}
         self._names: dict[str, None] = {}  # sorted
+        self._quoted: list[str] = []
+        self._lengths: list[int] = []
+        self._pick: Callable[[Readings], tuple[Reading, ...]]
+        self._values: list[Any] = []  # that were told last
+        self._texts: list[str] = []  # of each, name and value up to the time
+        self._sizes: list[int] = []  # what each takes of an encoding's size
 
     def tell(self, readings: Readings) -> Encoded:
         """The readings with their canonical text."""
@@ -44,34 +48,49 @@ class ReadingsTeller:
         if readings.keys() != self._names.keys():
             if len(readings) < 2 or not all(type(name) is str for name in readings):
                 return told_readings(readings)
-            self._names = dict.fromkeys(sorted(readings))
-        texts, size = [], 1 + len(readings)
-        time, ending = None, ""
-        for name in self._names:
-            reading = readings[name]
-            value = reading.value
-            if reading.time is not time:
-                time = reading.time
-                if type(time) is not float or not isfinite(time):
-                    return told_readings(readings)
-                ending = f"{time!r}]"
-            one = self._kept.get(name)
-            if one is None or one.value is not value:
-                if not _is_constant(value):
-                    return told_readings(readings)
-                one = self._keep(name, value)
-            texts.append(one.text + ending)
-            size += one.size
-        return told_readings(readings) if size > MOST_SIZE else Encoded("{" + ",".join(texts) + "}", size)
+            self._begin(sorted(readings))
+        values, times = zip(*self._pick(readings), strict=True)
+        for place in compress(count(), map(is_not, values, self._values)):
+            if not self._keep(place, values[place]):
+                return told_readings(readings)
+        endings = _endings(times)
+        size = 1 + len(readings) + sum(self._sizes)
+        if endings is None or size > MOST_SIZE:
+            return told_readings(readings)
+        if isinstance(endings, str):
+            return Encoded(f"{{{f'{endings},'.join(self._texts)}{endings}}}", size)
+        return Encoded(f"{{{','.join(map(str.__add__, self._texts, endings))}}}", size)
 
-    def _keep(self, name: str, value: Any) -> _Told:
-        if len(self._kept) == _MOST_KEPT:
-            self._kept.clear()
+    def _begin(self, names: list[str]) -> None:
+        self._names = dict.fromkeys(names)
+        self._quoted = [*map(encode_basestring_ascii, names)]
+        self._lengths = [*map(len, names)]
+        self._pick = itemgetter(*names)
+        self._values = [_NOTHING] * len(names)
+        self._texts = [""] * len(names)
+        self._sizes = [0] * len(names)
+
+    def _keep(self, place: int, value: Any) -> bool:
+        """Whether this value can be told by itself and kept, as it can never change."""
+        self._values[place] = _NOTHING
+        if not _is_constant(value):
+            return False
         encoder = Encoder()
-        text = f"{encode_basestring_ascii(name)}:[{encoder.text(value, 2)},"
+        self._texts[place] = f"{self._quoted[place]}:[{encoder.text(value, 2)},"
         # The name, a list of two, the value and its time.
-        self._kept[name] = one = _Told(value, text, len(name) + 3 + encoder.used + 1)
-        return one
+        self._sizes[place] = self._lengths[place] + 3 + encoder.used + 1
+        self._values[place] = value
+        return True
+
+
+def _endings(times: tuple[Any, ...]) -> str | list[str] | None:
+    """What follows each value: one text where all have the same time, None where one of them is no time."""
+    first = times[0]
+    if all(map(is_, times, repeat(first))):
+        return f"{first!r}]" if type(first) is float and isfinite(first) else None
+    if not all(type(time) is float and isfinite(time) for time in times):
+        return None
+    return [f"{time!r}]" for time in times]
 
 
 def _is_constant(value: Any) -> bool:

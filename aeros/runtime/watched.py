@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from fractions import Fraction
 from operator import itemgetter
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from aeros.runtime.beside import Begun, JointRules
 from aeros.runtime.conditions import CompiledCondition, Condition, Truth
@@ -14,6 +15,7 @@ from aeros.runtime.writing import Writer
 from aeros.spec.backends.closure import Truths, compile_truths
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower
+from aeros.spec.expr.types import FamilyType, IntegerType
 from aeros.spec.model import ActionKind, Declared, Site, ranges_of
 
 _MOST_KEPT: Final = 256
@@ -54,8 +56,15 @@ class Rules:
         return None
 
 
-Quick = Callable[[Mapping[str, Any]], bool]
-"""Whether all that is measured has its form and all rules hold; False where in doubt, too."""
+class Quick(NamedTuple):
+    """Decides ticks at which the same is measured; what it has seen of that outlasts an action.
+
+    decide: takes parameters and state that an action was decided on; KeyError where anything is missing.
+    holds: whether all that is measured has its form and all rules hold; False where in doubt, too.
+    """
+
+    decide: Callable[[Scalars], None]
+    holds: Callable[[Mapping[str, Any]], bool]
 
 
 class Watched:
@@ -77,7 +86,7 @@ class Watched:
         self._rules = {name: self._of_kind(site, kind) for name, kind in site.kinds.items()}
         self._joint = JointRules(site, compiled=True)
         self._site = site
-        self._quick: dict[tuple[str, frozenset[str]], Callable[[Scalars], Quick]] = {}
+        self._quick: dict[tuple[str, frozenset[str]], Callable[[], Quick]] = {}
 
     def of(self, kind: str) -> Rules:
         """The rules on actions of a kind."""
@@ -88,11 +97,10 @@ class Watched:
         for rule, roles in self._joint.of(one, other):
             yield Rules([(rule.id, rule.condition, rule.term)], self._variables), rule.values(roles)
 
-    def quick(self, kind: str, measured: frozenset[str], values: Scalars) -> Quick | None:
-        """Decides ticks at which exactly these variables are measured; None where histories are kept.
+    def quick(self, kind: str, measured: frozenset[str]) -> Quick | None:
+        """For one monitor, of ticks at which exactly these variables are measured.
 
-        values: parameters and state that the action was decided on.  None, too, where something that rules
-            read is neither there nor measured, or what is measured is no state variable.
+        None where histories are kept, or what is measured is no state variable.
         """
         if self._site.histories or not measured <= self.forms.keys():
             return None
@@ -105,10 +113,7 @@ class Watched:
             forms = {name: self.forms[name] for name in sorted(measured)}
             making = _Writer().deciding([rule.terms[kind] for rule in rules], declared, forms)
             self._quick[kind, measured] = making
-        try:
-            return making(values)
-        except KeyError:
-            return None
+        return making()
 
     def _of_kind(self, site: Site, kind: ActionKind) -> Rules:
         declared = (*site.observed.values(), *kind.parameters.values())
@@ -127,39 +132,111 @@ class _Writer(Writer):
 
     def deciding(
         self, terms: Sequence[t.Term], declared: Sequence[Declared], forms: Mapping[str, Form]
-    ) -> Callable[[Scalars], Quick]:
-        """A function that makes a `Quick` from the values of what is not measured.
+    ) -> Callable[[], Quick]:
+        """A function that makes a `Quick`.
 
-        What is the same object as at the tick before has its form and its scalars already.
+        What is the same object as at the tick before has its form and its scalars already, and rules that
+        read nothing else hold as they did: `still` says so, of all that read the same.
         """
         self.leaving = "return False"
-        self.names |= {"nothing": object()}
+        self.names |= {"nothing": object(), "Quick": Quick}
+        self.implied = _bounded_by(terms, forms.values())
+        of_scalar = {scalar: name for name, form in forms.items() for scalar in form.names}
+        reads = [
+            frozenset(of_scalar[one] for one in t.variables_of(lower(term)) if one in of_scalar)
+            for term in terms
+        ]
+        still = {alike: f"still{number}" for number, alike in enumerate(dict.fromkeys(reads))}
         for number, (name, form) in enumerate(forms.items()):
             self.line(f"value = measured[{name!r}]")
             self.line(f"if value is not last{number}:")
             start = len(self.lines)
             self.line(f"last{number} = nothing")
-            self.require("type(value) is not Reading")
+            self.line("".join(f"{flag} = " for alike, flag in still.items() if name in alike) + "False")
             self.take(form, "value")
             self.line(f"if type(value) is not list: last{number} = value")
             self.indent(start)
         measured = dict(self.local)
         read = {name for term in terms for name in t.variables_of(lower(term))}
-        for name in sorted(read - measured.keys()):
+        given = sorted(read - measured.keys())
+        for name in given:
             self.local[name] = f"x{len(self.local)}"
-        self.line(f"return {' and '.join(self.conditions(terms, declared)) or 'True'}")
+        codes = self.conditions(terms, declared)
+        for alike, flag in still.items():
+            self.line(f"if not {flag}:")
+            start = len(self.lines)
+            self.require(
+                " and ".join(code for code, read_by in zip(codes, reads, strict=True) if read_by == alike)
+            )
+            self.line(f"{flag} = True")
+            self.indent(start)
+        self.line("return True")
+        taken = [self.local[name] for name in given]
+        flags = [*still.values()]
         lasts = [f"last{number}" for number in range(len(forms))]
-        outlasting = [*lasts, *(measured[name] for name in sorted(read & measured.keys()))]
+        outlasting = [*lasts, *flags, *(measured[name] for name in sorted(read & measured.keys()))]
         source = [
-            "def deciding(values):",
-            *(f"  {name} = nothing" for name in outlasting),
-            *(f"  {self.local[name]} = values[{name!r}]" for name in sorted(read - measured.keys())),
-            "  def quick(measured):",
+            "def deciding():",
+            *(f"  {name} = nothing" for name in [*outlasting, *taken]),
+            "  def decide(values):",
+            *([f"    nonlocal {', '.join([*flags, *taken])}"] if flags else []),
+            *(f"    {flag} = False" for flag in flags),
+            *(f"    {self.local[name]} = values[{name!r}]" for name in given),
+            "    return None",
+            "  def holds(measured):",
             *([f"    nonlocal {', '.join(outlasting)}"] if outlasting else []),
             "    try:",
             f"      if len(measured) != {len(forms)}: return False",
             *(f"    {line}" for line in self.lines),
             "    except KeyError: return False",
-            "  return quick",
+            "  return Quick(decide, holds)",
         ]
         return self.function("deciding", source)
+
+
+def _bounded_by(terms: Iterable[t.Term], forms: Iterable[Form]) -> frozenset[str]:
+    """Reals of which `terms` say nothing but bounds, and these are inside their ranges.
+
+    Where all of `terms` hold they are in range; and nothing is computed of them, which could go wrong.
+    """
+    low: dict[str, Fraction] = {}
+    high: dict[str, Fraction] = {}
+    others: set[str] = set()
+    parts = [lower(term) for term in terms]
+    while parts:
+        match part := parts.pop():
+            case t.And(operands=operands):
+                parts += operands
+            case t.Compare(
+                left=t.Variable(name=name), right=t.Literal(value=Fraction() as bound), op="<" | "<="
+            ):
+                high[name] = min(bound, high.get(name, bound))
+            case t.Compare(
+                left=t.Literal(value=Fraction() as bound), right=t.Variable(name=name), op="<" | "<="
+            ):
+                low[name] = max(bound, low.get(name, bound))
+            case t.Compare(
+                left=t.Absolute(operand=t.Variable(name=name)),
+                right=t.Literal(value=Fraction() as bound),
+                op="<" | "<=",
+            ):
+                low[name] = max(-bound, low.get(name, -bound))
+                high[name] = min(bound, high.get(name, bound))
+            case _:
+                others.update(t.variables_of(part))
+    found = set()
+    for form in forms:
+        least, most = form.declared.range or (None, None)
+        if least is None or most is None or _is_whole(form):
+            continue
+        found |= {
+            name
+            for name in form.names
+            if name in low and name in high and least <= low[name] and high[name] <= most
+        }
+    return frozenset(found - others)
+
+
+def _is_whole(form: Form) -> bool:
+    type_ = form.declared.variable.type
+    return isinstance(type_.element if isinstance(type_, FamilyType) else type_, IntegerType)

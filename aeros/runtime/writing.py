@@ -31,6 +31,7 @@ class Writer:
 
     local: the local variable that holds each scalar variable's value.
     names: what the lines refer to.
+    implied: scalar variables whose range needs no check, as something that is decided after it implies it.
     """
 
     leaving = "return None"
@@ -38,9 +39,10 @@ class Writer:
     def __init__(self) -> None:
         self.lines: list[str] = []
         self.local: dict[str, str] = {}
+        self.implied: frozenset[str] = frozenset()
         self.names: dict[str, Any] = {
             "__builtins__": {},
-            "AttributeError": AttributeError,
+            "IndexError": IndexError,
             "KeyError": KeyError,
             "Reading": Reading,
             "dict": dict,
@@ -85,7 +87,7 @@ class Writer:
         """Form and time of `reading`, which is not from the future of `exactly`.
 
         Most readings share one time, which is then checked once: `time` is `measured` as a double, and
-        `age` its distance from `exactly`.
+        `age` its distance from `exactly`.  Raises IndexError for a reading with nothing in it.
         """
         self.require("type(reading) is Reading")
         self.line("if reading.time is not measured:")
@@ -105,19 +107,19 @@ class Writer:
             self.local[name] = scalars[-1]
         if not isinstance(form.declared.variable.type, VectorType | FamilyType):
             self.line(f"{scalars[0]} = {code}")
-            self._scalar(form.declared, scalars[0])
+            self._scalar(form.declared, form.names[0])
             return scalars[0]
         listed = ", ".join(scalars) + ","
         self.line(f"several = {code}")
         self.require("type(several) is tuple or type(several) is list")
         self.require(f"len(several) == {len(scalars)}")
         self.line(f"{listed} = several")
-        for scalar in scalars:
+        for scalar in form.names:
             self._scalar(form.declared, scalar)
         return f"({listed})"
 
-    def _scalar(self, declared: Declared, local: str) -> None:
-        type_ = declared.variable.type
+    def _scalar(self, declared: Declared, name: str) -> None:
+        type_, local = declared.variable.type, self.local[name]
         match type_.element if isinstance(type_, FamilyType) else type_:
             case BoolType():
                 self.require(f"{local} is True or {local} is False")
@@ -127,4 +129,5 @@ class Writer:
                 least, most = doubles_in_range(declared)
                 whole = f" and {local}.is_integer()" if isinstance(real, IntegerType) else ""
                 self.line(f"if type({local}) is not float: {local} = whole({local})")
-                self.require(f"{least!r} <= {local} <= {most!r}{whole}")
+                if name not in self.implied:
+                    self.require(f"{least!r} <= {local} <= {most!r}{whole}")

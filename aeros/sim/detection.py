@@ -7,12 +7,13 @@ the image plane at distance 1.  Units: m.  Frame: W.
 from __future__ import annotations
 
 from math import atan2, cos, pi, radians, sin, tan
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aeros.sim.geometry import Camera, Triple
+from aeros.sim.sight import Sight
 from aeros.sim.world import Image
 
 PIXELS_MIN: Final = 25
@@ -35,19 +36,6 @@ OVER: Final = 0.02
 
 _WAYS: Final = (0.0, pi / 2.0)
 """Headings of a hand for what can be gripped at any."""
-
-
-class Sight(NamedTuple):
-    """What a picture shows of an upright or lying cylinder, in W.
-
-    place: its middle, m.
-    axis: heading of its axis where it lies, rad in [-π/2, π/2); None where it stands.
-    grip: heading of a hand that has room to close on it across its axis, rad; None where there is no room.
-    """
-
-    place: Triple
-    axis: float | None = None
-    grip: float | None = 0.0
 
 
 def find_red(image: Image, camera: Camera, size: tuple[float, float]) -> Sight | None:
@@ -118,8 +106,9 @@ def points_of(depth: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]
     up = np.cross(right, forward)
     half = tan(radians(camera.field_of_view) / 2.0)
     aspect = camera.width / camera.height
-    x = (2.0 * (np.arange(camera.width) + 0.5) / camera.width - 1.0) * half * aspect
-    y = (1.0 - 2.0 * (np.arange(camera.height) + 0.5) / camera.height) * half
+    # The TinyRenderer samples a pixel at its lower left corner: with middles all is half a pixel off.
+    x = (2.0 * np.arange(camera.width) / camera.width - 1.0) * half * aspect
+    y = (1.0 - 2.0 * (np.arange(camera.height) + 1.0) / camera.height) * half
     rays = forward + x[None, :, None] * right + y[:, None, None] * up
     points: NDArray[np.float64] = eye + depth[:, :, None] * rays
     return points

@@ -69,6 +69,10 @@ _DESCENT_CHANGE: Final = 0.5 * TICK
 _SERVO_GAIN: Final = 0.6
 """Share of the way to the servo target made per tick: smooth, and lags by about a tick."""
 
+_SERVO_RATE: Final = QD_MAX / 2.0
+_SERVO_CHANGE: Final = QDD_MAX * TICK / 2.0
+"""Greatest speed of a joint under feedback, rad/s, and change of it per tick."""
+
 _FORCE_GAIN: Final = 0.0005
 """Integral force control: m/s of z per N of error."""
 
@@ -306,9 +310,9 @@ def _follow(robot: Robot, p_BT: Vector, yaw: float, lanes: _Lanes) -> None:
     """One tick of servoing, at most half of any joint's speed and acceleration limit."""
     here = robot.q_command
     rate = _SERVO_GAIN * (track(p_BT, yaw, here, lanes.nearest(here)) - here) / TICK
-    rate = np.clip(rate, -QD_MAX / 2.0, QD_MAX / 2.0)
-    change = QDD_MAX * TICK / 2.0
-    rate = np.clip(rate, robot.qd_command - change, robot.qd_command + change)
+    before = robot.qd_command
+    rate = np.minimum(np.maximum(rate, -_SERVO_RATE), _SERVO_RATE)
+    rate = np.minimum(np.maximum(rate, before - _SERVO_CHANGE), before + _SERVO_CHANGE)
     q = here + rate * TICK
     lanes.nearest(q)
     robot.command(q, rate)

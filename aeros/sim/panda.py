@@ -39,6 +39,9 @@ class Panda(Robot):
         self._tool = index["panda_grasptarget_hand"]
         self._wrist = index["panda_hand_joint"]
         self._drive = [index["carriage_x"], index["carriage_y"]] if options.carriage else []
+        self._sensed = [*self._arm, *self.fingers, *self._drive]
+        x, y, z = self._base_start.tolist()
+        self._stand: Triple = (x, y, z)
         self.grip_command = (FINGER_GAP_MAX, 10.0)
         self.finger_friction = options.finger_friction
         self._assemble()
@@ -132,30 +135,30 @@ class Panda(Robot):
     def sense(self) -> RobotState:
         """Joint encoders and torques, and the tool's pose and speed, after the last tick."""
         client = self._world.client
-        states = bullet.getJointStates(
-            self.body, [*self._arm, *self.fingers, *self._drive], physicsClientId=client
-        )
-        arm, left, right = states[:7], states[7], states[8]
+        states = bullet.getJointStates(self.body, self._sensed, physicsClientId=client)
+        positions, rates, _, torques = zip(*states, strict=True)
         tool = bullet.getLinkState(
             self.body, self._tool, computeLinkVelocity=1, computeForwardKinematics=1, physicsClientId=client
         )
         vx, vy, vz = tool[6]
         return RobotState(
-            q=tuple([s[0] for s in arm]),
-            qd=tuple([s[1] for s in arm]),
-            torque=tuple([s[3] for s in arm]),
+            q=positions[:7],
+            qd=rates[:7],
+            torque=torques[:7],
             tool_position=tool[4],
             tool_speed=float((vx * vx + vy * vy + vz * vz) ** 0.5),
             # Closed fingers press each other a hair past 0, and nothing measures a negative gap.
-            finger_gap=max(0.0, left[0] + right[0]),
-            finger_speed=max(abs(left[1]), abs(right[1])),
-            base_position=self._base_position([s[0] for s in states[9:]]),
-            base_velocity=(states[9][1], states[10][1], 0.0) if self._drive else (0.0, 0.0, 0.0),
+            finger_gap=max(0.0, positions[7] + positions[8]),
+            finger_speed=max(abs(rates[7]), abs(rates[8])),
+            base_position=self._base_position(positions[9:]),
+            base_velocity=(rates[9], rates[10], 0.0) if self._drive else _AT_REST,
         )
 
-    def _base_position(self, drive: list[float]) -> Triple:
-        x, y, z = self._base_start.tolist()
-        return (x + drive[0], y + drive[1], z) if drive else (x, y, z)
+    def _base_position(self, drive: tuple[float, ...]) -> Triple:
+        if not drive:
+            return self._stand
+        x, y, z = self._stand
+        return (x + drive[0], y + drive[1], z)
 
     def finger_forces(self) -> tuple[float, float]:
         """Normal contact force on each finger, N: what tactile pads would read."""
@@ -179,6 +182,7 @@ class Panda(Robot):
         return load
 
 
+_AT_REST: Final = (0.0, 0.0, 0.0)
 _TORQUES: Final = TAU_MAX.tolist()
 _GAINS: Final = [_GAIN] * len(QD_MAX)
 _ONES: Final = [1.0] * len(QD_MAX)

@@ -93,6 +93,8 @@ class PhysicsPlant(TickingPlant):
         super().__init__(robot, scene.cameras)
         self._truth = Truth(0, self._fast_values())
         self.sensors.sample(self._truth)
+        for camera in scene.watching:
+            self._show(self.sensors.read_once(Truth(0, self._see(camera))))
 
     def now(self) -> float:
         """Simulated seconds since the scene came to rest."""
@@ -126,7 +128,7 @@ class PhysicsPlant(TickingPlant):
         picture = Truth(self._world.ticks, self._see(camera))
         for _ in range(LOOK_TICKS + self.sensors.delay(picture.values)):
             yield
-        self._seen.update(self.sensors.read_once(picture))
+        self._show(self.sensors.read_once(picture))
 
     def _pass_tick(self) -> None:
         self._disturbance.before_tick()
@@ -153,8 +155,9 @@ class PhysicsPlant(TickingPlant):
         return Truth(self._truth.tick, values)
 
     def _fast_values(self) -> dict[str, Any]:
-        near = min(SCANNER_RANGE, self._people.distance(SCANNER_RANGE))
-        return {**super()._fast_values(), "human_distance": near}
+        values = super()._fast_values()
+        values["human_distance"] = min(SCANNER_RANGE, self._people.distance(SCANNER_RANGE))
+        return values
 
     def _check_tracking(self) -> None:
         if self._robot.tracking_error(self._state) > _BLOCKED:

@@ -11,6 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import zip_longest
+from operator import sub
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -180,7 +181,8 @@ class Robot(ABC):
     def tracking_error(self, state: RobotState) -> float:
         """Largest distance of a joint from its set point, rad."""
         wanted: list[float] = self.q_command.tolist()
-        return max(abs(a - b) for a, b in zip(wanted, state.q, strict=True))
+        error: float = max(map(abs, map(sub, wanted, state.q)))
+        return error
 
     def is_holding(self) -> bool:
         """Whether both fingers press on something."""

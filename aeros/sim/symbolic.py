@@ -11,8 +11,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from itertools import repeat
+from typing import Any, Final, NamedTuple
 
 from aeros.runtime.ports import Completion, Monitor, Motion, Motionless, Plan, Reading, Readings
 from aeros.sim.outcomes import draw_outcome
@@ -23,13 +26,25 @@ from aeros.spec.closed_loop.chances import shares_of
 from aeros.spec.errors import MisuseError
 from aeros.spec.model import Ecm, Outcome, Site
 
+_new_reading: Final = partial(tuple.__new__, Reading)
+"""A reading from value and time; a named tuple's own constructor takes three times as long."""
+
+
+class _Planned(NamedTuple):
+    """What was said of an action, what it does, and the values that were measured then."""
+
+    plan: Plan
+    motion: SymbolicMotion
+    measured: Mapping[str, Any]
+
 
 @dataclass
 class _UnderWay:
-    """An action, the values that it sets meanwhile, and when it ends."""
+    """An action, what it does where these values are measured, and when it ends."""
 
     action: Action
-    values: Mapping[str, Any]
+    motion: SymbolicMotion
+    measured: Mapping[str, Any]
     ends: float
     is_halted: bool = False
 
@@ -46,11 +61,7 @@ class SymbolicPlant:
         self, site: Site, modules: Mapping[str, Ecm], seed: int, initial: Mapping[str, Any] | None = None
     ) -> None:
         self._site = site
-        self._seed = seed
-        self._time = 0.0
-        # What is measured now, until time goes on or something changes.
-        self._observed: Readings | None = None
-        self._values = initial_values(site, initial or {})
+        self._initial = initial_values(site, initial or {})
         self._shares = {
             f"{ecm.id}.{skill.id}": shares_of(skill.outcomes.values())
             for ecm in modules.values()
@@ -61,6 +72,22 @@ class SymbolicPlant:
             for name, shares in self._shares.items()
             for outcome, _ in shares
         }
+        self._begin(seed)
+
+    def anew(self, seed: int) -> SymbolicPlant:
+        """A plant as this one was before anything happened, with another seed: for many trials alike."""
+        plant = copy(self)
+        plant._begin(seed)
+        return plant
+
+    def _begin(self, seed: int) -> None:
+        self._seed = seed
+        self._time = 0.0
+        # What is measured now, until time goes on or something changes.
+        self._observed: Readings | None = None
+        # Never changed but replaced, so that what was computed of it can tell whether it still holds.
+        self._values: Mapping[str, Any] = self._initial
+        self._planned: _Planned | None = None
         self._runs: Counter[str] = Counter()
         self._began: dict[str, float] = {}
         self._under_way: dict[Motion, _UnderWay] = {}
@@ -73,30 +100,36 @@ class SymbolicPlant:
     def observe(self) -> Readings:
         """Every state variable of the vocabulary, measured now."""
         if self._observed is None:
-            self._observed = {name: Reading(value, self._time) for name, value in self._values.items()}
+            readings = map(_new_reading, zip(self._values.values(), repeat(self._time)))
+            self._observed = dict(zip(self._values, readings, strict=True))
         return self._observed
 
     def plan(self, action: Action) -> Plan:
         """Nothing moves: there is no body that could move through anything."""
         try:
-            self._motion_of(action)
-        except UnableError as reason:
-            return Completion(False, str(reason))
-        return Motionless("this plant has no body")
-
-    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
-        """Let `action` be under way from now on."""
-        try:
             motion = self._motion_of(action)
         except UnableError as reason:
             return Completion(False, str(reason))
+        self._planned = _Planned(Motionless("this plant has no body"), motion, self._values)
+        return self._planned.plan
+
+    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+        """Let `action` be under way from now on."""
+        planned, self._planned = self._planned, None
+        if planned is not None and planned.plan is decided and planned.measured is self._values:
+            motion = planned.motion
+        else:
+            try:
+                motion = self._motion_of(action)
+            except UnableError as reason:
+                return Completion(False, str(reason))
         self._begun += 1
         ends = self._time + motion.duration
         if action.kind == "move_tool":
             # The base may carry the tool to its target: it is there once that is.
             drives = [one for one in self._under_way.values() if one.action.kind == "move_base"]
             ends = max([ends, *(drive.ends for drive in drives)])
-        self._under_way[Motion(self._begun)] = _UnderWay(action, self._known(motion.under_way), ends)
+        self._under_way[Motion(self._begun)] = _UnderWay(action, motion, self._values, ends)
         return Motion(self._begun)
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
@@ -107,9 +140,10 @@ class SymbolicPlant:
             return {}
         first = min(self._under_way, key=lambda motion: self._under_way[motion].ends)
         one = self._under_way[first]
-        changed = self._known(motion_of(one.action, self._values).after)
-        others = [other.values for motion, other in self._under_way.items() if motion != first]
-        for last in (one.values, changed):
+        # Where it ends may depend on what another motion has changed since it began.
+        changed = (one.motion if one.measured is self._values else self._motion_of(one.action)).after
+        others = [other.motion.under_way for motion, other in self._under_way.items() if motion != first]
+        for last in (one.motion.under_way, changed):
             rule = monitor(self.now(), self._with([*others, last]))
             if rule is not None:
                 return self._over(list(self._under_way), f"monitor:{rule}")
@@ -122,7 +156,7 @@ class SymbolicPlant:
             return {}
         del self._under_way[first]
         self._time = max(self._time, one.ends)
-        self._values.update(changed)
+        self._values = self._with([changed])
         self._observed = None
         return {first: Completion(True)}
 
@@ -152,7 +186,7 @@ class SymbolicPlant:
         outcome = draw_outcome(self._shares[skill], self._seed, skill, run)
         if outcome.duration is not None:
             self._time = max(self._time, self._began[skill] + float(outcome.duration))
-        self._values.update(self._effects[skill, outcome.id])
+        self._values = self._with([self._effects[skill, outcome.id]])
         self._observed = None
 
     def close(self) -> None:
@@ -166,7 +200,8 @@ class SymbolicPlant:
         if kind is None:
             raise UnableError(f"unknown kind: `{action.kind}`")
         check_parameters(kind, action.parameters)
-        return motion_of(action, self._values)
+        duration, *changes = motion_of(action, self._values)
+        return SymbolicMotion(duration, *map(self._known, changes))
 
     def _with(self, changes: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
         values = dict(self._values)

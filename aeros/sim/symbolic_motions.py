@@ -121,8 +121,8 @@ def _triple(parameters: Mapping[str, Any], name: str) -> tuple[float, float, flo
     value = parameters.get(name)
     if not isinstance(value, tuple) or len(value) != 3:
         raise UnableError(f"bad parameter: `{name}` is not a 3-tuple")
-    x, y, z = (_finite(name, part) for part in value)
-    return (x, y, z)
+    x, y, z = value
+    return (_finite(name, x), _finite(name, y), _finite(name, z))
 
 
 def _speed(parameters: Mapping[str, Any]) -> float:

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from aeros.runtime.ports import Completion, Monitor, Motion, Motionless, Plan, Reading, Trajectory
+from aeros.runtime.ports import Completion, Monitor, Motion, Motionless, Plan, Reading, Readings, Trajectory
 from aeros.sim.limits import SCANNER_RANGE
 from aeros.sim.link_speed import link_speed
 from aeros.sim.motions import PLANNERS, BlockedError, Planned, settle
@@ -187,7 +187,13 @@ class TickingPlant(ABC):
         found, taken = self._see(camera), self.now()
         for _ in range(LOOK_TICKS):
             yield
-        self._seen.update({name: Reading(value, taken) for name, value in found.items()})
+        self._show({name: Reading(value, taken) for name, value in found.items()})
+
+    def _show(self, picture: Readings) -> None:
+        """Let be observed what a picture shows; None: what was seen before is not there any more."""
+        self._seen.update(picture)
+        for name in [name for name, one in picture.items() if one.value is None]:
+            del self._seen[name]
 
     def _tick(self, *, stopping: bool = False) -> None:
         self._pass_tick()

@@ -75,6 +75,10 @@ class World:
         )
         bullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=self.client)
         self.ticks = 0
+        # Contact points by body, after the last step, of those that were asked about since.
+        self._touching: dict[int, Any] = {}
+        # What is to be on pictures once somebody looks: a sponge changes one at every tick.
+        self._unpainted: dict[int, NDArray[np.uint8]] = {}
 
     @property
     def time(self) -> float:
@@ -84,6 +88,7 @@ class World:
     def step(self) -> None:
         """Advance by one tick."""
         bullet.stepSimulation(physicsClientId=self.client)
+        self._touching.clear()
         self.ticks += 1
 
     def close(self) -> None:
@@ -166,7 +171,11 @@ class World:
         return body
 
     def paint(self, body: int, rgb: NDArray[np.uint8]) -> None:
-        """Show `rgb` (rows from the least y, columns from the least x, 3 bytes) on a picture.
+        """Show `rgb` (rows from the least y, columns from the least x, 3 bytes) on a picture."""
+        self._unpainted[body] = rgb
+
+    def _paint(self, body: int, rgb: NDArray[np.uint8]) -> None:
+        """Change what is on a picture.
 
         The TinyRenderer sees no change of a texture that it has, and Bullet reads a file name once: so it
         is a new texture from a new file each time.
@@ -277,24 +286,37 @@ class World:
     def forces_by_link(self, body: int, other: int = -1) -> dict[int, float]:
         """Sum of normal forces on each touched link of `body`, by anything or by one other body, N."""
         forces: dict[int, float] = {}
-        for point in bullet.getContactPoints(body, other, physicsClientId=self.client) or ():
+        for point in self._points(body) if other < 0 else self._points_between(body, other):
             forces[point[3]] = forces.get(point[3], 0.0) + point[9]
         return forces
 
     def external_force(self, body: int) -> float:
         """Amount of the force of all contacts on `body` together, friction included, N."""
         fx = fy = fz = 0.0
-        for p in bullet.getContactPoints(bodyA=body, physicsClientId=self.client) or ():
+        for p in self._points(body):
             if p[2] == body:
                 continue
             for force, (x, y, z) in ((p[9], p[7]), (p[10], p[11]), (p[12], p[13])):
                 fx, fy, fz = fx + force * x, fy + force * y, fz + force * z
         return math.hypot(fx, fy, fz)
 
+    def _points(self, body: int) -> Any:
+        """Contact points of `body` with anything, as Bullet tells them; asked for once a tick."""
+        points = self._touching.get(body)
+        if points is None:
+            points = bullet.getContactPoints(body, physicsClientId=self.client) or ()
+            self._touching[body] = points
+        return points
+
+    def _points_between(self, body: int, other: int) -> Any:
+        return bullet.getContactPoints(body, other, physicsClientId=self.client) or ()
+
     # Pictures.
 
     def render(self, camera: Camera) -> Image:
         """What `camera` sees, by the TinyRenderer (about 45 ms at 320 × 240)."""
+        while self._unpainted:
+            self._paint(*self._unpainted.popitem())
         view = bullet.computeViewMatrix(camera.eye, camera.target, camera.up)
         projection = bullet.computeProjectionMatrixFOV(
             camera.field_of_view, camera.width / camera.height, camera.near, camera.far

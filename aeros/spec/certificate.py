@@ -53,10 +53,14 @@ class Certificate:
     solver: str
     obligations: Mapping[str, str]
 
+    @cached_property
+    def digest(self) -> str:
+        """The digest that it holds of itself."""
+        return _digest(_body(self))
+
     def text(self) -> str:
         """The contents of `ecm.lock`."""
-        body = _body(self)
-        return _indented({**body, "digest": _digest(body)}, "") + "\n"
+        return _indented({**_body(self), "digest": self.digest}, "") + "\n"
 
     def guarded(self, skill: str, kind: str) -> frozenset[str]:
         """The invariants that the gate must decide for this skill's actions of this kind."""

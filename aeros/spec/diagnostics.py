@@ -126,6 +126,7 @@ _TABLE: Final = (
     Code("AE507", "goal-never-holds", "safety", "a task could never reach its goal"),
     Code("AE508", "goal-always-holds", "safety", "a task's goal is reached by doing nothing"),
     Code("AE509", "undecided", "safety", "the solver ran out of its budget"),
+    Code("AE510", "hold-excluded", "safety", "a skill could never run to its end without being halted"),
     # AE6xx: policy
     Code("AE601", "unsatisfiable-policy", "policy", "no action of a kind is ever allowed"),
     Code("AE602", "stop-not-always-allowed", "policy", "the protective stop is denied in some state"),

@@ -216,11 +216,12 @@ class Quota:
 
 @dataclass(frozen=True)
 class Limits:
-    """Bounds on time-outs (seconds), retries of a step and re-plans of a task."""
+    """Bounds on time-outs (seconds), retries of a step, re-plans of a task, and planning (seconds)."""
 
     skill_timeout: Fraction
     retries: int
     replans: int
+    planning: Fraction = Fraction(30)
 
 
 class Durability(Enum):
@@ -327,6 +328,8 @@ class Site:
 
     policy_spans: where access, the risk ceiling, limits and capacities are written, by their place in
         the file, as in `policy/limits/retries` and `resources/arm`.
+    stops_at_undeclared: whether a task ends where a skill has run to its end and come to what it does not
+        declare; else the agent plans again.
     """
 
     id: str
@@ -353,6 +356,7 @@ class Site:
     durability: Durability = Durability.EVERY_RECORD
     isolation: Isolation = Isolation()
     mcp: McpPolicy = McpPolicy()
+    stops_at_undeclared: bool = True
 
     @cached_property
     def observed(self) -> Mapping[str, Declared]:
@@ -402,7 +406,11 @@ class Clause:
 
 @dataclass(frozen=True)
 class Skill:
-    """A skill with its envelope by action kind.  `timeout` in seconds."""
+    """A skill with its envelope by action kind.  `timeout` in seconds.
+
+    precondition: what must be measured for it to start; what `hold` says of predicates is part of it.
+    hold: what must be measured as long as it runs.
+    """
 
     id: str
     module_name: str
@@ -420,6 +428,7 @@ class Skill:
     risk_span: Span
     entry_span: Span
     outputs: Mapping[str, Declared] = field(default_factory=dict)
+    hold: Clause | None = None
 
     @property
     def success_outcomes(self) -> tuple[Outcome, ...]:

@@ -87,7 +87,10 @@ DROP_HEIGHT = 0.045
 """Height of the tool over the bin's rim when it lets go, m."""
 
 DRAWN_IN = (0.30, 0.0, 0.45)
-"""Where the tool is out of the mast camera's sight of the table, m."""
+"""Where the tool is out of the cameras' sight of the table, m."""
+
+LOOKS = 5
+"""How often a skill looks at most for a sponge or for clutter that it does not see."""
 
 DROPS = (-0.045, 0.045)
 """Where along the bin successive pieces are let go, m from its middle."""
@@ -95,8 +98,9 @@ DROPS = (-0.045, 0.045)
 
 def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
     """Take the sponge, sweep it over the area in overlapping strokes and put it back."""
+    observed = yield from _overlook(observed)
     observed = yield from _bin_what_is_held(observed)
-    if not _holds_sponge(observed):
+    if not observed["holding"]:
         observed = yield from _take_sponge(observed)
     height = SPONGE_GRASP + FOAM_HALF_HEIGHT
     start, end = STROKE_ENDS
@@ -110,36 +114,38 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
 
 
 def organize(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Put every piece of clutter into the bin, then the sponge to its rest if it is not there."""
-    observed = yield from _bin_what_is_held(observed)
-    if _holds_sponge(observed):
-        observed = yield from _return_sponge(observed)
+    """Put every piece of clutter into the bin, then the sponge to its rest if it is not there, and look."""
+    observed = yield from _overlook(observed)
+    if observed["holding"]:
+        observed = yield from _bin_what_is_held(observed)
+        if observed["holding"]:
+            observed = yield from _return_sponge(observed)
+        observed = yield from _overlook(observed)
     for offset in DROPS * 2:
-        observed = yield from _sense(observed, "clutter_on_table")
-        if observed["clutter_on_table"]:
-            observed = yield from _bin_clutter(observed, offset)
-    observed = yield from _sense(observed, *SPONGE)
+        if not observed["clutter_on_table"]:
+            break
+        observed = yield from _bin_clutter(observed, offset)
+        observed = yield from _overlook(observed)
     if not _sponge_at_rest(observed):
         observed = yield from _take_sponge(observed)
-        yield from _return_sponge(observed)
+        observed = yield from _return_sponge(observed)
+        yield from _overlook(observed)
 
 
 def verify(observed: Observation, inputs: Inputs) -> SkillBody:
     """Draw the arm in, over everything that stands on the table, and look at the table."""
-    observed = yield from _sense(observed, "tool_position")
-    x, y, z = observed["tool_position"]
-    if z < TRAVEL_HEIGHT - 0.005:
-        yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=SPEED)
-    yield act("move_tool", target=DRAWN_IN, yaw=0.0, speed=SPEED)
+    yield from _draw_in(observed)
     yield act("look", camera="mast")
 
 
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Bring the sponge back to its rest, from the hand or from where it fell, and rise."""
+    """Bring the sponge back to its rest, from the hand or from where it fell, rise and look."""
+    observed = yield from _overlook(observed)
     observed = yield from _bin_what_is_held(observed)
-    if not _holds_sponge(observed):
+    if not observed["holding"]:
         observed = yield from _take_sponge(observed)
-    yield from _return_sponge(observed)
+    observed = yield from _return_sponge(observed)
+    yield from _overlook(observed)
 
 
 def _sense(observed: Observation, *names: str) -> Task:
@@ -151,14 +157,32 @@ def _sense(observed: Observation, *names: str) -> Task:
     return observed
 
 
-SPONGE = ("holding", "tool_position", "sponge_position", "sponge_yaw", "sponge_rest_position")
-"""What is read of the sponge, and whether it is in the hand."""
+def _draw_in(observed: Observation) -> Task:
+    """Bring the tool out of the cameras' sight, over everything that stands on the table."""
+    observed = yield from _sense(observed, "tool_position")
+    x, y, z = observed["tool_position"]
+    if z < TRAVEL_HEIGHT - 0.005:
+        yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=SPEED)
+    return (yield act("move_tool", target=DRAWN_IN, yaw=0.0, speed=SPEED))
 
 
-def _holds_sponge(observed: Observation) -> bool:
-    (x, y, z), tool = observed["sponge_position"], observed["tool_position"]
-    near = hypot(x - tool[0], y - tool[1]) < 0.02 and abs(z + SPONGE_GRASP - tool[2]) < 0.02
-    return bool(observed["holding"]) and near
+def _overlook(observed: Observation) -> Task:
+    """Look at the table from above; again, if neither picture nor hand has what is looked for."""
+    observed = yield from _draw_in(observed)
+    for _ in range(LOOKS):
+        observed = yield act("look", camera="overhead")
+        observed = yield from _sense(observed, "holding", "bin_position", "sponge_rest_position")
+        if _shows_all(observed):
+            break
+    return observed
+
+
+def _shows_all(observed: Observation) -> bool:
+    """Whether it is known where the sponge is, and the clutter if there is any."""
+    sponge = observed["holding"] or ("sponge_position" in observed and "sponge_yaw" in observed)
+    seen = "clutter_position" in observed and "clutter_yaw" in observed
+    clutter = seen or not observed.get("clutter_on_table")
+    return bool(sponge and clutter and "clutter_on_table" in observed and "sponge_seen" in observed)
 
 
 def _sponge_at_rest(observed: Observation) -> bool:
@@ -168,7 +192,6 @@ def _sponge_at_rest(observed: Observation) -> bool:
 
 def _take_sponge(observed: Observation) -> Task:
     """Grip the sponge across and lift it."""
-    observed = yield from _sense(observed, *SPONGE)
     x, y, z = observed["sponge_position"]
     observed = yield from _grasp(observed, (x, y, z + SPONGE_GRASP), observed["sponge_yaw"], 0.02)
     return (yield from _rise(observed, 0.0))
@@ -183,22 +206,24 @@ def _return_sponge(observed: Observation) -> Task:
 
 
 def _bin_what_is_held(observed: Observation) -> Task:
-    """If the hand came to rest with a piece of clutter, go on with it, so that it is not dropped."""
-    observed = yield from _sense(observed, *SPONGE)
-    if not observed["holding"] or _holds_sponge(observed):
+    """If the hand came to rest with a piece of clutter, go on with it, so that it is not dropped.
+
+    What is held while the sponge is seen to lie is clutter.
+    """
+    if not (observed["holding"] and observed["sponge_seen"]):
         return observed
-    observed = yield from _rise(observed, 0.0)
     observed = yield from _drop_in_bin(observed, 0.0)
-    return (yield from _sense(observed, *SPONGE))
+    return (yield from _sense(observed, "holding"))
 
 
 def _bin_clutter(observed: Observation, offset: float) -> Task:
     """Grip the next piece of clutter and let it go over the bin, `offset` along x from its middle."""
-    observed = yield from _sense(observed, *CLUTTER)
     for _ in range(DRAGS):
         if _room_missing(observed) > 0.0:
             observed = yield from _drag_from_the_bin(observed)
-            observed = yield from _sense(observed, *CLUTTER)
+            observed = yield from _overlook(observed)
+            if not observed["clutter_on_table"]:
+                return observed
     x, y, z = observed["clutter_position"]
     yaw = _along_the_bin(observed)
     observed = yield from _grasp(observed, (x, y, z + CLUTTER_GRASP), yaw, 0.02)
@@ -214,10 +239,6 @@ def _drop_in_bin(observed: Observation, offset: float) -> Task:
     observed = yield from _approach(observed, (x + offset, y, z + DROP_HEIGHT), 0.0)
     observed = yield from _release(observed)
     return (yield act("wait", duration=0.5))
-
-
-CLUTTER = ("clutter_position", "clutter_yaw", "bin_position")
-"""What is read of the next piece of clutter."""
 
 
 def _outside(observed: Observation) -> tuple[float, float]:

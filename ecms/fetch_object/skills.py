@@ -86,7 +86,7 @@ def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
 
 
 def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Carry the object to the other stand, put it down where it belongs and draw back; stop if it is lost."""
+    """Carry the object to the other stand, put it down where it belongs and look; stop if it is lost."""
     observed = yield from _carry(observed)
     if observed.get("object_grasped") is False:
         return
@@ -98,7 +98,8 @@ def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
     yield from _over(observed, (x, y, grip), CLEARANCE)
     yield act("move_tool", target=(x, y, grip + 0.001), yaw=0.0, speed=NEAR_SPEED)
     yield act("grip", width=OPEN, force=GRIP_FORCE)
-    yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=0.0, speed=NEAR_SPEED)
+    observed = yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=0.0, speed=NEAR_SPEED)
+    yield from _look(observed)
 
 
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:

@@ -13,6 +13,7 @@ from aeros.skill import Action, Inputs, Observation, SkillBody, act
 
 Place = tuple[float, float, float]
 Leg = tuple[Action, ...]
+Task = Generator[Action, Observation, Observation]
 
 SPEED = 0.24
 """Peak speed of free motion, m/s: under 0.25 with room for what measurement adds (0.0002)."""
@@ -71,11 +72,20 @@ SQUEEZE_FORCE = 4.0
 COOKING_TIME = 5.5
 """Time in the pot, s."""
 
-HELD_WITHIN = 0.02
-"""Distance of the tool from where a thing is gripped within which that thing is held, m."""
+WRAPPER_GAP, HANDLE_GAP, FILLING_GAP = 0.056, 0.044, 0.022
+"""Gap of fingers that hold the wrapper, open or closed, the press's handle or the filling, m."""
 
-THINNEST = 0.005
-"""Gap of the fingers, m, above which it is something that they press on, and not each other."""
+GAP_WITHIN = 0.005
+"""How far the gap may be off one of these, m."""
+
+DRAWN_IN = (0.30, 0.0, 0.45)
+"""Where the tool is out of the cameras' sight of the bench, m."""
+
+LOOKS = 5
+"""How often a skill looks at most for a wrapper that it does not see."""
+
+SPOT = (0.33, 0.10, 0.0145)
+"""Where a filling is put aside when there is no wrapper to put it on, m."""
 
 HAND_HALF = (0.037, 0.107)
 """Half the thickness and half the width of the hand, with 5 mm to spare, m."""
@@ -121,26 +131,30 @@ POT_REACH = 0.08
 
 
 def prepare(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Bring the wrapper onto the open press and the filling onto the wrapper, whichever is missing."""
-    if not observed["dough_on_workspace"]:
-        observed = yield from _open_press(observed)
+    """Bring the wrapper onto the open press and the filling onto the wrapper, what is missing, and look."""
+    observed = yield from _open_press(observed)
+    observed = yield from _look(observed)
+    if observed.get("dough_on_workspace") is not True and not _holds(observed, FILLING_GAP):
         observed = yield from _lay_wrapper(observed)
-    if not observed["filling_on_workspace"]:
+    if observed.get("filling_on_workspace") is not True:
         observed = yield from _lay_filling(observed)
+    yield from _look(observed)
 
 
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Move the wrapper, with what lies on it, to where it belongs on the open press."""
+    """Move the wrapper, with what lies on it, to where it belongs on the open press, and look."""
     observed = yield from _open_press(observed)
-    yield from _realign_wrapper(observed)
+    observed = yield from _look(observed)
+    observed = yield from _realign_wrapper(observed)
+    yield from _look(observed)
 
 
 def wrap(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Fold the lid over by its handle, squeeze, and open the press again."""
+    """Fold the lid over by its handle, squeeze, open the press again, and look at what came of it."""
     observed = yield from _take_handle(observed)
     closed = _handle_at(observed, LID_CLOSED)
     pressed = (closed[0], closed[1], _hinge(observed)[2])
-    yield from _do(
+    observed = yield from _do(
         observed,
         (
             *_swing(observed, _lid_angle(observed), LID_CLOSED),
@@ -150,68 +164,84 @@ def wrap(observed: Observation, inputs: Inputs) -> SkillBody:
             *_release(_handle_at(observed, 0.0), OPEN),
         ),
     )
+    yield from _look(observed)
+    yield act("look", camera="side")
 
 
 def boil(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Carry the dumpling to the pot, drop it in and let it cook."""
+    """Carry the dumpling to the pot, drop it in and let it cook, between two looks at it."""
     observed = yield from _open_press(observed)
+    observed = yield from _look(observed)
     x, y, z = observed["pot_position"]
-    if _is_in_pot(observed):
-        observed = yield from _do(observed, _release(observed["tool_position"], OPEN))
-    else:
-        middle, yaw = _on_plate(observed, DUMPLING_GRASP), observed["wrapper_yaw"]
-        observed = yield from _take(observed, middle, yaw, 0.046)
+    if _holds(observed, WRAPPER_GAP) or not _is_in_pot(observed):
+        if not _holds(observed, WRAPPER_GAP):
+            middle, yaw = _on_plate(observed, DUMPLING_GRASP), observed["wrapper_yaw"]
+            observed = yield from _take(observed, middle, yaw, 0.046)
         observed = yield from _do(observed, _put((x, y, z + DROP_HEIGHT), OPEN))
+        observed = yield from _look(observed)
     yield act("wait", duration=COOKING_TIME)
+    yield act("look", camera="overhead")
 
 
-def _do(observed: Observation, leg: Leg) -> Generator[Action, Observation, Observation]:
+def _do(observed: Observation, leg: Leg) -> Task:
     """Ask for one action after the other; what is measured at their end."""
     for action in leg:
         observed = yield action
     return observed
 
 
-def _holds(observed: Observation, place: Place) -> bool:
-    """Whether what is at `place` is between the fingers, as when what was begun had to be broken off."""
-    between = observed["holding"] is True and observed["finger_gap"] > THINNEST
-    return between and dist(observed["tool_position"], place) < HELD_WITHIN
-
-
-def _take(
-    observed: Observation, place: Place, yaw: float, width: float, opened: float = OPEN
-) -> Generator[Action, Observation, Observation]:
-    """Grip what is at `place` and lift it; what is held already is only lifted."""
-    if not _holds(observed, place):
-        grasp = _grasp(observed, place, yaw, width, DOUGH_FORCE, opened)
-        return (yield from _do(observed, (*grasp, *_rise(place, yaw))))
+def _look(observed: Observation) -> Task:
+    """Draw the arm in, with what it holds, and look at the bench; again, if the wrapper is nowhere."""
     x, y, z = observed["tool_position"]
-    up = act("move_tool", target=(x, y, max(z, TRAVEL_HEIGHT)), yaw=yaw, speed=NEAR_SPEED)
-    return (yield up)
+    if dist((x, y, z), DRAWN_IN) > 0.1:
+        up = (x, y, max(z, TRAVEL_HEIGHT))
+        yield act("move_tool", target=up, yaw=0.0, speed=NEAR_SPEED)
+        yield act("move_tool", target=DRAWN_IN, yaw=0.0, speed=SPEED)
+    for _ in range(LOOKS):
+        observed = yield act("look", camera="overhead")
+        if "wrapper_position" in observed or _holds(observed, WRAPPER_GAP):
+            break
+    return observed
 
 
-def _lay_wrapper(observed: Observation) -> Generator[Action, Observation, Observation]:
-    """Grip the wrapper across its hinge, wherever it lies, and set it down on the press."""
-    place, yaw, press = observed["wrapper_position"], observed["wrapper_yaw"], observed["press_position"]
-    if not _holds(observed, place) and dist(place, press) < ON_PRESS:
-        return (yield from _realign_wrapper(observed))
-    if not _holds(observed, place) and _is_crowded(observed, place, yaw):
-        if place[2] > STANDING:
-            observed = yield from _do(observed, _topple(observed, place))
-            place = observed["wrapper_position"]
-        observed = yield from _do(observed, _push_along(observed, place))
-    observed = yield from _take(observed, observed["wrapper_position"], observed["wrapper_yaw"], 0.046)
+def _holds(observed: Observation, gap: float) -> bool:
+    """Whether the fingers hold what is that wide, as when what was begun had to be broken off."""
+    return observed["holding"] is True and bool(abs(observed["finger_gap"] - gap) < GAP_WITHIN)
+
+
+def _take(observed: Observation, place: Place, yaw: float, width: float, opened: float = OPEN) -> Task:
+    """Grip what is at `place` and lift it."""
+    grasp = _grasp(observed, place, yaw, width, DOUGH_FORCE, opened)
+    return (yield from _do(observed, (*grasp, *_rise(place, yaw))))
+
+
+def _lay_wrapper(observed: Observation) -> Task:
+    """Grip the wrapper across its hinge, wherever it lies, set it down on the press, and look."""
+    press = observed["press_position"]
+    if not _holds(observed, WRAPPER_GAP):
+        place, yaw = observed["wrapper_position"], observed["wrapper_yaw"]
+        if dist(place, press) < ON_PRESS:
+            return (yield from _realign_wrapper(observed))
+        if _is_crowded(observed, place, yaw):
+            if place[2] > STANDING:
+                observed = yield from _do(observed, _topple(observed, place))
+                observed = yield from _look(observed)
+                place = observed["wrapper_position"]
+            observed = yield from _do(observed, _push_along(observed, place))
+            observed = yield from _look(observed)
+        observed = yield from _take(observed, observed["wrapper_position"], observed["wrapper_yaw"], 0.046)
     return (yield from _do(observed, _put(press, OPEN)))
 
 
-def _realign_wrapper(observed: Observation) -> Generator[Action, Observation, Observation]:
+def _realign_wrapper(observed: Observation) -> Task:
     """Grip the wrapper that lies on the press, and move it to where it belongs."""
-    place, yaw, press = observed["wrapper_position"], observed["wrapper_yaw"], observed["press_position"]
-    if _holds(observed, place):
-        observed = yield from _take(observed, place, yaw, 0.046)
+    press = observed["press_position"]
+    if _holds(observed, WRAPPER_GAP):
         return (yield from _do(observed, _put(press, OPEN)))
+    place, yaw = observed["wrapper_position"], observed["wrapper_yaw"]
     if abs(place[1] - press[1]) > OVERHANGING:
         observed = yield from _do(observed, _nudge(observed, place))
+        observed = yield from _look(observed)
         place, yaw = observed["wrapper_position"], observed["wrapper_yaw"]
     # Not lifted: an edge of it may be under the handle's bar.
     along = act("move_tool", target=press, yaw=0.0, speed=NEAR_SPEED)
@@ -231,15 +261,17 @@ def _nudge(observed: Observation, thing: Place) -> Leg:
     )
 
 
-def _lay_filling(observed: Observation) -> Generator[Action, Observation, Observation]:
+def _lay_filling(observed: Observation) -> Task:
     """Grip the filling and set it down on the wrapper."""
-    x, y, z = observed["filling_position"]
-    grasp = (x, y, z + FILLING_GRASP)
-    # It is square: where the press is in the way of the hand, it is gripped by its other sides.
-    yaw = pi / 2.0 if _is_crowded(observed, grasp, 0.0) else 0.0
-    observed = yield from _take(observed, grasp, yaw, 0.012, HALF_OPEN)
-    # Looked for anew: the wrapper may have been moved while the filling was fetched, or knocked off.
-    goal = _on_plate(observed, FILLING_HEIGHT) if observed["dough_on_workspace"] else grasp
+    if not _holds(observed, FILLING_GAP):
+        x, y, z = observed["filling_position"]
+        grasp = (x, y, z + FILLING_GRASP)
+        # It is square: where the press is in the way of the hand, it is gripped by its other sides.
+        yaw = pi / 2.0 if _is_crowded(observed, grasp, 0.0) else 0.0
+        observed = yield from _take(observed, grasp, yaw, 0.012, HALF_OPEN)
+        # The wrapper may have been moved while the filling was fetched, or knocked off.
+        observed = yield from _look(observed)
+    goal = _on_plate(observed, FILLING_HEIGHT) if observed.get("dough_on_workspace") is True else SPOT
     return (yield from _do(observed, _put(goal, HALF_OPEN)))
 
 
@@ -301,7 +333,7 @@ def _reach_closed(observed: Observation, place: Place, yaw: float) -> Leg:
 
 
 def _is_in_pot(observed: Observation) -> bool:
-    """Whether the dumpling's hinge is lower than the pot's rim, and over its floor."""
+    """Whether the dumpling's hinge is seen lower than the pot's rim, and over its floor."""
     x, y, z = observed["wrapper_position"]
     rim = observed["pot_position"]
     within: bool = z < rim[2] and abs(x - rim[0]) < POT_REACH and abs(y - rim[1]) < POT_REACH
@@ -315,20 +347,20 @@ def _on_plate(observed: Observation, height: float) -> Place:
     return (x + PLATE_MIDDLE * cos(yaw), y + PLATE_MIDDLE * sin(yaw), z + height)
 
 
-def _open_press(observed: Observation) -> Generator[Action, Observation, Observation]:
-    """Swing the lid open when it is not."""
-    if _lid_angle(observed) < 0.2:
+def _open_press(observed: Observation) -> Task:
+    """Swing the lid open when it is not, and let go of it."""
+    if _lid_angle(observed) < 0.2 and not _holds(observed, HANDLE_GAP):
         return observed
     observed = yield from _take_handle(observed)
     opening = _swing(observed, _lid_angle(observed), 0.0)
     return (yield from _do(observed, (*opening, *_release(_handle_at(observed, 0.0), OPEN))))
 
 
-def _take_handle(observed: Observation) -> Generator[Action, Observation, Observation]:
+def _take_handle(observed: Observation) -> Task:
     """Grip the lid's handle, unless it is held already."""
-    handle = observed["press_handle_position"]
-    if _holds(observed, handle):
+    if _holds(observed, HANDLE_GAP):
         return observed
+    handle = observed["press_handle_position"]
     return (yield from _do(observed, _grasp(observed, handle, 0.0, 0.036, HANDLE_FORCE)))
 
 

@@ -145,7 +145,7 @@ def _drawn_again(
             parameters[name] = _drawn(declared[name], parameters[name], bounds, chance)
         elif name in readings:
             value = _drawn(declared[name], readings[name].value, bounds, chance)
-            readings[name] = replace(readings[name], value=value)
+            readings[name] = readings[name]._replace(value=value)
     return replace(base, action=Action(base.action.kind, parameters), readings=readings)
 
 
@@ -263,7 +263,7 @@ def _with_values(base: Request, values: Mapping[str, Any], chance: random.Random
             if name in own:
                 own[name] = _rounded(value, chance)
         if name in readings:
-            readings[name] = replace(readings[name], value=_rounded(value, chance))
+            readings[name] = readings[name]._replace(value=_rounded(value, chance))
     return replace(
         base,
         caller=replace(base.caller, inputs=inputs),

@@ -227,7 +227,7 @@ FAULTY: tuple[Any, ...] = (
     None,
     1.0,
     (1.0, 5.0),
-    object.__new__(Reading),  # without its fields
+    tuple.__new__(Reading),  # without its fields
     *(Reading(value, 5.0) for value in (*_VALUES, -5e-324, 3.0000000000000004)),
     *(Reading(1.0, time) for time in (*_TIMES, 2.9999999999999996)),
 )

@@ -9,13 +9,15 @@ from typing import Any
 
 from hypothesis import HealthCheck, given, settings
 
+from aeros.agent.pddl_planner import Finder
 from aeros.spec.planning.avoiding import Avoided
 from aeros.spec.planning.checking import problems_of
 from aeros.spec.planning.cyclic import Strategy
 from aeros.spec.planning.pddl import as_pddl
 from aeros.spec.planning.shortest import enumerated_plan
-from tests.differential.planning_problems import Problem, problems
+from tests.differential.planning_problems import Enumeration, Problem, problems
 from tests.differential.test_planning import domain_of
+from tests.property.mix import Mix
 
 Facts = frozenset[str]
 
@@ -104,3 +106,33 @@ def test_classical_plans_of_the_export_are_as_short_and_are_judged() -> None:
 
     law()
     assert min(found.values()) > 50
+
+
+class Interpreter:
+    """A classical planner: the interpreter above."""
+
+    def solve(self, domain: str, problem: str) -> list[str] | None:
+        return shortest(domain, problem)
+
+
+def test_with_a_classical_planner_a_strategy_is_found_exactly_where_there_is_one() -> None:
+    seen = Mix()
+
+    @settings(
+        max_examples=400,
+        derandomize=True,
+        database=None,
+        deadline=None,
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(problems())
+    def law(problem: Problem) -> None:
+        domain, every = domain_of(problem), Enumeration(problem)
+        strategy, start = Strategy(domain, Finder(Interpreter())), domain.state(problem.start)
+        seen.compare("strategy", proved=strategy.solves(start), expected=every.start in every.hopeful)
+        if every.start in every.hopeful:
+            hopeful = {domain.state(dict(state)) for state in every.hopeful}
+            assert set(strategy.states_from(start)) <= hopeful
+
+    law()
+    seen.assert_both("strategy", at_least=40)

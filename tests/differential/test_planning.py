@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import random
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from fractions import Fraction
 from functools import partial
@@ -14,9 +15,16 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
+from aeros.agent.graph import Step, TaskGraph, verify_plan
+from aeros.agent.judging import Judge
+from aeros.agent.plan_form import form_of, graph_of, read_json
+from aeros.agent.routing import Routed
 from aeros.agent.smt_planner import SmtPlanner
+from aeros.agent.unfolding import task_graph
+from aeros.agent.world import World, measured_world
 from aeros.spec.closed_loop.invocation import State
-from aeros.spec.model import Outcome
+from aeros.spec.model import Ecm, Outcome
+from aeros.spec.parts import If, parts_of
 from aeros.spec.planning.avoiding import Avoided, NotDecidedError, Path
 from aeros.spec.planning.checking import problems_of
 from aeros.spec.planning.cyclic import Strategy
@@ -239,3 +247,102 @@ def works(every: Enumeration, steps: Sequence[str]) -> bool:
                     return False
                 states |= set() if failed else {then}
     return all(every.holds(every.problem.goal, state) for state in states)
+
+
+class Proposing:
+    """Proposes one plan, whatever is measured."""
+
+    name = "proposing"
+
+    def __init__(self, graph: TaskGraph) -> None:
+        self._graph = graph
+
+    def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+        return self._graph
+
+
+@st.composite
+def _graphs(draw: st.DrawFn, problem: Problem) -> TaskGraph:
+    """What the planner without rules would do, or that with parts in between or in place; or any steps."""
+    names = [*problem.ecm.skills]
+    strategy = Strategy(domain_of(problem))
+    start = strategy.domain.state(problem.start)
+    solved = strategy.solves(start) and draw(st.booleans())
+    parts = list(task_graph(strategy, start, 3).parts) if solved else []
+    for _ in range(draw(st.integers(0 if solved else 1, 3))):
+        helper = draw(st.sampled_from([None, *names]))
+        step = Step("small", draw(st.sampled_from(names)), {}, draw(st.integers(0, 3)), helper)
+        at = draw(st.integers(0, len(parts)))
+        parts[at : at + draw(st.integers(0, 1))] = [step]
+    return TaskGraph(tuple(parts))
+
+
+def _judged_plans_are_run(problem: Problem, graph: TaskGraph, seed: int, seen: Counter[str]) -> None:
+    every = Enumeration(problem)
+    pursued = replace(
+        task("task", ("word",), "area == pot"), goal=problem.goal, invariants=problem.invariants
+    )
+    once = replace(problem.site, limits=replace(problem.site.limits, replans=0))
+    chance = random.Random(seed)  # noqa: S311 - draws outcomes
+    likely = {
+        one.id: [outcome.id for outcome in one.outcomes.values() if outcome.probability != 0]
+        for one in problem.ecm.skills.values()
+    }
+    modules = {problem.ecm.id: problem.ecm}
+    if every.holds(problem.goal, every.start) or verify_plan(graph, modules, once):
+        return
+    for _ in range(8):
+        runtime = Recording(problem.ecm, once, problem.start, lambda name, _: chance.choice(likely[name]))
+        world = measured_world(once.state, runtime.observe(), runtime.now())
+        accepted = not Judge(Routed("small", pursued), world, modules, once).problems(graph)
+        report = pursue(problem.ecm, pursued, runtime, Proposing(graph))
+        seen[f"accepted {accepted}, reached {report.reached}"] += 1
+        if accepted:
+            assert {frozenset(state.items()) for state in runtime.states} <= every.hopeful
+            assert report.reached or report.steps[-1].failed
+
+
+def test_a_plan_that_is_accepted_reaches_the_goal_unless_a_step_fails_and_never_leaves_hope() -> None:
+    seen = Counter[str]()
+    _judged_in_runs(seen)
+    assert seen["accepted True, reached True"] > 40
+    assert seen["accepted False, reached False"] > 40
+
+
+def test_a_judge_of_graphs_that_minds_no_outcome_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("aeros.agent.judging.Strategy", _Hopeful)
+    with pytest.raises(AssertionError):
+        _judged_in_runs(Counter(), phases=[Phase.generate])
+
+
+def _judged_in_runs(seen: Counter[str], **more: Any) -> None:
+    @_QUIETLY(max_examples=400, **more)
+    @given(problems(), st.data(), st.integers(0, 2**32))
+    def law(problem: Problem, data: st.DataObject, seed: int) -> None:
+        _judged_plans_are_run(problem, data.draw(_graphs(problem)), seed, seen)
+
+    law()
+
+
+def test_what_is_planned_is_written_as_json_and_read_as_it_was() -> None:
+    forks = Counter[bool]()
+
+    @_QUIETLY(max_examples=300)
+    @given(problems())
+    def law(problem: Problem) -> None:
+        strategy = Strategy(domain_of(problem))
+        start = strategy.domain.state(problem.start)
+        if strategy.solves(start):
+            graph = task_graph(strategy, start, 3)
+            read = graph_of(read_json(json.dumps(form_of(graph))), problem.site)
+            # An `else` that is one `if` is read as a sequence of one part, which is the same to do.
+            assert form_of(read) == form_of(graph)
+            conditions = [
+                [part.condition for part in parts_of(one.body) if isinstance(part, If)]
+                for one in (graph, read)
+            ]
+            assert conditions[0] == conditions[1]
+            forks[bool(conditions[0])] += 1
+
+    law()
+    assert forks[True] > 5

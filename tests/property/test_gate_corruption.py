@@ -192,7 +192,7 @@ ALIEN: tuple[Any, ...] = (
     _itself(),
     _nested(5_000),
     Reading(0.0625, NOW),
-    object.__new__(Reading),
+    tuple.__new__(Reading),
     Caller("handling", "quickly", {}),
     Action("stop", {}),
     *_numpy(),

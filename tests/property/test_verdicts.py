@@ -28,9 +28,11 @@ from aeros.spec.model import (
     ActionKind,
     Block,
     Clause,
+    Conjunct,
     Declared,
     Ecm,
     Limits,
+    Outcome,
     Risk,
     Rule,
     Site,
@@ -393,4 +395,42 @@ def _module_is_judged_by_its_words(
     judge("AE507", "safety/goal/task", possible(goal))
     judge("AE508", "safety/goal/task/effective", possible(t.Not(goal)))
     for one in found.values():
+        _replays(one)
+
+
+HOLDS = Mix()
+
+
+def test_a_hold_condition_is_refused_exactly_where_it_leaves_no_room() -> None:
+    _hold_is_judged_by_its_words()
+    HOLDS.assert_both("AE510")
+
+
+@bounded
+@given(
+    st.lists(ON_STATES, max_size=2),
+    conditions(t.Role.STATE, t.Role.INPUT),
+    conditions(t.Role.STATE, t.Role.INPUT),
+    st.booleans(),
+)
+def _hold_is_judged_by_its_words(
+    rules: list[t.Term], precondition: t.Term, hold: t.Term, value: bool
+) -> None:
+    module = _module(t.TRUE, t.TRUE, [], precondition, t.TRUE)
+    clause = Clause(hold, "", SPAN, (Conjunct(hold, SPAN),))
+    done = Outcome("done", {"flag": value}, False, None, None)
+    skill = replace(module.skills["skill"], hold=clause, outcomes={"done": done})
+    claims = safety_obligations(replace(module, skills={"skill": skill}), _site(rules, Y))
+    found = _findings(claims)
+    of_states = [rule for rule in rules if t.variables_of(rule)]
+    flag = STATE["flag"].variable
+    set_ = flag if value else t.Not(flag)
+    expected = {"safety/skill/hold": possible(precondition, hold, *of_states)}
+    if flag.name in t.variables_of(hold):
+        expected["safety/skill/hold/done"] = possible(hold, set_)
+    assert {name for name in found if name.startswith("safety/skill/hold")} == set(expected)
+    for name, holds_somewhere in expected.items():
+        one = found[name]
+        assert one.obligation.code == "AE510"
+        HOLDS.compare("AE510", proved=one.verdict is Verdict.PROVED, expected=holds_somewhere)
         _replays(one)

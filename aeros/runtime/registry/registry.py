@@ -69,6 +69,13 @@ class Registry:
             for name, folder in self._folders(snapshot).items()
         }
 
+    def inactive(self) -> dict[str, Ecm]:
+        """The modules that are kept and not active, by name.  Raises `UserError`."""
+        snapshot = self.snapshot()
+        site, folders = self._policy_of(snapshot), self._folders(snapshot)
+        idle = [name for name, one in snapshot.modules.items() if one.state is not State.ACTIVE]
+        return {name: _read(site, folders[name]) for name in idle}
+
     def agreed(self, live: Live) -> Snapshot | None:
         """What is kept, or None while executors were told of a change that is not kept.
 

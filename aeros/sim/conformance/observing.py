@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
 from math import isfinite
 from typing import Any, Final
@@ -103,3 +104,33 @@ def the_monitor_looks_before_the_first_tick_and_after_each(subject: Subject) -> 
     require(len(watch.of(subject.joints)) == len(watch.seen), f"the monitor does not see `{subject.joints}`")
     last = watch.of(subject.joints)[-1]
     require(last == measured[subject.joints].value, "the monitor's last look is not what is measured then")
+
+
+def the_monitor_may_observe_and_changes_nothing_by_it(subject: Subject) -> None:
+    """What it observes at a tick is of that time, and the motion ends as it does unobserved."""
+    ends = []
+    for observes in (False, True):
+        with subject.plant() as plant:
+            monitor = _Observing(plant) if observes else Watch()
+            ended(plant, begun(plant, subject.moving), monitor)
+            ends.append((plant.now(), plant.observe()[subject.joints].value))
+    require(ends[0] == ends[1], "a motion ends otherwise where the monitor observes")
+
+
+class _Observing(Watch):
+    """Observes at every look."""
+
+    def __init__(self, plant: Plant) -> None:
+        super().__init__()
+        self._plant = plant
+
+    def __call__(self, now: float, values: Mapping[str, Any]) -> str | None:
+        """Compare what is observed with what it is given."""
+        readings = self._plant.observe()
+        late = [name for name, one in readings.items() if one.time > now]
+        require(not late, f"`{late[:1]}` is observed at {now} s, and of later")
+        for name in values.keys() & readings.keys():
+            given, seen = values[name], readings[name]
+            time = getattr(given, "time", now)
+            require(time == seen.time, f"`{name}` is of {time} s for the monitor, of {seen.time} s to others")
+        return super().__call__(now, values)

@@ -34,6 +34,7 @@ from aeros.sim.conformance.observing import (
     readings_are_of_the_types_that_the_port_has,
     the_clock_never_goes_back,
     the_monitor_looks_before_the_first_tick_and_after_each,
+    the_monitor_may_observe_and_changes_nothing_by_it,
 )
 from aeros.sim.conformance.refusing import (
     a_planned_motion_begins_where_the_robot_is,
@@ -58,6 +59,7 @@ CHECKS: Final[tuple[Check, ...]] = (
     a_stale_plan_is_refused,
     bad_input_is_refused_with_a_reason_before_any_motion,
     the_monitor_looks_before_the_first_tick_and_after_each,
+    the_monitor_may_observe_and_changes_nothing_by_it,
     the_motion_made_is_the_one_decided,
     no_speed_is_higher_than_decided,
     nothing_passes_until,

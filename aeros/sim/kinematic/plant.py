@@ -30,6 +30,8 @@ class KinematicPlant(TickingPlant):
         self._load = 0.0
         self._arm = KinematicRobot(scene.robot, scene.lay(Chance(seed)))
         super().__init__(self._arm, scene.cameras)
+        for camera in scene.watching:
+            self._show({name: Reading(value, 0.0) for name, value in self._see(camera).items()})
 
     def now(self) -> float:
         """Simulated seconds since the scene was laid out."""

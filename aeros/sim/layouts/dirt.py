@@ -20,32 +20,27 @@ class DirtMap:
     """Which cells of a rectangle (corners in m, x and y of W) have been wiped."""
 
     def __init__(self, low: tuple[float, float], high: tuple[float, float]) -> None:
-        columns, rows = (np.arange(a + CELL / 2, b, CELL) for a, b in zip(low, high, strict=True))
-        self._shape = (len(rows), len(columns))
-        self._centres = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
-        self._wiped = np.zeros(len(self._centres), dtype=np.bool_)
-
-    @property
-    def wiped(self) -> NDArray[np.bool_]:
+        self._x, self._y = (np.arange(a + CELL / 2, b, CELL) for a, b in zip(low, high, strict=True))
+        self.wiped: NDArray[np.bool_] = np.zeros((len(self._y), len(self._x)), dtype=np.bool_)
         """Whether each cell is wiped; rows from the least y, columns from the least x."""
-        return self._wiped.reshape(self._shape)
 
     @property
     def wiped_fraction(self) -> float:
         """Share of wiped cells, in [0, 1]."""
-        return float(self._wiped.mean())
+        return int(np.count_nonzero(self.wiped)) / self.wiped.size
 
     def wipe(self, pose: Pose, size: Triple) -> None:
         """Wipe the cells whose centres are under a box's bottom face, nearer than `GAP`.
 
         pose: of the box's middle in W; size: its edges, m.  The box lies within 45° of upright.
         """
-        half = np.array(size) / 2.0
-        middle = np.array(of_frame(pose, (0.0, 0.0, -half[2])))
-        ahead = np.array(of_frame(pose, (1.0, 0.0, -half[2]))) - middle
-        aside = np.array(of_frame(pose, (0.0, 1.0, -half[2]))) - middle
-        # Where the face is above a cell: solve centre = middle + a·ahead + b·aside in x and y.
-        plane = np.stack((ahead[:2], aside[:2]), axis=1)
-        a, b = np.linalg.solve(plane, (self._centres - middle[:2]).T)
-        height = middle[2] + a * ahead[2] + b * aside[2]
-        self._wiped |= (np.abs(a) < half[0]) & (np.abs(b) < half[1]) & (height < GAP)
+        width, depth, height = (edge / 2.0 for edge in size)
+        mx, my, mz = of_frame(pose, (0.0, 0.0, -height))
+        ahead, aside = of_frame(pose, (1.0, 0.0, -height)), of_frame(pose, (0.0, 1.0, -height))
+        ax, ay, az = ahead[0] - mx, ahead[1] - my, ahead[2] - mz
+        bx, by, bz = aside[0] - mx, aside[1] - my, aside[2] - mz
+        # Where the face is above a cell: its centre is middle + a·ahead + b·aside in x and y.
+        x, y, turn = self._x - mx, (self._y - my)[:, None], ax * by - ay * bx
+        a = (by / turn) * x - (bx / turn) * y
+        b = (ax / turn) * y - (ay / turn) * x
+        self.wiped |= (np.abs(a) < width) & (np.abs(b) < depth) & (mz + az * a + bz * b < GAP)

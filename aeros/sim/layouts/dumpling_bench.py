@@ -8,7 +8,7 @@ from __future__ import annotations
 from math import dist, pi
 from typing import Any, Final, NamedTuple
 
-from aeros.sim.geometry import Pose, Triple, in_frame, minus, of_frame, turned, yaw_of
+from aeros.sim.geometry import Camera, Pose, Triple, in_frame, minus, of_frame, turned
 from aeros.sim.randomness import Chance
 
 PRESS: Final = (0.50, 0.0, 0.094)
@@ -57,6 +57,49 @@ BELONGS: Final[Triple] = (PRESS[0], PRESS[1], PRESS[2] - 0.011)
 """Where wrapper_position belongs: the hinges meet (8 mm half gap + 3 mm half plate)."""
 
 
+CAMERAS: Final[tuple[str, ...]] = ("overhead", "side")
+
+OVERHEAD: Final = Camera(
+    eye=(0.45, 0.01, 1.2), target=(0.45, 0.01, 0.0), up=(1.0, 0.0, 0.0), field_of_view=33.0
+)
+"""The camera over the bench: its picture is 0.95 m wide and 0.71 m high, 3 mm a pixel."""
+
+SIDE: Final = Camera(
+    eye=(0.80, -0.22, 0.16), target=(0.52, 0.0, 0.095), field_of_view=18.0, width=160, height=120
+)
+"""The camera at the press: it sees between the plates of a dumpling in it, 1 mm a pixel."""
+
+CLOSED_HEIGHT: Final = 0.025
+"""From the middle of plate A up to the outside of plate B on it, m (models/wrapper.urdf)."""
+
+
+class WrapperSight(NamedTuple):
+    """A wrapper as a picture shows it, in W.
+
+    hinge: the middle of its hinge line at the mid thickness of plate A, m.
+    yaw: heading of plate A from the hinge, rad.
+    fold: rad; None where it is not seen, as of one that stands on its edge.
+    """
+
+    hinge: Triple
+    yaw: float
+    fold: float | None
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether it is not seen to be open."""
+        return self.fold is None or self.fold > FOLDED
+
+    @property
+    def middle(self) -> Triple:
+        """The middle of plate A."""
+        return of_frame(Pose(self.hinge, turned(self.yaw)), (HINGE_TO_PLATE, 0.0, 0.0))
+
+    def carries(self, filling: Triple) -> bool:
+        """Whether the middle of a filling is over plate A and at rest height, within 6 mm."""
+        return _is_on(Pose(self.middle, turned(self.yaw)), filling)
+
+
 class Layout(NamedTuple):
     """Where things are at the start: tray and stand by their middles, wrapper (its plate A), filling."""
 
@@ -85,12 +128,11 @@ def lay_bench(chance: Chance) -> Layout:
 
 
 class Dumpling(NamedTuple):
-    """A dumpling as it is measured: plate A, its fold in rad, the filling's middle, whether it is sealed."""
+    """A dumpling as it is: plate A, its fold in rad, the filling's middle."""
 
     plate: Pose
     fold: float
     filling: Triple
-    sealed: bool
 
     @property
     def hinge(self) -> Triple:
@@ -100,54 +142,96 @@ class Dumpling(NamedTuple):
     @property
     def is_filled(self) -> bool:
         """The filling's middle is over plate A and at rest height, within 6 mm."""
-        x, y, z = in_frame(self.plate, self.filling)
-        above = z - PLATE_HALF[2] - FILLING[1] / 2
-        return abs(x) < PLATE_HALF[0] and abs(y) < PLATE_HALF[1] and abs(above) < 0.006
+        return _is_on(self.plate, self.filling)
 
     @property
     def is_closed(self) -> bool:
         """Folded over its filling."""
         return self.fold > FOLDED and self.is_filled
 
-    @property
-    def is_wrapped(self) -> bool:
-        """Sealed, and still closed."""
-        return self.sealed and self.is_closed
 
-    @property
-    def is_in_pot(self) -> bool:
-        """Wrapper and filling are both in the pot."""
-        return _inside_pot(self.plate.position) and _inside_pot(self.filling)
+def _is_on(plate: Pose, filling: Triple) -> bool:
+    x, y, z = in_frame(plate, filling)
+    above = z - PLATE_HALF[2] - FILLING[1] / 2
+    return abs(x) < PLATE_HALF[0] and abs(y) < PLATE_HALF[1] and abs(above) < 0.006
 
 
-def measured_on_bench(dumpling: Dumpling, handle: Triple, pressed: float, cooked: float) -> dict[str, Any]:
-    """Poses of wrapper, filling, press and pot, and the task's predicates.
+def known_of_bench(handle: Triple, pressed: float) -> dict[str, Any]:
+    """Where press and pot are, which is surveyed, and what the press's encoder and load cell tell.
 
-    wrapper_position: the hinge; it belongs at press_position.  Supplied dough and filling stay "on the
-    workspace" as parts of the dumpling.
-    handle: of the press.  pressed: force of the lid's plate on the filling, N.  cooked: dwell in the pot, s.
+    press_position: where wrapper_position belongs.
+    handle: of the press.  pressed: force of the lid's plate on the filling, N.
     """
-    yaw = yaw_of(dumpling.plate.orientation)
-    dx, dy, dz = minus(dumpling.hinge, BELONGS)
-    wrapped = dumpling.is_wrapped
     return {
-        "wrapper_position": dumpling.hinge,
-        "wrapper_yaw": yaw,
-        "wrapper_fold": dumpling.fold,
-        "filling_position": dumpling.filling,
         "press_position": BELONGS,
         "press_handle_position": handle,
         "press_force": pressed,
         "pot_position": (POT[0], POT[1], POT[2] + POT_INNER[2]),
-        "dough_on_workspace": wrapped or (dist((dx, dy), (0.0, 0.0)) < 0.04 and abs(dz) < 0.015),
-        "filling_on_workspace": wrapped or dumpling.is_filled,
-        "wrapper_aligned": abs(dx) < 0.008
-        and abs(dy) < 0.010
-        and abs(dz) < 0.006
-        and abs(yaw) < 8.0 * pi / 180.0,
-        "dumpling_wrapped": wrapped,
-        "dumpling_cooked": wrapped and cooked >= COOKING_TIME,
     }
+
+
+class Inspector:
+    """What pictures have shown of the dumpling, and the press's load cell has felt, so far."""
+
+    def __init__(self) -> None:
+        self._wrapper: WrapperSight | None = None
+        self._pressed = False
+        self._wrapped = False
+        self._in_pot_since: float | None = None
+        self._cooked = False
+
+    def feel(self, force: float) -> None:
+        """Note the force on the filling, N: what was pressed stays so until it is seen open."""
+        self._pressed = self._pressed or force > SEALING_FORCE
+
+    def look_down(self, wrapper: WrapperSight | None, filling: Triple | None, time: float) -> dict[str, Any]:
+        """What a picture from above, taken at `time`, tells; None for what it does not show.
+
+        Supplied dough and filling stay "on the workspace" as parts of the dumpling, and so does filling
+        that a closed wrapper hides.
+        """
+        self._wrapper = wrapper
+        seen: dict[str, Any] = {"filling_position": filling}
+        if wrapper is None:
+            names = "wrapper_position", "wrapper_yaw", "wrapper_fold", "dough_on_workspace", "wrapper_aligned"
+            return {**seen, **dict.fromkeys(names), "filling_on_workspace": None}
+        if not wrapper.is_closed:
+            self._pressed = self._wrapped = False
+        self._note_pot(wrapper, filling, time)
+        dx, dy, dz = minus(wrapper.hinge, BELONGS)
+        hidden = wrapper.is_closed and filling is None
+        on_press = dist((dx, dy), (0.0, 0.0)) < 0.04 and abs(dz) < 0.015
+        return {
+            **seen,
+            "wrapper_position": wrapper.hinge,
+            "wrapper_yaw": wrapper.yaw,
+            "wrapper_fold": wrapper.fold,
+            "dough_on_workspace": self._wrapped or on_press,
+            "filling_on_workspace": hidden or (filling is not None and wrapper.carries(filling)),
+            "wrapper_aligned": abs(dx) < 0.008
+            and abs(dy) < 0.010
+            and abs(dz) < 0.006
+            and abs(wrapper.yaw) < 8.0 * pi / 180.0,
+            "dumpling_wrapped": self._wrapped,
+            "dumpling_cooked": self._cooked,
+        }
+
+    def look_across(self, filled: bool) -> dict[str, Any]:
+        """What a picture from the side tells of what was seen from above before: whether it is a dumpling.
+
+        filled: whether it shows filling between the plates, and none beside.
+        """
+        closed = self._wrapper is not None and self._wrapper.is_closed
+        self._wrapped = closed and filled and self._pressed
+        return {"dumpling_wrapped": self._wrapped}
+
+    def _note_pot(self, wrapper: WrapperSight, filling: Triple | None, time: float) -> None:
+        if not _inside_pot(wrapper.middle) or not (filling is None or _inside_pot(filling)):
+            self._in_pot_since = None
+            return
+        if self._in_pot_since is None:
+            self._in_pot_since = time
+        self._cooked = self._cooked or (self._wrapped and time - self._in_pot_since >= COOKING_TIME)
 
 
 def _inside_pot(place: Triple) -> bool:

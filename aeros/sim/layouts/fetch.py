@@ -13,6 +13,7 @@ from typing import Any, Final, NamedTuple
 from aeros.sim.geometry import Camera, Triple, minus, plus
 from aeros.sim.randomness import Chance
 from aeros.sim.robot import RobotOptions
+from aeros.sim.sight import Sight
 
 BASE_HEIGHT: Final = 0.30
 """Height of the arm's base on the carriage over the floor, m."""
@@ -63,9 +64,6 @@ FLOOR: Final = ((-0.5, 1.6), (-1.4, 0.6))
 
 DELIVERED: Final = 0.03
 """Distance from where it belongs within which the can is delivered, m."""
-
-AT_REST: Final = 0.01
-"""Speed below which the can rests, m/s."""
 
 MAST: Final[Triple] = (0.05, 0.20, 0.85)
 """The mast camera's eye from the arm's base, m: over the carriage's left edge."""
@@ -120,15 +118,6 @@ def camera_at(name: str, base: Triple, tool: Triple, yaw: float) -> Camera:
     raise KeyError(name)
 
 
-class Felt(NamedTuple):
-    """What is measured of the can: its middle, whether it rests, is held, and how many fingers touch it."""
-
-    can: Triple
-    at_rest: bool
-    held: bool
-    fingers: int
-
-
 class Seen(NamedTuple):
     """Where the last picture showed the can, and when, s."""
 
@@ -146,38 +135,44 @@ def station_for(station: Triple, seen: Seen | None) -> Triple:
 
 
 def measured_in_room(
-    laid: Layout, base: Triple, felt: Felt, seen: Seen | None, time: float
+    laid: Layout, base: Triple, held: bool, seen: Seen | None, time: float
 ) -> dict[str, Any]:
-    """Station and place to deliver to, and the task's predicates.
+    """Station and place to deliver to, and the task's predicates but for `object_delivered`.
 
     object_detected holds for `FRESH` seconds after a picture in which the can was found, and while
     it is felt in the hand: an interrupted delivery need not look for what it carries.
-    delivery_position is where the can's middle belongs; one that has fallen over may lie there.
+    delivery_position is where the can's middle belongs.
+    held: whether the can is, as felt.
     seen: in the last picture, None where the can was not in it, or has been held since.
     """
     fresh = seen if seen is not None and time - seen.time <= FRESH else None
-    station, delivery = station_for(laid.station, fresh), laid.delivery
-    dx, dy, dz = minus(felt.can, delivery)
-    lies = CAN[0] - CAN[1] / 2
-    near = hypot(dx, dy) < DELIVERED and min(abs(dz), abs(dz - lies)) < 0.01
+    station = station_for(laid.station, fresh)
     return {
         "station_position": station,
-        "delivery_position": delivery,
+        "delivery_position": laid.delivery,
         "robot_at_target": dist(base[:2], station[:2]) < ARRIVED,
-        "object_detected": fresh is not None or felt.held,
-        "object_grasped": felt.held,
-        "object_delivered": near and felt.at_rest and not felt.fingers,
+        "object_detected": fresh is not None or held,
+        "object_grasped": held,
     }
 
 
-def seen_by(camera: str, place: Triple, axis: float | None, grip: float | None) -> dict[str, Any]:
+def seen_by(camera: str, found: Sight | None, delivery: Triple) -> dict[str, Any]:
     """What a picture by `camera` says of the can, by vocabulary name.
 
-    axis: heading of a can that lies.  grip: of a hand that has room to close on it; only the mast sees that.
+    The mast alone sees whether there is room for a hand around it, and whether it is where it belongs,
+    upright or lying.
     """
-    found: dict[str, Any] = {"object_position": place, "object_lying": axis is not None}
-    if axis is not None:
-        found["object_yaw"] = axis
+    if found is None:
+        return {"object_delivered": False} if camera == "mast" else {}
+    seen: dict[str, Any] = {"object_position": found.place, "object_lying": found.axis is not None}
+    if found.axis is not None:
+        seen["object_yaw"] = found.axis
     if camera == "mast":
-        found |= {"object_free": grip is not None, "object_yaw": axis or grip or 0.0}
-    return found
+        dx, dy, dz = minus(found.place, delivery)
+        lies = CAN[0] - CAN[1] / 2 if found.axis is not None else 0.0
+        seen |= {
+            "object_free": found.grip is not None,
+            "object_yaw": found.axis or found.grip or 0.0,
+            "object_delivered": hypot(dx, dy) < DELIVERED and abs(dz - lies) < 0.01,
+        }
+    return seen

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import atan2, dist, pi
+from math import dist
 from typing import Any, Final, NamedTuple
 
-from aeros.sim.geometry import Camera, Pose, Triple, minus, of_frame, turned, yaw_of
+from aeros.sim.geometry import Camera, Pose, Triple, turned
 from aeros.sim.randomness import Chance
+from aeros.sim.sight import Sight
 
 AREA: Final = ((0.35, -0.15), (0.65, 0.15))
 """Lowest and highest corner (x, y) of the area to wipe, m."""
@@ -46,14 +47,16 @@ PRESSING: Final = 1.0
 RETURNED: Final = 0.03
 """Distance from its rest within which the sponge is at it, m."""
 
-CAMERAS: Final[tuple[str, ...]] = ("mast",)
+CAMERAS: Final[tuple[str, ...]] = ("mast", "overhead")
 
 MAST: Final = Camera(eye=(0.95, -0.05, 1.0), target=(0.45, -0.08, 0.0), field_of_view=55.0)
 """The camera on a mast across the table from the robot: it sees area, rest, bin and the clutter's places,
 and an arm that is drawn in hides none of them."""
 
-AT_REST: Final = 0.01
-"""Speed below which a thing rests, m/s."""
+OVERHEAD: Final = Camera(
+    eye=(0.47, -0.06, 1.45), target=(0.47, -0.06, 0.0), up=(1.0, 0.0, 0.0), field_of_view=36.0
+)
+"""The camera over the table: its picture is 1.23 m wide and 0.92 m high, 4 mm a pixel."""
 
 
 class Layout(NamedTuple):
@@ -81,32 +84,37 @@ def lay_table(chance: Chance) -> Layout:
     )
 
 
-def measured_on_table(
-    rest: Triple, sponge: Pose, clutter: Sequence[Pose], *, wiped: float, let_go: bool
-) -> dict[str, Any]:
-    """Poses of sponge, clutter and bin, and the task's predicates.
+def known_of_table(rest: Triple, wiped: float) -> dict[str, Any]:
+    """Where sponge and clutter belong, which is surveyed, and what contact tells of wiping.
 
-    clutter_position and clutter_yaw are of the first piece outside the bin, absent when there is
-    none.  A piece counts until it is in the bin, wherever else it is, and however it fell.
-    wiped: share of cells.  let_go: whether the sponge is still and nothing of the robot touches it.
+    wiped: share of cells.
     """
-    loose = [pose for pose in clutter if not _in_bin(pose.position)]
-    at_rest = dist(sponge.position, rest) < RETURNED and let_go
-    values: dict[str, Any] = {
-        "sponge_position": sponge.position,
-        "sponge_yaw": _half_turn(yaw_of(sponge.orientation)),
+    return {
         "sponge_rest_position": rest,
         "bin_position": (BIN[0], BIN[1], BIN[2] + BIN_INNER[2]),
-        "clutter_on_table": bool(loose),
-        "wiping_area_clear": not any(_in_area(pose.position) for pose in loose),
         "wiped_fraction": wiped,
         "table_wiped": wiped >= WIPED,
+    }
+
+
+def seen_on_table(rest: Triple, sponge: Sight | None, pieces: Sequence[Sight]) -> dict[str, Any]:
+    """What a picture from above tells of sponge and clutter; None for what it does not show.
+
+    clutter_position and clutter_yaw are of the first piece outside the bin.  A piece that the picture
+    does not show is not on the table.
+    """
+    loose = [piece for piece in pieces if not _in_bin(piece.place)]
+    at_rest = sponge is not None and dist(sponge.place, rest) < RETURNED
+    return {
+        "sponge_seen": sponge is not None,
+        "sponge_position": None if sponge is None else sponge.place,
+        "sponge_yaw": None if sponge is None else sponge.grip,
+        "clutter_position": loose[0].place if loose else None,
+        "clutter_yaw": loose[0].grip if loose else None,
+        "clutter_on_table": bool(loose),
+        "wiping_area_clear": not any(_in_area(piece.place) for piece in loose),
         "table_organized": not loose and at_rest,
     }
-    if loose:
-        values["clutter_position"] = loose[0].position
-        values["clutter_yaw"] = _grip_yaw(loose[0])
-    return values
 
 
 def _in_bin(place: Triple) -> bool:
@@ -119,24 +127,3 @@ def _in_area(place: Triple) -> bool:
     """Whether a piece's middle is where sponge and fingers pass (60 mm around the area)."""
     low, high = AREA
     return all(a - 0.06 < at < b + 0.06 for a, at, b in zip(low, place, high, strict=False))
-
-
-def _half_turn(yaw: float) -> float:
-    """The same heading of a box, in [-π/2, π/2)."""
-    return (yaw + pi / 2) % pi - pi / 2
-
-
-def _grip_yaw(piece: Pose) -> float:
-    """A heading at which fingers meet the sides of a cube or a cylinder, however it lies, in [-π/4, π/4).
-
-    A cylinder that stands has sides at every heading; one that lies has them along its axis and across.
-    """
-    x, y, z = (minus(of_frame(piece, axis), piece.position) for axis in _AXES)
-    level = z if abs(z[2]) < _LEVEL else x if abs(x[2]) < abs(y[2]) else y
-    return (atan2(level[1], level[0]) + pi / 4) % (pi / 2) - pi / 4
-
-
-_AXES: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-
-_LEVEL: Final = 0.7
-"""Part of an axis along the vertical below which it lies rather than stands."""

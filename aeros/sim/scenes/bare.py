@@ -21,6 +21,7 @@ class Bare:
     view = Camera(eye=(1.3, 0.9, 0.8), target=(0.4, 0.0, 0.2))
     things: tuple[str, ...] = ()
     cameras: tuple[str, ...] = ()
+    watching: tuple[str, ...] = ()
 
     def build(self, world: World, robot: Panda, chance: Chance) -> None:
         """Add the table."""

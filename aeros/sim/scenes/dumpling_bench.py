@@ -9,27 +9,33 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
+from aeros.sim.benchview import shows_filling, view_bench
 from aeros.sim.geometry import Camera
 from aeros.sim.layouts.dumpling_bench import (
+    CAMERAS,
     FILLING,
+    OVERHEAD,
     POT,
     POT_INNER,
     PRESS,
     SEALING_FORCE,
+    SIDE,
     STAND,
     STAND_RADIUS,
     TRAY,
     TRAY_EDGES,
     Dumpling,
+    Inspector,
+    WrapperSight,
+    known_of_bench,
     lay_bench,
-    measured_on_bench,
 )
 from aeros.sim.panda import Panda
-from aeros.sim.profile import TICK
 from aeros.sim.randomness import Chance
 from aeros.sim.robot import RobotOptions
 from aeros.sim.scenes.furniture import MODELS, add_open_box, add_table
 from aeros.sim.scenes.scene import Through, as_it_is
+from aeros.sim.sight import Sight
 from aeros.sim.world import World
 
 DOUGH_FRICTION: Final = 0.001
@@ -45,7 +51,8 @@ class DumplingBench:
     robot = RobotOptions()
     view = Camera(eye=(1.15, 0.55, 0.62), target=(0.42, 0.03, 0.1), field_of_view=40.0)
     things: tuple[str, ...] = ("wrapper", "filling")
-    cameras: tuple[str, ...] = ()
+    cameras = CAMERAS
+    watching: tuple[str, ...] = ("overhead",)
 
     def build(self, world: World, robot: Panda, chance: Chance) -> None:
         """Place tray and stand by chance, the wrapper on its tray and the filling on its stand."""
@@ -64,39 +71,50 @@ class DumplingBench:
         green = (0.35, 0.55, 0.25, 1.0)
         self._filling = world.add_box((side, side, height), *laid.filling, mass=0.05, colour=green)
         self._sealed = False
-        self._in_pot_ticks = 0
         self._press_force = 0.0
+        self._inspector = Inspector()
+        self._wrapper_seen: WrapperSight | None = None
 
     def tick(self) -> None:
-        """Measure the press force, seal when all three conditions pass, count dwell in the pot."""
+        """Measure the press force, and seal when all three conditions pass."""
         plate_b = self._world.contacts(self._wrapper, self._filling, link=_FOLD)
         self._press_force = sum(contact.force for contact in plate_b)
         if not self._sealed and self._press_force > SEALING_FORCE and self._dumpling().is_closed:
             self._sealed = True
             self._world.set_joint_friction(self._wrapper, _FOLD, SEALED_FRICTION)
-        if self._sealed and self._dumpling().is_in_pot:
-            self._in_pot_ticks += 1
+        self._inspector.feel(self._press_force)
 
     def measure(self) -> Mapping[str, Any]:
-        """See `measured_on_bench`."""
-        handle = self._world.pose(self._press, _HANDLE).position
-        return measured_on_bench(self._dumpling(), handle, self._press_force, self._in_pot_ticks * TICK)
+        """See `known_of_bench`."""
+        return known_of_bench(self._world.pose(self._press, _HANDLE).position, self._press_force)
 
     def thing(self, name: str) -> int:
         """See `Scene`."""
         return {"wrapper": self._wrapper, "filling": self._filling}[name]
 
     def look(self, camera: str, through: Through = as_it_is) -> Mapping[str, Any]:
-        """There is no camera: poses are measured."""
-        raise KeyError(camera)
+        """What the camera's picture shows: `overhead` the bench, `side` what is in a closed wrapper."""
+        if camera == "overhead":
+            seen = view_bench(self._world.render(OVERHEAD), OVERHEAD)
+            self._wrapper_seen = _through(through, camera, seen.wrapper)
+            filling = through(camera, None if seen.filling is None else Sight(seen.filling))
+            place = None if filling is None else filling.place
+            return self._inspector.look_down(self._wrapper_seen, place, self._world.time)
+        wrapper = self._wrapper_seen
+        filled = wrapper is not None and shows_filling(self._world.render(SIDE), SIDE, wrapper)
+        return self._inspector.look_across(filled)
 
     def _dumpling(self) -> Dumpling:
         return Dumpling(
             self._world.pose(self._wrapper),
             self._world.joint_position(self._wrapper, _FOLD),
             self._world.pose(self._filling).position,
-            self._sealed,
         )
+
+
+def _through(through: Through, camera: str, wrapper: WrapperSight | None) -> WrapperSight | None:
+    sight = through(camera, None if wrapper is None else Sight(wrapper.hinge))
+    return None if wrapper is None or sight is None else wrapper._replace(hinge=sight.place)
 
 
 _LID: Final = 0

@@ -8,14 +8,12 @@ from typing import Any
 from aeros.sim.detection import find_red
 from aeros.sim.geometry import Camera
 from aeros.sim.layouts.fetch import (
-    AT_REST,
     CAMERAS,
     CAN,
     DECOY,
     ROBOT,
     ROLLING,
     STAND,
-    Felt,
     Seen,
     camera_at,
     lay_room,
@@ -35,6 +33,7 @@ class Fetch:
     view = Camera(eye=(0.2, -2.3, 1.9), target=(1.1, -0.35, 0.4), field_of_view=50.0)
     things: tuple[str, ...] = ("can", "decoy")
     cameras = CAMERAS
+    watching: tuple[str, ...] = ("mast",)
 
     def build(self, world: World, robot: Panda, chance: Chance) -> None:
         """Place both stands, the can and the decoy by chance."""
@@ -57,10 +56,10 @@ class Fetch:
     def measure(self) -> Mapping[str, Any]:
         """See `measured_in_room`."""
         base = self._robot.sense().base_position
-        felt = self._felt()
-        if felt.held:
+        held = self._is_held()
+        if held:
             self._seen = None
-        return measured_in_room(self._laid, base, felt, self._seen, self._world.time)
+        return measured_in_room(self._laid, base, held, self._seen, self._world.time)
 
     def thing(self, name: str) -> int:
         """See `Scene`."""
@@ -72,15 +71,12 @@ class Fetch:
         eye = camera_at(camera, state.base_position, state.tool_position, self._robot.tool_command()[1])
         found = through(camera, find_red(self._world.render(eye), eye, CAN))
         self._seen = None if found is None else Seen(found.place, self._world.time)
-        return {} if found is None else seen_by(camera, found.place, found.axis, found.grip)
+        return seen_by(camera, found, self._laid.delivery)
 
-    def _felt(self) -> Felt:
-        """What is measured of the can; it is held where both fingers touch it and nothing else does."""
-        fingers = len(self._finger_links())
+    def _is_held(self) -> bool:
+        """Whether both fingers touch the can and nothing else does."""
         others = any(contact.body_b != self._robot.body for contact in self._world.contacts(self._can))
-        at_rest = self._world.speed(self._can) < AT_REST
-        held = fingers == 2 and not others
-        return Felt(self._world.pose(self._can).position, at_rest, held, fingers)
+        return len(self._finger_links()) == 2 and not others
 
     def _finger_links(self) -> set[int]:
         """Which finger links touch the can."""

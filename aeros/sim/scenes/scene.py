@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
-from aeros.sim.detection import Sight
 from aeros.sim.geometry import Camera
 from aeros.sim.panda import Panda
 from aeros.sim.randomness import Chance
 from aeros.sim.robot import RobotOptions
+from aeros.sim.sight import Sight
 from aeros.sim.world import World
 
 Detected = Sight | None
@@ -31,12 +31,14 @@ class Scene(Protocol):
     view: the camera films are taken with.
     things: names of what lies about and can be pushed.
     cameras: those that `look` knows.
+    watching: those of them that have taken a picture when the clock starts.
     """
 
     robot: RobotOptions
     view: Camera
     things: tuple[str, ...]
     cameras: tuple[str, ...]
+    watching: tuple[str, ...]
 
     def build(self, world: World, robot: Panda, chance: Chance) -> None:
         """Put the things into `world`, where `chance` wants them; called once, before the first tick."""

@@ -13,31 +13,34 @@ from typing import Any, Final
 
 import numpy as np
 
-from aeros.sim.detection import PIXELS_MIN, Sight
+from aeros.sim.detection import PIXELS_MIN
 from aeros.sim.geometry import Camera
 from aeros.sim.inspection import inspect_table
 from aeros.sim.layouts.dirt import DirtMap
 from aeros.sim.layouts.table import (
     AREA,
-    AT_REST,
     BIN,
     BIN_INNER,
     CAMERAS,
     CAN,
     CUBE,
     MAST,
+    OVERHEAD,
     PRESSING,
     RETURNED,
     SPONGE,
     WIPED,
+    known_of_table,
     lay_table,
-    measured_on_table,
+    seen_on_table,
 )
+from aeros.sim.overview import overlook
 from aeros.sim.panda import Panda
 from aeros.sim.randomness import Chance
 from aeros.sim.robot import RobotOptions
 from aeros.sim.scenes.furniture import MODELS, add_open_box, add_table
 from aeros.sim.scenes.scene import Through, as_it_is
+from aeros.sim.sight import Sight
 from aeros.sim.world import World
 
 FOAM_FRICTION: Final = 0.3
@@ -59,11 +62,11 @@ class Table:
     view = Camera(eye=(1.25, 0.75, 0.75), target=(0.42, -0.05, 0.05), field_of_view=45.0)
     things: tuple[str, ...] = ("sponge", "cube", "can")
     cameras = CAMERAS
+    watching: tuple[str, ...] = ("overhead",)
 
     def build(self, world: World, robot: Panda, chance: Chance) -> None:
         """Place the sponge's rest, the sponge on it, and the clutter by chance; the bin is fixed."""
         self._world = world
-        self._robot = robot
         self._table = add_table(world)
         self._dirt = DirtMap(*AREA)
         self._picture = world.add_picture(*AREA, _DIRT_HEIGHT)
@@ -90,15 +93,8 @@ class Table:
                 self._paint()
 
     def measure(self) -> Mapping[str, Any]:
-        """See `measured_on_table`."""
-        still = self._world.speed(self._sponge) < AT_REST
-        return measured_on_table(
-            self._rest,
-            self._world.pose(self._sponge),
-            [self._world.pose(body) for body in self._clutter],
-            wiped=self._dirt.wiped_fraction,
-            let_go=still and not self._world.contacts(self._sponge, self._robot.body),
-        )
+        """See `known_of_table`."""
+        return known_of_table(self._rest, self._dirt.wiped_fraction)
 
     def thing(self, name: str) -> int:
         """See `Scene`."""
@@ -106,10 +102,17 @@ class Table:
         return {"sponge": self._sponge, "cube": cube, "can": can}[name]
 
     def look(self, camera: str, through: Through = as_it_is) -> Mapping[str, Any]:
-        """Whether the `mast` camera's picture shows the area clean, the sponge at its rest, and nothing else.
+        """What the camera's picture shows.
 
-        A picture that shows no sponge verifies nothing.
+        overhead: see `seen_on_table`.
+        mast: whether the area is clean, the sponge at its rest, and nothing else is there; a picture
+            that shows no sponge verifies nothing.
         """
+        if camera == "overhead":
+            view = overlook(self._world.render(OVERHEAD), OVERHEAD)
+            pieces = [through(camera, piece) for piece in view.pieces]
+            shown = [piece for piece in pieces if piece is not None]
+            return seen_on_table(self._rest, through(camera, view.sponge), shown)
         seen = inspect_table(self._world.render(MAST), MAST)
         sponge = through(camera, None if seen.sponge is None else Sight(seen.sponge))
         returned = sponge is not None and dist(sponge.place, self._rest) < RETURNED

@@ -156,13 +156,11 @@ class _Generator:
         left, right = term.left, term.right
         if not (_is_real(left) and _is_real(right)):
             return f"({self.condition(left)} == {self.condition(right)})"
-        if isinstance(right, t.Literal) and isinstance(left, t.Variable):
-            code = self._value(left.name)
-            return _against_constant(code, term.op, cast("Fraction", right.value), flipped=False)
-        if isinstance(left, t.Literal) and isinstance(right, t.Variable):
-            code = self._value(right.name)
-            return _against_constant(code, term.op, cast("Fraction", left.value), flipped=True)
         a, b = self._real(left), self._real(right)
+        if isinstance(right, t.Literal) and a.error == 0:
+            return _against_constant(a.code, term.op, cast("Fraction", right.value), flipped=False)
+        if isinstance(left, t.Literal) and b.error == 0:
+            return _against_constant(b.code, term.op, cast("Fraction", left.value), flipped=True)
         if a.error == 0 and b.error == 0:
             return f"({a.code} {term.op} {b.code})"
         return self._filtered(term, a, b)

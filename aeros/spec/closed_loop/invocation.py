@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 from aeros.spec.closed_loop.chances import shares_of
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import holds
+from aeros.spec.holds import unheld
 from aeros.spec.model import Outcome, Skill
 
 State = tuple[Any, ...]
@@ -79,9 +80,16 @@ class Invocation:
 
     An outcome is what is *measured*, as in the agent's supervisor: where more effects are measured than
     those that happened, or a success's that are as many, then that outcome is what the step counts as.
+    settable: what some skill of the loop brings about, so that nothing else does once a hold-condition broke.
     """
 
-    def __init__(self, skill: Skill, inputs: Mapping[str, Any], names: tuple[str, ...]) -> None:
+    def __init__(
+        self,
+        skill: Skill,
+        inputs: Mapping[str, Any],
+        names: tuple[str, ...],
+        settable: Collection[str] = (),
+    ) -> None:
         bound = {declared.name: inputs.get(name, declared.default) for name, declared in skill.inputs.items()}
         clause = skill.precondition
         self.name = skill.id
@@ -89,6 +97,10 @@ class Invocation:
         self._outcomes = [
             (outcome, share, [(names.index(name), value) for name, value in outcome.effects.items()])
             for outcome, share in shares_of(skill.outcomes.values())
+        ]
+        self._unheld = [
+            (outcome, [(names.index(name), value) for name, value in outcome.effects.items()])
+            for outcome in unheld(skill, settable)
         ]
 
     def can_start(self, state: State) -> bool:
@@ -98,15 +110,17 @@ class Invocation:
     def after(self, state: State) -> list[tuple[State, Outcome, Fraction]]:
         """Each state after it, the outcome measured there and its probability.
 
-        An outcome is left out where it declares the probability 0, not where others leave it none.
+        An outcome is left out where it declares the probability 0, not where others leave it none.  That it
+        was halted as its hold-condition broke is a failure in each of these states, of probability 0.
         """
         found = []
         for outcome, share, effects in self._outcomes:
             if outcome.probability != 0:
-                changed = list(state)
-                for place, value in effects:
-                    changed[place] = value
+                changed = _changed(state, effects)
                 found.append((tuple(changed), self._measured(changed), share))
+        found += [
+            (tuple(_changed(state, effects)), outcome, Fraction(0)) for outcome, effects in self._unheld
+        ]
         return found
 
     def _measured(self, values: list[Any]) -> Outcome:
@@ -116,3 +130,10 @@ class Invocation:
             if all(values[place] == value for place, value in effects)
         ]
         return max(matching, key=lambda one: (len(one.effects), not one.failure))
+
+
+def _changed(state: State, effects: list[tuple[int, Any]]) -> list[Any]:
+    changed = list(state)
+    for place, value in effects:
+        changed[place] = value
+    return changed

@@ -9,7 +9,8 @@ are to an agent that remembers nothing.
 
 Assumes: effects of an outcome happen, nothing else changes, and every predicate is measured in time
 (the supervisor records a broken assumption where that is not so); no submission is refused, denied or
-halted, so every recovery is repeatable and no request is denied twice.
+halted but on account of its hold-condition, which is a failed try like any other (`spec.holds`), so every
+recovery is repeatable and no request is denied twice.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from typing import Any, Final, Literal
 from aeros.spec.closed_loop.invocation import Condition, Invocation, State
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType, EnumType
-from aeros.spec.model import Ecm, PlanningRule, Site, Task
+from aeros.spec.model import Ecm, PlanningRule, Site, Skill, Task
 
 MOST_STEPS: Final = 100
 """The most steps of a plan that the agent accepts; `aeros.agent.graph` has the same."""
@@ -84,6 +85,9 @@ class TransitionSystem:
         self.names = _predicates(ecm, task)
         self.domains = [_domain(site, name) for name in self.names]
         self._skills = ecm.skills
+        settable = {
+            name for skill in skills_of(ecm, task) for one in skill.outcomes.values() for name in one.effects
+        }
         self._most_retries = site.limits.retries
         self._tried_too_often = {n for n, rule in enumerate(task.rules) if rule.retry > self._most_retries}
         self._goal = self.condition(task.goal)
@@ -93,11 +97,13 @@ class TransitionSystem:
         self._decided = [index for index, place in enumerate(places) if place is None]
         self._providers = [ecm.providers_of(rule.skill) for rule in task.rules]
         self._steps = [
-            [Invocation(ecm.skills[name], rule.inputs, self.names) for name in providers]
+            [Invocation(ecm.skills[name], rule.inputs, self.names, settable) for name in providers]
             for rule, providers in zip(task.rules, self._providers, strict=True)
         ]
         self._recoveries = [
-            None if rule.on_failure is None else Invocation(ecm.skills[rule.on_failure], {}, self.names)
+            None
+            if rule.on_failure is None
+            else Invocation(ecm.skills[rule.on_failure], {}, self.names, settable)
             for rule in task.rules
         ]
         self._rejections: dict[tuple[int, ...], str | None] = {}
@@ -215,15 +221,20 @@ def _is_cyclic(edges: list[tuple[str, str]]) -> bool:
 
 def _predicates(ecm: Ecm, task: Task) -> tuple[str, ...]:
     """Every state variable that the task's goal, rules and invariants, or their skills speak of."""
-    used = {name for rule in task.rules for name in ecm.providers_of(rule.skill)}
-    used |= {rule.on_failure for rule in task.rules if rule.on_failure}
-    skills = [ecm.skills[name] for name in sorted(used)]
+    skills = skills_of(ecm, task)
     conditions = [task.goal, *(rule.unless for rule in task.rules), *(one.term for one in task.invariants)]
     conditions += [skill.precondition.term for skill in skills if skill.precondition is not None]
     variables = {name: one for term in conditions for name, one in t.variables_of(term).items()}
     names = {name for name, one in variables.items() if one.role is t.Role.STATE}
     names |= {name for skill in skills for outcome in skill.outcomes.values() for name in outcome.effects}
     return tuple(sorted(names))
+
+
+def skills_of(ecm: Ecm, task: Task) -> list[Skill]:
+    """Every skill that the loop may submit."""
+    used = {name for rule in task.rules for name in ecm.providers_of(rule.skill)}
+    used |= {rule.on_failure for rule in task.rules if rule.on_failure}
+    return [ecm.skills[name] for name in sorted(used)]
 
 
 def _domain(site: Site, name: str) -> tuple[Any, ...]:

@@ -57,6 +57,10 @@ class Skill:
     precondition: Expression | None = field(
         default=None, metadata={"doc": "what must be measured before it starts"}
     )
+    hold: Expression | None = field(
+        default=None,
+        metadata={"doc": "what must be measured as long as it runs; it is halted once it is not"},
+    )
     actuators: tuple[Identifier, ...] = field(default=(), metadata={"doc": "what it moves"})
     resources: tuple[Identifier, ...] = field(default=(), metadata={"doc": "what it holds while it runs"})
     gated: tuple[Slug, ...] = field(

@@ -249,6 +249,10 @@ class Limits:
     replans: Annotated[Integer, Bounds(0, 1000)] = field(
         metadata={"doc": "how often a task may be re-planned"}
     )
+    planning: Text | None = field(
+        default=None,
+        metadata={"doc": "how long a planner may take for a plan, as in `planning: 5 s`; 30 s without this"},
+    )
 
 
 @dataclass(frozen=True)
@@ -324,6 +328,13 @@ class Policy:
         default=None, metadata={"doc": "where the code of modules runs: isolated, if absent"}
     )
     mcp: Mcp | None = field(default=None, metadata={"doc": "what clients of `aeros mcp` may have done"})
+    undeclared_outcome: Choice[Literal["stop", "replan"]] | None = field(
+        default=None,
+        metadata={
+            "doc": "what becomes of a task once a skill has run to its end and come to what it does not "
+            "declare: `stop` ends it, as it does if absent, `replan` plans again"
+        },
+    )
 
 
 @dataclass(frozen=True)

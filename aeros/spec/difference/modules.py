@@ -21,7 +21,7 @@ from aeros.spec.difference.change import (
 )
 from aeros.spec.difference.sets import Condition, Side, compare_sets
 from aeros.spec.expr import terms as t
-from aeros.spec.model import ActionKind, Ecm, Site, Skill
+from aeros.spec.model import ActionKind, Clause, Ecm, Site, Skill
 from aeros.spec.units import show_number
 
 ACCESS = ("actuators", "sensors", "channels", "compute")
@@ -91,10 +91,18 @@ def _skill_changes(subject: str, old: Skill, new: Skill, site: Site, rlimit: int
     yield compare_sets(
         f"{subject}/precondition",
         f"a start of `{new.id}`",
-        _startable(old, site),
-        _startable(new, site),
+        _where(old, old.precondition, site),
+        _where(new, new.precondition, site),
         rlimit,
     )
+    if old.hold is not None or new.hold is not None:
+        yield compare_sets(
+            f"{subject}/hold",
+            f"a state in which `{new.id}` goes on",
+            _where(old, old.hold, site),
+            _where(new, new.hold, site),
+            rlimit,
+        )
     risk = bounds_relation(new.risk > old.risk, new.risk < old.risk)
     words = (old.risk.name.lower(), new.risk.name.lower())
     yield finite(
@@ -121,10 +129,10 @@ def _skill_changes(subject: str, old: Skill, new: Skill, site: Site, rlimit: int
         yield finite(f"{subject}/gated", Relation.OTHERWISE, headline, *spans)
 
 
-def _startable(skill: Skill, site: Site) -> Side:
+def _where(skill: Skill, clause: Clause | None, site: Site) -> Side:
+    """Where a condition of the skill's holds; everywhere if there is none."""
     declared = (*site.observed.values(), *skill.inputs.values())
-    start = skill.precondition
-    conditions = () if start is None else (Condition(start.term, start.span),)
+    conditions = () if clause is None else (Condition(clause.term, clause.span),)
     return Side(declared, conditions, skill.span)
 
 

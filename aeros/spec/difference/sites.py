@@ -49,7 +49,18 @@ def site_changes(old: Site, new: Site, rlimit: int) -> Iterator[Change]:
     yield from _quota_changes(old.quotas, new.quotas)
     yield from _isolation_changes(old, new)
     yield from _mcp_changes(old, new)
+    yield _undeclared_change(old, new)
     yield _motion_change(old, new)
+
+
+def _undeclared_change(old: Site, new: Site) -> Change:
+    """Planning anew after an outcome that nothing declares lets a task go on."""
+    before, after = old.stops_at_undeclared, new.stops_at_undeclared
+    words = ["stop" if stops else "replan" for stops in (before, after)]
+    headline = f"after an outcome that no manifest declares it was `{words[0]}`, and is `{words[1]}`"
+    places = [site.policy_spans.get("policy/undeclared_outcome") for site in (old, new)]
+    relation = bounds_relation(before and not after, after and not before)
+    return finite("policy/undeclared_outcome", relation, headline, *places)
 
 
 def _motion_change(old: Site, new: Site) -> Change:
@@ -146,6 +157,7 @@ def _number_changes(old: Site, new: Site) -> Iterator[Change]:
         "policy/limits/skill_timeout": (old.limits.skill_timeout, new.limits.skill_timeout),
         "policy/limits/retries": (old.limits.retries, new.limits.retries),
         "policy/limits/replans": (old.limits.replans, new.limits.replans),
+        "policy/limits/planning": (old.limits.planning, new.limits.planning),
     }
     for name in dict.fromkeys([*old.resources, *new.resources]):
         pairs[f"resources/{name}"] = (old.resources.get(name, 0), new.resources.get(name, 0))

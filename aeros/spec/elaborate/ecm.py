@@ -29,6 +29,7 @@ from aeros.spec.elaborate.vocabulary import check_name, elaborate_variable
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import Scope
 from aeros.spec.expr.types import FamilyType, VectorType
+from aeros.spec.holds import MOST_COMBINATIONS, combinations, starting
 from aeros.spec.located import Entries, Expression, Text
 from aeros.spec.model import (
     Clause,
@@ -148,9 +149,12 @@ class _EcmElaborator:
 
     def _skill(self, name: Text, skill: declared.Skill) -> Skill:
         inputs, enums = self._inputs(skill.inputs), self._site.enums
-        precondition = None
-        if skill.precondition is not None:
-            precondition = self._clause(skill.precondition, state_scope(self._site, inputs))
+        state = state_scope(self._site, inputs)
+        asked = None if skill.precondition is None else self._clause(skill.precondition, state)
+        hold = None if skill.hold is None else self._clause(skill.hold, state)
+        if hold is not None and combinations(hold) > MOST_COMBINATIONS:
+            headline = f"`hold` reads predicates with more than {MOST_COMBINATIONS} combinations of values"
+            self._sink.error("AE111", headline, hold.span, help=("hold to fewer of them",))
         outputs = {
             output.value: variable
             for output, quantity in skill.outputs
@@ -171,7 +175,7 @@ class _EcmElaborator:
             module_name=module,
             function=function,
             inputs=inputs,
-            precondition=precondition,
+            precondition=starting(asked, hold),
             outcomes=self._outcomes(name, skill.outcomes),
             envelope=self._clauses(skill.envelope, inputs),
             actuators=frozenset(actuator.value for actuator in skill.actuators),
@@ -183,6 +187,7 @@ class _EcmElaborator:
             risk_span=skill.risk.span,
             entry_span=skill.entry.span,
             outputs=outputs,
+            hold=hold,
         )
 
     def _inputs(self, entries: Entries[declared.Input]) -> dict[str, Declared]:

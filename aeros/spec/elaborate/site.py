@@ -116,6 +116,8 @@ class _SiteElaborator:
             durability=Durability(policy.audit.durability.value if policy.audit else "every-record"),
             isolation=self._isolation(policy.isolation),
             mcp=_mcp(policy.mcp),
+            stops_at_undeclared=policy.undeclared_outcome is None
+            or policy.undeclared_outcome.value == "stop",
         )
 
     def _enum(self, name: Text, members: tuple[Text, ...]) -> None:
@@ -353,12 +355,16 @@ class _SiteElaborator:
         return elaborate_access(access)
 
     def _limits(self, limits: declared.Limits) -> Limits:
-        timeout = elaborate_quantity(limits.skill_timeout, TIME, self._sink)
-        if timeout is not None and not 0 < timeout <= _LONGEST_TIMEOUT:
-            self._sink.error(
-                "AE129", "a time-out is longer than 0 s and at most 1 h", limits.skill_timeout.span
-            )
-        return Limits(timeout or Fraction(0), limits.retries.value, limits.replans.value)
+        timeout = self._duration(limits.skill_timeout, "a time-out")
+        found = Limits(timeout or Fraction(0), limits.retries.value, limits.replans.value)
+        planning = None if limits.planning is None else self._duration(limits.planning, "the time for a plan")
+        return found if planning is None else replace(found, planning=planning)
+
+    def _duration(self, text: Text, what: str) -> Fraction | None:
+        duration = elaborate_quantity(text, TIME, self._sink)
+        if duration is not None and not 0 < duration <= _LONGEST_TIMEOUT:
+            self._sink.error("AE129", f"{what} is longer than 0 s and at most 1 h", text.span)
+        return duration
 
     def _isolation(self, isolation: declared.Isolation | None) -> Isolation:
         usual = Isolation()
@@ -426,8 +432,14 @@ def _policy_spans(site: declared.Site) -> dict[str, Span]:
         "policy/limits/skill_timeout": limits.skill_timeout.span,
         "policy/limits/retries": limits.retries.span,
         "policy/limits/replans": limits.replans.span,
+        **({} if limits.planning is None else {"policy/limits/planning": limits.planning.span}),
         **({} if policy.isolation is None else {"policy/isolation": policy.isolation.span}),
         **({} if policy.mcp is None else {"policy/mcp": policy.mcp.span}),
+        **(
+            {}
+            if policy.undeclared_outcome is None
+            else {"policy/undeclared_outcome": policy.undeclared_outcome.span}
+        ),
         **{f"resources/{name.value}": count.span for name, count in site.resources},
     }
 

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 from aeros.spec.composition import Composition, Part, Step
@@ -25,6 +26,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower
 from aeros.spec.expr.types import BoolType, EnumType
 from aeros.spec.flow.arguments import constant
+from aeros.spec.holds import unheld
 from aeros.spec.model import Declared, Outcome, Skill
 from aeros.spec.parts import If, Par, Seq
 
@@ -72,6 +74,12 @@ class Paths:
     _count: int = 0
     _depth: int = 0
     _is_noting: bool = True
+
+    @cached_property
+    def settable(self) -> frozenset[str]:
+        """What some skill brings about."""
+        skills = self.skills.values()
+        return frozenset(name for one in skills for o in one.outcomes.values() for name in o.effects)
 
     def walk(self, part: Part, before: Situations) -> Situations:
         """The situations in which `part` has succeeded, from those `before` it."""
@@ -133,9 +141,9 @@ class Paths:
     def _run(self, step: Step, before: Situations, done: Situations) -> Situations:
         """The situations after a failure; those after a success are added to `done`."""
         failed: Situations = {}
-        for outcome in self.skills[step.skill].outcomes.values():
-            if outcome.probability == 0:
-                continue
+        skill = self.skills[step.skill]
+        declared = [one for one in skill.outcomes.values() if one.probability != 0]
+        for outcome in (*declared, *unheld(skill, self.settable)):
             for situation, trace in before.items():
                 after = self._after(situation, outcome)
                 (failed if outcome.failure else done).setdefault(after, (*trace, f"{step.id} → {outcome.id}"))

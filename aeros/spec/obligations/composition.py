@@ -23,6 +23,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import arguments_of
 from aeros.spec.flow.graph import handler_cycle
 from aeros.spec.flow.paths import Situations, TooManyPathsError, conjuncts, earlier_in, folded, paths_of
+from aeros.spec.holds import UNHELD
 from aeros.spec.model import Declared, Ecm, Site, Skill
 from aeros.spec.obligations.flows import data_obligations
 from aeros.spec.obligations.obligation import Claim, Member, Obligation, Space
@@ -63,9 +64,9 @@ def _failures_handled(
     identity: str, composition: Composition, skills: Mapping[str, Skill]
 ) -> Iterator[Settled]:
     for step in steps_of(composition.body):
-        failures = [
-            one.id for one in skills[step.skill].outcomes.values() if one.failure and one.probability != 0
-        ]
+        skill = skills[step.skill]
+        failures = [one.id for one in skill.outcomes.values() if one.failure and one.probability != 0]
+        failures += [] if skill.hold is None else [UNHELD]
         said = not failures or step.retry > 0 or step.on_failure is not None
         yield Settled(
             f"{identity}/{step.id}/handled",

@@ -17,7 +17,6 @@ than one of each resource, of which a site has at least one; compositions are pr
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -28,6 +27,7 @@ from aeros.spec.obligations.versions import suits
 from aeros.spec.presence import Presence, SitePresence
 from aeros.spec.source import Span
 from aeros.spec.verdicts import Settled
+from aeros.spec.words import words_of
 
 _K = TypeVar("_K")
 _V = TypeVar("_V")
@@ -79,11 +79,7 @@ class _Way:
 
 def _routing(ecms: Sequence[Presence]) -> Iterator[Settled]:
     """No phrase of one module's tasks is part of one of another's, as `aeros.agent.routing` reads them."""
-    ways = [
-        _Way(tuple(re.findall(r"\w+", way.word)), ecm.id, way.task, way.span)
-        for ecm in ecms
-        for way in ecm.ways
-    ]
+    ways = [_Way(words_of(way.word), ecm.id, way.task, way.span) for ecm in ecms for way in ecm.ways]
     by_phrase = _grouped((way.phrase, way) for way in ways)
     for phrase, asked in by_phrase.items():
         inner = {phrase[i:j] for i in range(len(phrase)) for j in range(i + 1, len(phrase) + 1)}

@@ -143,7 +143,7 @@ class _Beside:
         return found
 
     def _reads(self, branch: Part) -> dict[str, _Use]:
-        """What preconditions, conditions and envelopes of the branch speak of."""
+        """What preconditions, hold-conditions, conditions and envelopes of the branch speak of."""
         read: list[tuple[t.Term, _Use]] = [
             (part.condition, _Use(part.span, "read here"))
             for part in parts_of(branch)
@@ -151,7 +151,8 @@ class _Beside:
         ]
         for step in self._all_runs(branch):
             skill = self.skills[step.skill]
-            clauses = [*([skill.precondition] if skill.precondition else []), *skill.envelope.values()]
+            conditions = [one for one in (skill.precondition, skill.hold) if one is not None]
+            clauses = [*conditions, *skill.envelope.values()]
             read += [(clause.term, _Use(step.span, f"`{step.id}` reads it")) for clause in clauses]
         return {
             name: use

@@ -168,7 +168,8 @@ def _risk_in_bounds(site: Site, skill: Skill) -> Iterator[Settled]:
 
 
 def _sensors_permitted(ecm: Ecm, site: Site, skill: Skill) -> Settled:
-    clauses = [*skill.envelope.values(), *((skill.precondition,) if skill.precondition else ())]
+    conditions = [one for one in (skill.precondition, skill.hold) if one is not None]
+    clauses = [*skill.envelope.values(), *conditions]
     read: list[tuple[t.Term, Span]] = [(clause.term, clause.span) for clause in clauses]
     for outcome in skill.outcomes.values():
         read += [(site.state[name].variable, skill.span) for name in outcome.effects]

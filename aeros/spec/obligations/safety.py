@@ -19,6 +19,7 @@ from dataclasses import replace
 
 from aeros.spec.diagnostics import Diagnostic, Label
 from aeros.spec.expr import terms as t
+from aeros.spec.flow.arguments import constant
 from aeros.spec.model import Clause, Ecm, Rule, Site, Skill, Task, about
 from aeros.spec.obligations.obligation import Claim, Obligation, Space, members_of, required_by
 from aeros.spec.verdicts import Settled, Verdict
@@ -29,6 +30,9 @@ def safety_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Settled]:
     for skill in ecm.skills.values():
         if skill.precondition is not None:
             yield _can_start(site, skill, skill.precondition)
+        if skill.hold is not None:
+            yield from _can_go_on(site, skill, skill.hold)
+            yield from _can_succeed(site, skill, skill.hold)
         for kind, clause in skill.envelope.items():
             space = envelope_space(site, skill, kind, clause)
             yield _not_empty(skill, kind, clause, space)
@@ -56,15 +60,20 @@ def _reads_state(rule: Rule, kind: str) -> bool:
     return any(one.role is t.Role.STATE for one in t.variables_of(rule.terms[kind]).values())
 
 
-def _can_start(site: Site, skill: Skill, precondition: Clause) -> Obligation:
-    """Some state satisfies the precondition and every rule on states that all its actions must obey."""
-    always = [
+def _always_obeyed(site: Site, skill: Skill) -> list[t.Term]:
+    """Every rule on states that all actions of the skill must obey."""
+    return [
         rule.terms[next(iter(skill.envelope))]
         for rule in site.rules
         if skill.envelope
         and skill.envelope.keys() <= rule.terms.keys()
         and not any(rule.speaks_of_action(kind) for kind in skill.envelope)
     ]
+
+
+def _can_start(site: Site, skill: Skill, precondition: Clause) -> Obligation:
+    """Some state satisfies the precondition and every rule on states that all its actions must obey."""
+    always = _always_obeyed(site, skill)
     return Obligation(
         id=f"safety/{skill.id}/can-start",
         code="AE504",
@@ -75,6 +84,47 @@ def _can_start(site: Site, skill: Skill, precondition: Clause) -> Obligation:
         primary=Label(precondition.span, "never true"),
         members=members_of(precondition.conjuncts, "clashes"),
     )
+
+
+def _can_go_on(site: Site, skill: Skill, hold: Clause) -> Iterator[Obligation]:
+    """Some state in which it may start, and act, satisfies its hold-condition.
+
+    What that says of predicates is part of the precondition, and claimed with it.
+    """
+    precondition = t.TRUE if skill.precondition is None else skill.precondition.term
+    known = () if skill.precondition is None else skill.precondition.conjuncts
+    if set(hold.conjuncts) <= set(known):
+        return
+    yield Obligation(
+        id=f"safety/{skill.id}/hold",
+        code="AE510",
+        claim=Claim.SOMETIMES,
+        space=Space((*site.observed.values(), *skill.inputs.values()), ()),
+        conclusion=t.conjunction(precondition, hold.term, *_always_obeyed(site, skill)),
+        headline=f"`{skill.id}` would be halted at once: wherever it may start, its `hold` is not measured",
+        primary=Label(hold.span, "never true then"),
+        members=members_of(dict.fromkeys((*hold.conjuncts, *known)), "clashes"),
+    )
+
+
+def _can_succeed(site: Site, skill: Skill, hold: Clause) -> Iterator[Obligation]:
+    """Each success may be measured while the hold-condition is: what it sets is set before the skill ends."""
+    for outcome in skill.success_outcomes:
+        if outcome.probability == 0:
+            continue
+        set_ = {name: constant(v, site.state[name].variable.type) for name, v in outcome.effects.items()}
+        if not set_.keys() & t.variables_of(hold.term).keys():
+            continue
+        yield Obligation(
+            id=f"safety/{skill.id}/hold/{outcome.id}",
+            code="AE510",
+            claim=Claim.SOMETIMES,
+            space=Space((*site.observed.values(), *skill.inputs.values()), ()),
+            conclusion=t.substitute(hold.term, set_),
+            headline=f"`{skill.id}` is halted before it can end as `{outcome.id}`, which excludes its `hold`",
+            primary=Label(hold.span, f"never true once `{outcome.id}` is measured"),
+            help=("let the hold-condition leave room for what the skill brings about",),
+        )
 
 
 def _not_empty(skill: Skill, kind: str, clause: Clause, space: Space) -> Obligation:

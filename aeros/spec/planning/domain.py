@@ -25,6 +25,7 @@ from aeros.spec.errors import MisuseError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment, Value, holds
 from aeros.spec.expr.types import BoolType, EnumType, RealType
+from aeros.spec.holds import unheld
 from aeros.spec.model import Clause, Declared, Ecm, Outcome, Site, Skill, TaskInvariant
 from aeros.spec.questions import impossible
 
@@ -93,7 +94,7 @@ class Domain:
     """A planning problem without its start.
 
     names: what a state has values of; variables: the same, typed.
-    settings: by name, every value that some outcome sets.
+    settings: by name, every value that some outcome sets, or that may be left where a hold-condition broke.
     left_out: why skills are not there for planning, by name.
     """
 
@@ -228,15 +229,20 @@ def _effects(skill: Skill) -> set[str]:
 
 def _settings(skills: Iterator[Skill]) -> dict[str, tuple[Any, ...]]:
     found: dict[str, dict[Any, None]] = {}
-    for skill in skills:
+    every = list(skills)
+    for skill in every:
         for outcome in skill.outcomes.values():
             for name, value in outcome.effects.items():
                 found.setdefault(name, {})[value] = None
+    for skill in every:
+        for outcome in unheld(skill, found.keys()):
+            for name, value in outcome.effects.items():
+                found[name][value] = None
     return {name: tuple(values) for name, values in found.items()}
 
 
 def _invocation(skill: Skill, inputs: Mapping[str, Any], names: tuple[str, ...]) -> Invocation:
-    return Invocation(replace(skill, precondition=None), inputs, names)
+    return Invocation(replace(skill, precondition=None), inputs, names, names)
 
 
 @dataclass(frozen=True)

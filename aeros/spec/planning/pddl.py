@@ -8,7 +8,7 @@ may still be rejected.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from itertools import product
 from typing import Any
 
@@ -25,9 +25,12 @@ def action_name(choice: Choice, outcome: str) -> str:
     return "-".join([choice.module, choice.skill.id, *given, outcome])
 
 
-def as_pddl(domain: Domain, start: State) -> tuple[str, str]:
-    """The domain file and the problem file of planning from `start`."""
-    writer = _Writer(domain, start)
+def as_pddl(domain: Domain, start: State, excluded: Collection[tuple[State, str]] = ()) -> tuple[str, str]:
+    """The domain file and the problem file of planning from `start`.
+
+    excluded: actions, by their names case folded, that are not to be used in a state.
+    """
+    writer = _Writer(domain, start, excluded)
     return writer.domain_file(), writer.problem_file()
 
 
@@ -37,8 +40,9 @@ class _Writer:
     values: by name, what it may ever be; unknown: what is unknown at the start.
     """
 
-    def __init__(self, domain: Domain, start: State) -> None:
+    def __init__(self, domain: Domain, start: State, excluded: Collection[tuple[State, str]]) -> None:
         self._domain = domain
+        self._excluded = excluded
         self._start = dict(zip(domain.names, start, strict=True))
         self._unknown = [name for name, value in self._start.items() if value is None]
         self._values: dict[str, tuple[Any, ...]] = {
@@ -77,10 +81,13 @@ class _Writer:
             if not ways:
                 continue
             success = [] if [] in ways else [f"(or {' '.join(_all(way) for way in ways)})"]
-            needs = [self._condition(choice.condition), *success]
+            name = action_name(choice, outcome.id)
+            states = [state for state, action in self._excluded if action == name.casefold()]
+            elsewhere = [f"(not {self._in(state)})" for state in states]
+            needs = [self._condition(choice.condition), *success, *elsewhere]
             effects = [part for name, value in outcome.effects.items() for part in self._setting(name, value)]
             yield (
-                f"  (:action {action_name(choice, outcome.id)}\n    :parameters ()\n"
+                f"  (:action {name}\n    :parameters ()\n"
                 f"    :precondition {_all(needs)}\n    :effect {_all(effects)})"
             )
 
@@ -109,6 +116,11 @@ class _Writer:
             yield f"(not {_unknown(name)})"
 
     # Conditions.
+
+    def _in(self, state: State) -> str:
+        """That everything is as in `state`."""
+        values = zip(self._domain.names, state, strict=True)
+        return _all([_unknown(name) if value is None else self._is(name, value) for name, value in values])
 
     def _condition(self, condition: Condition) -> str:
         if condition.missing:

@@ -97,12 +97,13 @@ def skill(
     *outcomes: Outcome,
     precondition: str | None = None,
     inputs: Mapping[str, Declared] | None = None,
+    hold: str | None = None,
 ) -> Skill:
-    clause = None if precondition is None else Clause(term(precondition), precondition, SPAN)
     return build(
         Skill,
         id=name,
-        precondition=clause,
+        precondition=None if precondition is None else Clause(term(precondition), precondition, SPAN),
+        hold=None if hold is None else Clause(term(hold), hold, SPAN),
         outcomes={one.id: one for one in outcomes},
         inputs=inputs or {},
         timeout=Fraction(60),
@@ -121,8 +122,9 @@ def module(name: str, skills: tuple[Skill, ...], *tasks: Task) -> Ecm:
     return build(Ecm, id=name, skills={one.id: one for one in skills}, tasks={one.id: one for one in tasks})
 
 
-def site(retries: int = 3, replans: int = 10) -> Site:
-    return build(Site, id="kitchen", state=STATE, limits=Limits(Fraction(60), retries, replans))
+def site(retries: int = 3, replans: int = 10, *, stops_at_undeclared: bool = False) -> Site:
+    limits = Limits(Fraction(60), retries, replans)
+    return build(Site, id="kitchen", state=STATE, limits=limits, stops_at_undeclared=stops_at_undeclared)
 
 
 SKILLS = (

@@ -7,6 +7,7 @@ from math import inf
 from typing import Any
 
 from aeros.runtime.ports import Ended, Reading, Readings, StepHandle, StepRequest, StepResult, StepStatus
+from aeros.spec.certificate import Certificate
 from aeros.spec.model import Ecm, Site
 from tests.unit.agent.dumplings import DUMPLING, PREDICATES, site
 
@@ -39,18 +40,27 @@ class FakeRuntime:
         self.under_way: dict[StepHandle, StepRequest] = {}
         self.cancelled: dict[StepHandle, str] = {}
         self.last: list[str] = []
+        self.stopped = False
         self.submitted: list[str] = []
         self.requests: list[StepRequest] = []
         self.notes: list[tuple[str, dict[str, Any]]] = []
         self.clock = 100.0
+        self.certificates: dict[str, Certificate] = {}
         self._site = at or site()
 
     @property
     def site(self) -> Site:
         return self._site
 
+    @property
+    def is_stopped(self) -> bool:
+        return self.stopped
+
     def active_modules(self) -> Mapping[str, Ecm]:
         return self.modules
+
+    def certificate(self, module: str) -> Certificate | None:
+        return self.certificates.get(module)
 
     def now(self) -> float:
         return self.clock

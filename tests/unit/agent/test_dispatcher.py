@@ -144,7 +144,7 @@ def test_an_unknown_predicate_starts_no_provider_that_needs_it(memory: Memory) -
 def test_where_none_may_start_every_reason_is_given(memory: Memory) -> None:
     both = replace(KITCHEN, skills={"boil": replace(STEAM, id="boil"), "steam": STEAM})
     dispatcher = Dispatcher(FakeRuntime({"kitchen": both}), memory, TASK)
-    with pytest.raises(UndispatchableError, match=r"(wrapper_aligned` = True.*){2}"):
+    with pytest.raises(UndispatchableError, match=r"(wrapper_aligned is true.*){2}"):
         dispatcher.dispatch("kitchen", "cooking", {}, world(wrapper_aligned=True))
 
 

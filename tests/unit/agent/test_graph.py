@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from aeros.agent.graph import MOST_STEPS, Step, TaskGraph, verify_plan
+from aeros.agent.graph import LONGEST_REMARK, MOST_STEPS, Step, TaskGraph, verify_plan
 from aeros.agent.planner import RulePlanner
 from aeros.agent.routing import Routed
 from aeros.agent.world import measured_world
@@ -85,6 +85,14 @@ def test_recoveries_must_not_go_round_in_a_circle_over_several_steps() -> None:
 @pytest.mark.parametrize("graph", [None, "steps", TaskGraph(()), TaskGraph([Step("dumpling", "wrap")])])  # type: ignore[arg-type]
 def test_what_is_no_plan_is_rejected(graph: object) -> None:
     assert len(verify_plan(graph, MODULES, site())) == 1
+
+
+def test_a_remark_is_text_of_some_length() -> None:
+    steps = (Step("dumpling", "recover"),)
+    assert verify_plan(TaskGraph(steps, "x" * LONGEST_REMARK), MODULES, site()) == []
+    wrong: list[Any] = ["x" * (LONGEST_REMARK + 1), ["x"], None]
+    for remark in wrong:
+        assert "its remark is no text" in verify_plan(TaskGraph(steps, remark), MODULES, site())[0]
 
 
 def test_a_plan_has_a_greatest_length() -> None:

@@ -8,7 +8,7 @@ from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 from hypothesis import given, settings
@@ -17,13 +17,17 @@ from hypothesis import strategies as st
 from aeros.agent.errors import RefusedError
 from aeros.agent.graph import Step, TaskGraph
 from aeros.agent.journal import Event
-from aeros.agent.loop import awake
-from aeros.agent.planner import Planner
+from aeros.agent.loop import MEMORY, awake, awake_once
+from aeros.agent.planner import Planner, RulePlanner
 from aeros.agent.pursuit import PATIENCE, PAUSE
+from aeros.agent.recollection import Wanted, recollection
 from aeros.agent.report import Role, RunReport
 from aeros.agent.routing import Routed, RoutingError
 from aeros.agent.world import World
 from aeros.runtime.ports import Runtime, StepRequest, StepResult, StepStatus
+from aeros.spec.cause import Cause
+from aeros.spec.certificate import Certificate
+from aeros.spec.expr.shortfall import Shortfall
 from aeros.spec.model import Ecm
 from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, module, outcome, rule, site, skill, task
 from tests.unit.agent.fake_runtime import FakeRuntime
@@ -184,9 +188,94 @@ def test_an_undeclared_outcome_is_noted_not_retried_and_replanned(tmp_path: Path
     assert counts(report) == (5, 0, 0, 1)
     assert report.steps[2].outcome is None
     assert report.steps[2].failed
-    (details,) = [details for kind, details in runtime.notes if kind == "undeclared-outcome"]
+    (details,) = [details for kind, details in runtime.notes if kind == "broken-assumption"]
     assert details["skill"] == "dumpling.wrap"
     assert details["after"]["dumpling_wrapped"] is False
+    assert (details["halted"], details["stops"]) == (False, False)
+
+
+def test_an_undeclared_outcome_ends_the_run_where_the_site_does_not_say_otherwise(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"wrap": [{}]}, at=site(stops_at_undeclared=True))
+    report = run(tmp_path, runtime)
+    assert not report.reached
+    assert runtime.submitted == ["prepare", "recover", "wrap"]
+    assert report.replans == 0
+    assert report.reason is not None
+    assert report.reason.startswith("`dumpling.wrap` came to what it does not declare")
+
+
+def test_a_halt_in_a_state_that_nothing_declares_is_replanned_and_breaks_an_assumption_too(
+    tmp_path: Path,
+) -> None:
+    runtime = FakeRuntime(endings={"wrap": [StepStatus.TIMED_OUT]}, at=site(stops_at_undeclared=True))
+    assert run(tmp_path, runtime).reached
+    (details,) = [details for kind, details in runtime.notes if kind == "broken-assumption"]
+    assert (details["halted"], details["stops"]) == (True, False)
+
+
+def test_a_broken_assumption_names_the_certificate_and_what_of_it_rests_on_outcomes(tmp_path: Path) -> None:
+    proved = ("closed-loop/make_dumplings/progress", "closed-loop/other/progress", "safety/wrap/grip/force")
+    certificate = Certificate(
+        "s", "dumpling", "1.2.3", "m", "c", {}, "d", "v", "z", dict.fromkeys(proved, "PROVED")
+    )
+    runtime = FakeRuntime(endings={"wrap": [{}]})
+    runtime.certificates["dumpling"] = certificate
+    run(tmp_path, runtime)
+    (details,) = [details for kind, details in runtime.notes if kind == "broken-assumption"]
+    assert details["certificate"] == certificate.digest
+    assert details["version"] == "1.2.3"
+    assert details["obligations"] == ["closed-loop/make_dumplings/progress"]
+    with recollection(tmp_path / MEMORY) as memory:
+        (kept,) = memory.broken_assumptions()
+    assert (kept["skill"], kept["certificate"]) == ("dumpling.wrap", certificate.digest)
+    assert kept["declared"] == ["wrapped", "misaligned"]
+
+
+def test_planners_are_told_why_the_plan_before_failed_and_memory_keeps_it_as_data(tmp_path: Path) -> None:
+    class Listening(RulePlanner):
+        heard: ClassVar[list[list[tuple[str, str]]]] = []
+
+        def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+            self.heard.append([(one.kind, one.rule) for one in world.failures])
+            return super().plan(routed, world, modules)
+
+    part = Shortfall("human_distance", 0.41, "at least", 0.5, "m")
+    cause = Cause("rule", "separation", "human_distance >= 500 mm", "ISO 13855", "site.yaml:3", (part,))
+    runtime = FakeRuntime(
+        endings={"boil": [StepResult(StepStatus.STOPPED, "monitor:separation", causes=(cause,))]}
+    )
+    with awake(tmp_path, "chef", runtime, Listening()) as agent:
+        assert agent.run("Make dumplings!").reached
+    assert Listening.heard == [[], [("rule", "separation")]]
+    with recollection(tmp_path / MEMORY) as memory:
+        (failed,) = memory.search(Wanted(failed=True), 9)
+    assert failed["causes"][0]["shortfalls"][0]["value"] == 0.41
+    assert failed["causes"][0]["at"] == "site.yaml:3"
+
+
+def test_a_broken_hold_condition_is_a_failed_try_that_is_repeated(tmp_path: Path) -> None:
+    holding = skill("boil", outcome("cooked", {"dumpling_cooked": True}), hold="dumpling_wrapped")
+    boil = task("make_dumplings", ("dumplings",), "dumpling_cooked", rule("dumpling_cooked", "boil", retry=2))
+    runtime = FakeRuntime(
+        {"dumpling": module("dumpling", (holding,), boil)}, endings={"boil": [StepStatus.UNHELD]}
+    )
+    runtime.state["dumpling_wrapped"] = True
+    report = run(tmp_path, runtime)
+    assert report.reached
+    assert counts(report) == (2, 1, 0, 0)
+    assert "broken-assumption" not in runtime.kinds()
+
+
+def test_a_skill_does_not_start_where_its_hold_condition_is_not_known(tmp_path: Path) -> None:
+    holding = skill("boil", outcome("cooked", {"dumpling_cooked": True}), hold="fill_level > 0.5")
+    boil = task("make_dumplings", ("dumplings",), "dumpling_cooked", rule("dumpling_cooked", "boil"))
+    runtime = FakeRuntime({"dumpling": module("dumpling", (holding,), boil)})
+    report = run(tmp_path, runtime)
+    assert runtime.submitted == []
+    assert report.reason is not None
+    assert "what it must hold to `fill_level > 0.5` is not measured: `fill_level` is not measured" in (
+        report.reason
+    )
 
 
 def test_a_request_denied_twice_ends_the_run(tmp_path: Path) -> None:
@@ -276,7 +365,7 @@ def test_a_refused_step_is_not_retried(tmp_path: Path) -> None:
     runtime = FakeRuntime(endings={"wrap": [StepStatus.REFUSED]})
     report = run(tmp_path, runtime)
     assert counts(report) == (5, 0, 0, 1)
-    assert "undeclared-outcome" not in runtime.kinds()
+    assert "broken-assumption" not in runtime.kinds()
 
 
 @pytest.mark.parametrize("status", [StepStatus.STOPPED, StepStatus.RAISED, StepStatus.TIMED_OUT])
@@ -390,6 +479,24 @@ def test_everything_is_noted_remembered_and_observed(tmp_path: Path) -> None:
     assert json.loads(rows[0][4])["dough_on_workspace"] is False
     assert json.loads(rows[0][5])["dough_on_workspace"] is True
     assert events == [kind for kind in runtime.kinds() if kind not in ("step-started", "step-ended")]
+
+
+def test_an_agent_awake_once_remembers_until_then_and_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for _ in range(2):
+        seen: list[Event] = []
+        runtime = FakeRuntime(endings={"wrap": ["misaligned"]})
+        with awake_once("chef", runtime, on_event=seen.append) as agent:
+            assert agent.run("dumplings").reached
+        failures = [
+            event.details["failures"]
+            for event in seen
+            if event.kind == "step-started" and event.details["skill"].endswith(".wrap")
+        ]
+        assert failures == [0, 1]
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_request_carries_the_default_inputs(tmp_path: Path) -> None:

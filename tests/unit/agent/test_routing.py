@@ -3,6 +3,7 @@ from __future__ import annotations
 import pytest
 
 from aeros.agent.routing import RoutingError, route
+from aeros.spec.model import Ecm
 from tests.unit.agent.dumplings import CLEAN, DUMPLING, module, task
 
 MODULES = {"dumpling": DUMPLING, "clean": CLEAN}
@@ -69,3 +70,21 @@ def test_a_word_without_letters_matches_nothing() -> None:
     blank = module("m", (), task("a", ("!!",), "wrapper_aligned"))
     with pytest.raises(RoutingError, match="no installed module provides"):
         route("do it!!", {"m": blank})
+
+
+def test_a_module_that_is_installed_and_not_active_is_named_where_it_is_the_only_one() -> None:
+    with pytest.raises(RoutingError) as refused:
+        route("make dumplings", {"clean": CLEAN}, lambda: {"dumpling": DUMPLING})
+    assert refused.value.reason == (
+        "no active module provides `make dumplings`; installed is `dumpling.make_dumplings`"
+        " (`aeros activate dumpling`)"
+    )
+    with pytest.raises(RoutingError, match="no installed module provides `fly`; nearest: `clean`"):
+        route("fly", {"clean": CLEAN}, lambda: {"dumpling": DUMPLING})
+
+
+def test_what_is_not_active_is_not_looked_at_where_a_task_is_found() -> None:
+    def unread() -> dict[str, Ecm]:
+        raise AssertionError
+
+    assert str(route("clean", {"clean": CLEAN}, unread)) == "clean.clean_table"

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import ast
 import math
+from dataclasses import fields as dataclass_fields
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -10,11 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.agent.supervisor import precondition_problem
+from aeros.agent.supervisor import start_problem
 from aeros.agent.values import Kept, UnusableValueError, exact
 from aeros.agent.world import Stamp, World, measured_world
 from aeros.runtime.ports import Reading
+from aeros.spec.cause import Cause
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.shortfall import Shortfall
 from aeros.spec.expr.types import BOOL
 from tests.repo.tree import PYTHON, text_of
 from tests.unit.agent.dumplings import PREDICATES, STATE, outcome, skill, state, term
@@ -211,11 +214,11 @@ def test_unknown_never_satisfies_a_precondition(readings: dict[str, Reading], co
     careful = skill("careful", outcome("done", {}), precondition=condition)
     reads_unknown = any(name not in seen.known for name in t.variables_of(term(condition)))
     if reads_unknown:
-        assert precondition_problem(careful, seen, {}) is not None
-        assert precondition_problem(
-            skill("careful", outcome("done", {}), precondition=f"not {condition}"), seen, {}
+        assert start_problem("dumpling", careful, seen, {}) is not None
+        assert start_problem(
+            "dumpling", skill("careful", outcome("done", {}), precondition=f"not {condition}"), seen, {}
         )
-    assert (precondition_problem(careful, seen, {}) is None) == (seen.evaluate(term(condition)) is True)
+    assert (start_problem("dumpling", careful, seen, {}) is None) == (seen.evaluate(term(condition)) is True)
 
 
 def test_every_known_value_has_its_stamp_source_and_age() -> None:
@@ -242,3 +245,27 @@ def test_only_readings_make_a_world() -> None:
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "World"
     ]
     assert made == ["aeros/agent/world.py"] * 2
+
+
+def test_what_a_world_holds_is_never_replaced_but_why_steps_failed() -> None:
+    fields = {one.name for one in dataclass_fields(World)} - {"failures"}
+    replaced = [
+        (path.as_posix(), keyword.arg)
+        for path in PYTHON
+        if path.parts[:2] == ("aeros", "agent")
+        for node in ast.walk(ast.parse(text_of(path)))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "replace"
+        for keyword in node.keywords
+        if keyword.arg in fields
+    ]
+    assert replaced == []
+
+
+@given(_READINGS, _CONDITIONS)
+def test_why_steps_failed_is_read_by_no_condition(readings: dict[str, Reading], condition: str) -> None:
+    seen = measured_world(STATE, readings, NOW)
+    part = Shortfall("wrapper_aligned", True, "exactly", False)
+    told = replace(seen, failures=(Cause("rule", "r", "wrapper_aligned", shortfalls=(part,)),))
+    assert told.evaluate(term(condition)) is seen.evaluate(term(condition))
+    assert told.why_not(term(condition)) == seen.why_not(term(condition))
+    assert told.at(NOW + 1.0).failures == ()

@@ -7,9 +7,13 @@ import shutil
 import sys
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 import pytest
 
+from aeros.agent.identity import Identity
+from aeros.agent.loop import MEMORY
+from aeros.agent.memory import open_memory
 from aeros.cli.main import main
 from tests.repo.tree import ROOT
 
@@ -57,6 +61,53 @@ def test_the_list_finds_by_capability_and_is_there_for_programs(capsys: pytest.C
     (module,) = listed["modules"]
     assert (module["name"], module["state"], module["capabilities"]) == ("tidy", "installed", ["tidying"])
     assert [block["id"] for block in listed["blocks"]] == ["worn"]
+
+
+@pytest.mark.usefixtures("robot")
+def test_a_module_that_is_not_active_is_named_to_who_asks_for_its_task(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    run("install", str(BASE / "tidy"))
+    assert run("run", "clean it", "--plant", "symbolic") == 1
+    said = "no active module provides `clean it`; installed is `tidy.clean_up` (`aeros activate tidy`)"
+    assert said in capsys.readouterr().err
+
+
+def test_a_broken_assumption_is_listed_beside_the_module_of_that_version(
+    robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run("install", str(BASE / "tidy"))
+    capsys.readouterr()
+    with open_memory(robot / MEMORY, Identity(uuid4(), "chef", "", 1)) as memory:
+        for version, time in (("0.9.0", 1.0), ("1.0.0", 2.0), ("1.0.0", 3.0)):
+            details = {
+                "module": "tidy",
+                "skill": "tidy.wipe",
+                "version": version,
+                "declared": ["wiped", "missed"],
+            }
+            proof = {"certificate": "ab" * 32, "obligations": ["closed-loop/clean/progress"], "halted": False}
+            memory.remember(time, "broken-assumption", details | proof)
+    assert run("list") == 0
+    assert capsys.readouterr().out.splitlines()[1:] == [
+        "broken: tidy.wipe came to none of `wiped`, `missed`, 2 times, last in session 1 at 3.00 s; "
+        "1 obligations of certificate abababababab rest on it"
+    ]
+    assert run("list", "--format", "json") == 0
+    (module,) = json.loads(capsys.readouterr().out)["modules"]
+    assert [one["time"] for one in module["broken_assumptions"]] == [2.0, 3.0]
+
+
+def test_a_memory_that_cannot_be_read_keeps_nothing_from_being_listed(
+    robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run("install", str(BASE / "tidy"))
+    (robot / MEMORY).write_text("no database at all, and longer than its header")
+    capsys.readouterr()
+    assert run("list") == 0
+    said = capsys.readouterr()
+    assert said.out.startswith("tidy 1.0.0")
+    assert "which assumptions were broken is not known" in said.err
 
 
 @pytest.mark.usefixtures("robot")

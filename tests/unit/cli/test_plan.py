@@ -87,10 +87,31 @@ def test_a_run_may_pursue_another_goal_than_the_tasks(
     assert "step make_dumplings.boil" not in said
 
 
+def test_a_plan_may_lead_through_the_skills_of_several_modules(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _run(tmp_path, "--goal", "dumpling_cooked and table_wiped") == Exit.PROVED
+    said = capsys.readouterr().out
+    assert "0 denied" in said
+    for module in ("clean_table", "make_dumplings"):
+        assert f"step {module}." in said
+
+
+def test_no_plan_in_time_leaves_the_robot_where_it_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["--planner", "smt", "--plan-within", "0.000001", "--timeout", "2"]
+    assert _run(tmp_path, *arguments) == Exit.REJECTED
+    said = capsys.readouterr().out
+    assert "nothing came within 1e-06 s; stands still" in said
+    assert "steps      0 run" in said
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
         (["--goal", "dumpling_cooked", "--planner", "rules"], "--goal goes with --planner smt"),
+        (["--plan-within", "5"], "--plan-within goes with --planner smt"),
         (["--composition", "any", "--planner", "smt"], "neither --planner nor --goal goes with it"),
     ],
 )
@@ -137,17 +158,37 @@ def test_a_plan_from_elsewhere_is_judged(
     plan: str, code: Exit, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "a.plan").write_text(plan)
-    assert main(["plan", "make dumplings", *ECMS, "--check", str(tmp_path / "a.plan")]) == code
+    assert main(["plan", "check", str(tmp_path / "a.plan"), "make dumplings", *ECMS]) == code
     printed = capsys.readouterr()
     assert said in printed.out + printed.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["check", "no.plan", "make dumplings"], "the plan to check: `no.plan`: No such file or directory"),
+        (["check", "ecms"], "there is nothing to plan for"),
+        (["make", "dumplings"], 'an instruction is one argument: "make dumplings"'),
+        (["check", "ecms", "make dumplings", "--pddl", "out"], "`check` does not go with --pddl"),
+    ],
+)
+def test_what_is_to_be_judged_has_to_be_said(
+    arguments: list[str],
+    said: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(ROOT)
+    assert main(["plan", *arguments]) == Exit.USAGE
+    assert said in capsys.readouterr().err
 
 
 def test_a_judgement_may_be_had_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "a.plan").write_text(
         "(clean_table.organize)\n(clean_table.wipe)\n(clean_table.organize)\n(clean_table.verify)"
     )
-    arguments = ["--check", str(tmp_path / "a.plan"), "--format", "json"]
-    assert main(["plan", "clean the table", *ECMS, *arguments]) == Exit.PROVED
+    arguments = ["check", str(tmp_path / "a.plan"), "clean the table", "--format", "json"]
+    assert main(["plan", *arguments, *ECMS]) == Exit.PROVED
     assert json.loads(capsys.readouterr().out) == {
         "schema": "aeros/plan-check/1",
         "steps": ["clean_table.organize", "clean_table.wipe", "clean_table.organize", "clean_table.verify"],

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from fractions import Fraction
 from math import nan
 from pathlib import Path
@@ -13,7 +15,9 @@ from aeros.runtime.audit import AuditError, verify_log
 from aeros.runtime.decision import Decision, Reason, Verdict
 from aeros.runtime.ports import Completion, Runtime, StepRequest, StepResult, StepStatus
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
+from aeros.spec.cause import Cause, told
 from aeros.spec.errors import InternalError
+from aeros.spec.expr.shortfall import Shortfall
 from aeros.spec.model import Site
 from tests.unit.runtime.one_step import DENIAL, MakeBench, twice, watched
 
@@ -57,7 +61,10 @@ def test_a_denied_action_halts_the_skill_and_nothing_moves(make_bench: MakeBench
     bench = make_bench(watched(ends))
     bench.gate.answers = [Decision(Verdict.ALLOW, act("move", speed=0.1), ()), DENIAL]
     expected = StepResult(StepStatus.DENIED, "AE750 workspace: outside", allowed=1, denied=1)
-    assert bench.submit() == expected
+    result = bench.submit()
+    assert replace(result, causes=()) == expected
+    (cause,) = result.causes
+    assert (cause.code, cause.rule, cause.text) == ("AE750", "workspace", "outside")
     assert (ends, len(bench.plant.executed)) == (["closed"], 1)
     bench.assert_cleaned_up(finished=False)
     assert bench.records("decision")[-1]["details"]["reasons"] == [["AE750", "workspace", "outside"]]
@@ -84,9 +91,16 @@ def test_a_motion_that_does_not_complete_halts_the_skill(
 def test_the_monitor_stops_a_motion(make_bench: MakeBench) -> None:
     bench = make_bench(twice)
     bench.plant.during = [{}, {"human_distance": 0.5}]
-    assert bench.submit() == StepResult(
+    result = bench.submit()
+    assert replace(result, causes=()) == StepResult(
         StepStatus.STOPPED, "monitor:separation: human_distance is 0.5 m (at least 1 m)", allowed=1
     )
+    part = Shortfall("human_distance", 0.5, "at least", 1.0, "m")
+    assert result.causes == (
+        Cause("rule", "separation", "human_distance >= 1 m", at="site.yaml:1", shortfalls=(part,)),
+    )
+    (ended,) = bench.records("step-ended")
+    assert ended["details"]["causes"] == json.loads(json.dumps(told(result.causes)))
     bench.assert_cleaned_up(finished=False)
 
 

@@ -48,8 +48,8 @@ def test_a_value_without_a_time_is_malformed(reading: Any) -> None:
 
 def test_a_reading_with_nothing_in_it_is_denied() -> None:
     asked = request()
-    broken = {**asked.readings, "load": object.__new__(Reading)}
-    assert denied(replace(asked, readings=broken)) == [("AE704", "load")]
+    broken = {**asked.readings, "load": tuple.__new__(Reading)}
+    assert denied(replace(asked, readings=broken)) == [("AE701", "load")]
 
 
 def test_unknown_names_are_denied_wherever_they_stand() -> None:

@@ -77,6 +77,16 @@ def test_a_person_who_comes_near_stops_a_fast_motion_and_not_a_slow_one() -> Non
     assert slow(NOW, {"human_distance": 0.4}) == "separation"
 
 
+def test_one_monitor_watches_each_motion_with_its_own_parameters() -> None:
+    monitor, near = monitors(), {"human_distance": 1.2}
+    for speed, tripped in ((0.25, None), (0.5, "near-person"), (0.25, None)):
+        asked = request(speed=speed)
+        begun = Begun(asked.action, asked.readings, NOW, 0)
+        monitor.watch(begun)
+        assert monitor(NOW, near) == tripped
+        monitor.forget(begun)
+
+
 def test_an_attenuated_motion_is_watched_with_its_reduced_parameters() -> None:
     monitor = watch(request(speed=0.5, human_distance=1.0))
     assert monitor(NOW, {"human_distance": 1.0}) is None
@@ -177,7 +187,7 @@ def test_what_was_measured_before_counts_until_it_is_too_old(
 class _Slowly(Watched):
     """Has no quick answer."""
 
-    def quick(self, kind: str, measured: frozenset[str], values: Any) -> None:
+    def quick(self, kind: str, measured: frozenset[str]) -> None:
         """See `Watched`."""
 
 
@@ -192,10 +202,12 @@ def test_the_quick_answer_at_a_tick_is_the_slow_one(kind: str) -> None:
     assert decision.action is not None
     answers, quickly = set(), 0
     compiled = Watched(site), _Slowly(site)
-    for _ in range(400):
-        quick, slow = (Monitors(watched, Histories(site)) for watched in compiled)
+    for action in range(400):
+        if action % 4 == 0:  # what a monitor has seen outlasts an action
+            quick, slow = (Monitors(watched, Histories(site)) for watched in compiled)
+        begun = Begun(decision.action, asked.readings, NOW, 0)
         for monitor in (quick, slow):
-            monitor.watch(Begun(decision.action, asked.readings, NOW, 0))
+            monitor.watch(begun)
         measured = {name: STATE[name] for name in chance.sample(sorted(STATE), chance.randint(0, len(STATE)))}
         for _ in range(6):
             name, drawn = chance.choice(sorted(STATE)), chance.random()
@@ -215,5 +227,7 @@ def test_the_quick_answer_at_a_tick_is_the_slow_one(kind: str) -> None:
             quickly += quick._quick is not None
             if answer is not None:
                 break
+        for monitor in (quick, slow):
+            monitor.forget(begun)
     assert {None, "stop-button", "input:human_distance"} <= answers
     assert quickly > 400

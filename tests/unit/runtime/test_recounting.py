@@ -47,6 +47,7 @@ def forgetting(records: Records, at: int, history: bool | None) -> None:
     details["state_digest"] = digest_of(details["state"])
     if history is False:
         details.update({name: allowed[name] for name in ("verdict", "decided", "reasons")})
+        details.pop("causes", None)
 
 
 def test_what_an_earlier_decision_saw_cannot_be_forgotten(made: tuple[Bench, Path]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
 from math import nan
 from typing import Any
 
@@ -124,7 +125,12 @@ def test_what_both_obeyed_and_break_at_a_tick_is_a_protective_stop_of_both(cart:
     one.plant.during = [{"charge": 0.3}, {"charge": 0.1}]
     said = "monitor:charge-for-both: charge is 0.1 (at least 0.2)"
     expected = StepResult(StepStatus.STOPPED, said, allowed=1)
-    assert one.ends(2) == {reach: expected, drive: expected}
+    ended = one.ends(2)
+    assert {who: replace(result, causes=()) for who, result in ended.items()} == {
+        reach: expected,
+        drive: expected,
+    }
+    assert [str(cause) for cause in ended[reach].causes] == ["charge-for-both: charge is 0.1 (at least 0.2)"]
     assert ends == ["reach", "drive"]
     assert one.calls("skill_ended") == [("cart.reach", False), ("cart.drive", False)]
     one.assert_nothing_is_held()
@@ -253,6 +259,7 @@ def test_a_stop_by_the_operator_ends_everything(cart: MakeCart) -> None:
     one.start("drive")
     assert one.executor.wait(0.05) is None
     operator.command = Command.STOP
+    assert one.executor.is_stopped
     ended = one.ends(2).values()
     assert {(one.status, one.reason) for one in ended} == {(StepStatus.HALTED, "the operator stops it")}
     one.assert_nothing_is_held()

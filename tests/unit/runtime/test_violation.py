@@ -16,6 +16,7 @@ SAFE: dict[str, Any] = {
     **{f"joint_velocity[j{joint}]": 0.0 for joint in range(1, 8)},
     **{f"joint_position[j{joint}]": -0.5 if joint == 4 else 0.5 for joint in range(1, 8)},
     "target.x": 0.5, "target.y": 0.0, "target.z": 0.3,
+    "tool_position.x": 0.0, "tool_position.y": 0.0, "tool_position.z": 0.3,
     "base_position.x": 0.0, "base_position.y": 0.0, "base_position.z": 0.0,
     "human_distance": 20.0, "link_speed": 0.0, "contact_force": 0.0, "speed": 0.2,
     "estop_pressed": False, "holding": False,
@@ -41,6 +42,12 @@ SAFE: dict[str, Any] = {
             "link-speeds-near-person",
             {"human_distance": 1.0, "link_speed": 0.3},
             "human_distance is 1 m (at least 1.2 m), link_speed is 0.3 m/s (at most 0.25 m/s)",
+        ),
+        (
+            "reduced-speed-towards-person",
+            {"human_distance": 1.5, "speed": 0.25},
+            "human_distance is 1.5 m (below 1.2 m), human_distance is 1.5 m (at least 1.7 m), "
+            "speed is 0.25 m/s (at most 0.2 m/s)",
         ),
         ("arm-separation", {"human_distance": 0.9}, "human_distance is 0.9 m (at least 0.927 m)"),
         (

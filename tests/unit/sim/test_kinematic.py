@@ -78,8 +78,9 @@ def test_a_dumpling_moved_on_the_press_takes_its_filling_along(run_skill: RunSki
 
 def test_a_wrapper_without_its_filling_is_folded_but_never_wrapped(run_skill: RunSkill) -> None:
     plant = make_plant("dumpling_bench", 0)
-    # Ten actions past those that lay the wrapper out: the filling stays on its stand.
-    assert run_skill(plant, "make_dumplings", "prepare", actions=11) is None
+    # As many actions as lay the wrapper out: the filling stays on its stand.
+    assert run_skill(plant, "make_dumplings", "prepare", actions=15) is None
+    assert execute(plant, act("look", camera="overhead"), allow, inf).completed
     assert observed(plant)["wrapper_aligned"]
     assert run_skill(plant, "make_dumplings", "wrap") is None
     after = observed(plant)
@@ -258,9 +259,11 @@ def test_it_has_each_scene_of_the_physics_plant_laid_out_alike() -> None:
             physical.close()
             assert set(ours) == set(theirs)
             for name in ours:
-                # Things settle in physics, by 2 mm or a few hundredths of a radian; torques hold weight.
+                # Things settle in physics, by 2 mm or a few hundredths of a radian; torques hold weight;
+                # a picture shows headings to a few degrees.
                 if name != "joint_torque":
-                    assert ours[name] == pytest.approx(theirs[name], abs=0.03), name
+                    slack = 0.1 if name.endswith("_yaw") else 0.03
+                    assert ours[name] == pytest.approx(theirs[name], abs=slack), name
 
 
 def test_a_target_out_of_reach_is_refused_with_a_reason_before_anything_moves() -> None:

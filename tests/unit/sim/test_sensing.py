@@ -157,10 +157,10 @@ def test_no_truth_goes_past_the_sensors(scene: str) -> None:
 
 
 @pytest.mark.physics
-def test_a_late_scene_tracker_is_late_however_seldom_it_is_asked() -> None:
-    plant = make_plant("table", 0, sensors={"sponge_position": SensorModel(latency=0.1)})
+def test_a_late_load_cell_is_late_however_seldom_it_is_asked() -> None:
+    plant = make_plant("dumpling_bench", 0, sensors={"press_force": SensorModel(latency=0.1)})
     execute(plant, act("wait", duration=0.5), allow, 9.0)
-    reading = plant.observe()["sponge_position"]
+    reading = plant.observe()["press_force"]
     assert plant.now() - reading.time == pytest.approx(0.1)
     plant.close()
 

@@ -25,14 +25,14 @@ pytestmark = pytest.mark.physics
 REPOSITORY = Path(__file__).parents[3]
 
 APPROACHES = (
-    ("clean the table", "at_the_table", 18),
+    ("clean the table", "at_the_table", 26),
     ("fetch the object", "across_the_room", 16),
     ("make dumplings", "at_the_bench", 16),
 )
 """An instruction, who walks up meanwhile, and by when they have been near, s."""
 
 BESIDE = (
-    ("clean the table", ("at: [3 m, 0 m]", "at: [1.8 m, 0 m], speed: 1.2 m/s"), "-750 mm", 12),
+    ("clean the table", ("at: [3 m, 0 m]", "at: [1.8 m, 0 m], speed: 1.2 m/s"), "-750 mm", 18),
     ("fetch the object", ("at: [0.05 m, 3 m]", "at: [0.05 m, 1.35 m], speed: 1.2 m/s"), "0 m", 6),
     ("make dumplings", ("at: [4 m, 0 m]", "at: [1.85 m, 0 m], speed: 1.2 m/s"), "-750 mm", 10),
 )
@@ -109,7 +109,7 @@ people:
     path:
       - {at: [3 m, -1 m], stay: 8.5 s}
       - {at: [1.35 m, 0 m], speed: 1.4 m/s, stay: 3 s}
-      - {at: [3 m, -1 m], speed: 1.4 m/s, stay: 22 s}
+      - {at: [3 m, -1 m], speed: 1.4 m/s, stay: 37 s}
       - {at: [1.35 m, 0 m], speed: 1.4 m/s, stay: 3 s}
       - {at: [3 m, -1 m], speed: 1.4 m/s}
 """
@@ -179,8 +179,10 @@ def test_a_carriage_is_slowed_as_far_as_separation_needs(run: Run, tmp_path: Pat
 def test_without_the_monitor_the_robot_comes_too_near(
     instruction: str, person: str, until: int, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # In which the arm is under way when they come.
+    seed = "1" if instruction == "clean the table" else "0"
     monkeypatch.setattr(Monitors, "__call__", lambda *_: None)
-    _, referee, records = run(instruction, person, "--timeout", str(until))
+    _, referee, records = run(instruction, person, "--timeout", str(until), "--seed", seed)
     assert stops(records) == []
     assert referee.breaches() != []
 

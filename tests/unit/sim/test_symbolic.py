@@ -266,6 +266,33 @@ def test_outcomes_depend_on_seed_and_invocation_and_nothing_else() -> None:
     assert [one.id == "lifted" for one in others] != drawn
 
 
+def test_a_plant_anew_is_one_to_which_nothing_has_happened() -> None:
+    used = SymbolicPlant(site(), module(LIFTED, SLIPPED), 7, {"base_position": (1.0, 0.0, 0.0)})
+    execute(used, act("move_base", x=2.0, y=1.0, speed=0.5), watch, 100.0)
+    for _ in range(5):
+        run_skill(used)
+    made = SymbolicPlant(site(), module(LIFTED, SLIPPED), 8, {"base_position": (1.0, 0.0, 0.0)})
+    anew = used.anew(8)
+    assert (anew.now(), anew.observe()) == (0.0, made.observe())
+    for _ in range(20):
+        run_skill(made)
+        run_skill(anew)
+        assert anew.observe() == made.observe()
+
+
+def test_a_motion_ends_where_it_does_when_another_has_changed_what_it_depends_on() -> None:
+    plant = SymbolicPlant(site(), {}, 0)
+    drive = act("move_base", x=1.0, y=0.0, speed=1.0)
+    slow = act("move_base", x=3.0, y=0.0, speed=1.0)
+    for action in (drive, slow):
+        assert not isinstance(plant.begin(action, plant.plan(action)), Completion)
+    tool = values(plant)["tool_position"]
+    for x in (1.0, 3.0):
+        plant.advance(watch, 100.0)
+        assert values(plant)["base_position"][0] == x
+        assert values(plant)["tool_position"][0] == pytest.approx(tool[0] + x)
+
+
 def test_a_skill_that_did_not_finish_has_no_outcome_and_uses_up_no_draw() -> None:
     plant = SymbolicPlant(site(), module(outcome("lifted", holding=True)), seed=0)
     plant.skill_began("handling.lift")

@@ -81,7 +81,7 @@ def test_wiping_and_then_organizing_cleans_the_table(seed: int, run_skill: RunSk
 def test_a_sponge_dropped_in_a_stroke_is_recovered_and_wiping_starts_anew(run_skill: RunSkill) -> None:
     onlooker = Onlooker()
     plant = make_plant("table", 2, disturbance=onlooker)
-    assert run_skill(plant, "clean_table", "wipe", actions=13) is None
+    assert run_skill(plant, "clean_table", "wipe", actions=15) is None
     assert observed(plant)["holding"]
     assert execute(plant, act("grip", width=0.08, force=10.0), allow, 1e9).completed
     assert not observed(plant)["table_wiped"]
@@ -98,7 +98,7 @@ def test_a_sponge_dropped_in_a_stroke_is_recovered_and_wiping_starts_anew(run_sk
 
 def test_carrying_the_sponge_over_the_dirt_wipes_nothing(run_skill: RunSkill) -> None:
     plant = make_plant("table", 1)
-    assert run_skill(plant, "clean_table", "wipe", actions=9) is None
+    assert run_skill(plant, "clean_table", "wipe", actions=11) is None
     after = observed(plant)
     assert after["tool_position"][0] == pytest.approx(0.395, abs=0.005)
     assert after["holding"]
@@ -125,6 +125,7 @@ def test_clutter_at_the_bin_is_reached_and_a_can_that_lies_is_gripped(
 OBSERVED = {
     "holding": False,
     "tool_position": (0.4, 0.0, 0.2),
+    "sponge_seen": True,
     "sponge_position": (0.5, 0.25, 0.015),
     "sponge_yaw": 0.0,
     "sponge_rest_position": (0.45, 0.34, 0.015),
@@ -135,15 +136,26 @@ OBSERVED = {
 }
 
 
+LOOKED_FOR = {
+    "sponge_seen",
+    "sponge_position",
+    "sponge_yaw",
+    "clutter_on_table",
+    "clutter_position",
+    "clutter_yaw",
+}
+
+
 @pytest.mark.parametrize("missing", OBSERVED)
-def test_a_skill_waits_for_a_reading_that_is_missing(missing: str) -> None:
+def test_a_skill_waits_or_looks_for_a_reading_that_is_missing(missing: str) -> None:
     body = runpy.run_path(str(SKILLS))["organize"](OBSERVED, {})
     action: Action = next(body)
     without = {name: value for name, value in OBSERVED.items() if name != missing}
-    while action != (waiting := act("wait", duration=0.25)):
+    trying = act("look", camera="overhead") if missing in LOOKED_FOR else act("wait", duration=0.25)
+    while action != trying:
         action = body.send(without)
-    assert body.send(without) == waiting
-    assert body.send({**OBSERVED, "holding": True}) != waiting
+    assert body.send(without) == trying
+    assert body.send({**OBSERVED, "tool_position": (0.3, 0.0, 0.4)}) != trying
 
 
 def test_clutter_in_a_hand_that_was_stopped_is_let_go_over_the_bin_alone() -> None:

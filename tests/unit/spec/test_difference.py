@@ -66,6 +66,11 @@ MODULE_CHANGES = [
         {"tidy/wipe/precondition": 1},
     ),
     (
+        "entry: skills:pick_cloth\n",
+        "entry: skills:pick_cloth\n    hold: human_distance > 1 m\n",
+        {"tidy/pick_cloth/hold": -1},
+    ),
+    (
         "range: [0, 20], default",
         "range: [0, 21], default",
         {"tidy/rest/wait": 1, "tidy/rest/precondition": 1},
@@ -102,6 +107,7 @@ SITE_CHANGES = [
     ("risk_ceiling: medium", "risk_ceiling: high", {"policy/risk_ceiling": 1}),
     ("actuators: [arm, gripper]\n", "actuators: [arm]\n", {"policy/access/actuators": -1}),
     ("retries: 3", "retries: 4", {"policy/limits/retries": 1}),
+    ("replans: 10}", "replans: 10, planning: 20 s}", {"policy/limits/planning": -1}),
     ("at_most: 60", "at_most: 50", {"policy/quotas/grip-rate": -1}),
     ("within: 60 s", "within: 50 s", {"policy/quotas/grip-rate": 1}),
     ("resources: {arm: 1}", "resources: {arm: 2}", {"resources/arm": 1}),
@@ -115,6 +121,7 @@ SITE_CHANGES = [
     ("  quotas:\n", "  isolation: {trusted: [tidy]}\n  quotas:\n", {"policy/isolation/trusted": 1}),
     ("  quotas:\n", "  isolation: {require: [seccomp, rlimits]}\n  quotas:\n",
      {"policy/isolation/require": 1}),
+    ("  quotas:\n", "  undeclared_outcome: replan\n  quotas:\n", {"policy/undeclared_outcome": 1}),
     ("  quotas:\n", "  isolation: {missing: warn}\n  quotas:\n", {"policy/isolation/missing": 1}),
     ("  quotas:\n", "  isolation: {answer_within: 2 s}\n  quotas:\n", {"policy/isolation/answer_within": -1}),
     ("  quotas:\n", "  mcp: {execute: allowed}\n  quotas:\n", {"policy/mcp/execute": 1}),

@@ -178,3 +178,35 @@ def test_that_no_plan_was_found_is_not_taken_for_that_there_is_none(monkeypatch:
     monkeypatch.setattr("aeros.spec.planning.bounded.LONGEST", 6)
     with pytest.raises(NotDecidedError, match="no plan of up to 6 steps was found, and none was proved"):
         bounded_plan(chain(9), (False,) * 9, Avoided(), 0)
+
+
+def test_what_a_broken_hold_condition_leaves_is_provided_for_and_not_counted_on() -> None:
+    holding = replace(BOIL, precondition=None, hold=Clause(term("dumpling_wrapped"), "", SPAN))
+    holding = where(holding, term("dumpling_wrapped"))
+    again = skill("wrap", outcome("wrapped", {"dumpling_wrapped": True}))
+    domain = domain_of(holding, again)
+    boil = next(one for one in domain.choices if one.name == "kitchen.boil")
+    start = domain.state(UNTOUCHED | {"dumpling_wrapped": True})
+    ended = {(outcome.id, then) for then, outcome, _ in domain.after(boil, start)}
+    assert ("unheld", domain.state(UNTOUCHED)) in ended
+    assert set(domain.settings["dumpling_wrapped"]) == {False, True}
+    assert Strategy(domain).solves(start)
+    # Without a skill that wraps again nothing is set, so the world is taken to bring it back.
+    assert Strategy(domain_of(holding, known=UNTOUCHED | {"dumpling_wrapped": True})).solves(
+        domain_of(holding).state(UNTOUCHED)
+    )
+
+
+def test_no_plan_goes_where_a_broken_hold_condition_leaves_no_way_on() -> None:
+    once = skill(
+        "wrap",
+        outcome("wrapped", {"dumpling_wrapped": True, "wrapper_aligned": False}),
+        precondition="wrapper_aligned",
+    )
+    holding = where(replace(BOIL, hold=Clause(term("dumpling_wrapped"), "", SPAN)), term("dumpling_wrapped"))
+    known = UNTOUCHED | {"wrapper_aligned": True}
+    domain = domain_of(holding, once, known=known)
+    strategy = Strategy(domain)
+    assert not strategy.solves(domain.state(known))
+    assert any("kitchen.boil → unheld" in one.trace for one in strategy.dead_ends)
+    assert Strategy(domain_of(BOIL, once, known=known)).solves(domain.state(known))

@@ -18,6 +18,7 @@ class Bare:
 
     robot = RobotOptions()
     cameras: tuple[str, ...] = ()
+    watching: tuple[str, ...] = ()
 
     def lay(self, chance: Chance) -> Things:
         """The table."""

@@ -16,6 +16,7 @@ from aeros.sim.kinematic.scenes.bare import TABLE
 from aeros.sim.kinematic.things import STIFFNESS, Thing, Things, slab
 from aeros.sim.layouts.dumpling_bench import (
     BELONGS,
+    CAMERAS,
     FILLING,
     HINGE_TO_PLATE,
     PLATE_HALF,
@@ -28,10 +29,11 @@ from aeros.sim.layouts.dumpling_bench import (
     TRAY,
     TRAY_EDGES,
     Dumpling,
+    Inspector,
+    WrapperSight,
+    known_of_bench,
     lay_bench,
-    measured_on_bench,
 )
-from aeros.sim.profile import TICK
 from aeros.sim.randomness import Chance
 from aeros.sim.robot import RobotOptions, RobotState
 
@@ -86,7 +88,8 @@ class DumplingBench:
     """The bench."""
 
     robot = RobotOptions()
-    cameras: tuple[str, ...] = ()
+    cameras = CAMERAS
+    watching: tuple[str, ...] = ("overhead",)
 
     def lay(self, chance: Chance) -> Things:
         """Wrapper on its tray and filling on its stand, by chance; press and pot are fixed."""
@@ -115,11 +118,11 @@ class DumplingBench:
         self._things = Things((self._wrapper, self._filling, self._handle), surfaces)
         self._fold = 0.0
         self._sealed = False
-        self._in_pot_ticks = 0
+        self._inspector = Inspector()
         return self._things
 
     def tick(self) -> None:
-        """Fold what the lid moves, seal when fold, filling and force all pass, count dwell in the pot."""
+        """Fold what the lid moves, and seal when fold, filling and force all pass."""
         dumpling = self._dumpling()
         self._handle.stop = LID_MAX
         if self._is_on_press(dumpling):
@@ -127,17 +130,22 @@ class DumplingBench:
             self._fold_by(self._handle.angle)
         if self._press_force() > SEALING_FORCE and self._dumpling().is_closed:
             self._sealed = True
-        if self._sealed and self._dumpling().is_in_pot:
-            self._in_pot_ticks += 1
+        self._inspector.feel(self._press_force())
 
     def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
-        """See `measured_on_bench`."""
-        handle = self._handle.pose.position
-        return measured_on_bench(self._dumpling(), handle, self._press_force(), self._in_pot_ticks * TICK)
+        """See `known_of_bench`."""
+        return known_of_bench(self._handle.pose.position, self._press_force())
 
     def look(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
-        """There is no camera: poses are measured."""
-        raise KeyError(camera)
+        """What lies there and is not in the hand, as it is; a closed wrapper hides its filling."""
+        dumpling = self._dumpling()
+        if camera == "side":
+            return self._inspector.look_across(dumpling.is_closed)
+        held = self._things.holds(self._wrapper)
+        yaw = yaw_of(dumpling.plate.orientation)
+        wrapper = None if held else WrapperSight(dumpling.hinge, yaw, dumpling.fold)
+        hidden = dumpling.is_closed or self._things.holds(self._filling)
+        return self._inspector.look_down(wrapper, None if hidden else dumpling.filling, time)
 
     def _fold_by(self, lid: float) -> None:
         """The lid takes the plate along; behind it an open wrapper's plate falls to the side it leans to."""
@@ -155,7 +163,7 @@ class DumplingBench:
         return near and not self._things.holds(self._wrapper)
 
     def _dumpling(self) -> Dumpling:
-        return Dumpling(self._wrapper.pose, self._fold, self._filling.pose.position, self._sealed)
+        return Dumpling(self._wrapper.pose, self._fold, self._filling.pose.position)
 
 
 def _closed(dumpling: Dumpling) -> float:

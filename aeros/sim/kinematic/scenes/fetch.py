@@ -11,13 +11,11 @@ from typing import Any
 from aeros.sim.geometry import Pose, in_view, plus, turned
 from aeros.sim.kinematic.things import Round, Thing, Things, slab
 from aeros.sim.layouts.fetch import (
-    AT_REST,
     CAMERAS,
     CAN,
     DECOY,
     ROBOT,
     STAND,
-    Felt,
     Seen,
     camera_at,
     lay_room,
@@ -26,6 +24,7 @@ from aeros.sim.layouts.fetch import (
 )
 from aeros.sim.randomness import Chance
 from aeros.sim.robot import RobotState
+from aeros.sim.sight import Sight
 
 
 class Fetch:
@@ -33,6 +32,7 @@ class Fetch:
 
     robot = ROBOT
     cameras = CAMERAS
+    watching: tuple[str, ...] = ("mast",)
 
     def lay(self, chance: Chance) -> Things:
         """Can and decoy on their stand, and the stand to deliver to, by chance."""
@@ -51,12 +51,10 @@ class Fetch:
 
     def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
         """See `measured_in_room`."""
-        held = self._things.holds(self._can)
-        if held:
+        if self._things.holds(self._can):
             self._seen = None
-        place, at_rest = self._can.pose.position, self._can.speed < AT_REST
-        felt = Felt(place, at_rest, held and self._things.is_lifted(self._can), 2 if held else 0)
-        return measured_in_room(self._laid, state.base_position, felt, self._seen, time)
+        held = self._things.holds(self._can) and self._things.is_lifted(self._can)
+        return measured_in_room(self._laid, state.base_position, held, self._seen, time)
 
     def look(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
         """Where the can's middle is, if the middle of its top is in the picture."""
@@ -64,4 +62,4 @@ class Fetch:
         eye = camera_at(camera, state.base_position, state.tool_position, yaw)
         seen = in_view(eye, plus(middle, (0.0, 0.0, CAN[1] / 2)))
         self._seen = Seen(middle, time) if seen else None
-        return seen_by(camera, middle, None, 0.0) if seen else {}
+        return seen_by(camera, Sight(middle) if seen else None, self._laid.delivery)

@@ -15,10 +15,12 @@ class KinematicScene(Protocol):
 
     robot: how the robot is built for it.
     cameras: those that `look` knows.
+    watching: those of them that have taken a picture when the clock starts.
     """
 
     robot: RobotOptions
     cameras: tuple[str, ...]
+    watching: tuple[str, ...]
 
     def lay(self, chance: Chance) -> Things:
         """The things, where `chance` wants them; called once, before the first tick."""

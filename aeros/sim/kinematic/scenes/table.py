@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from aeros.sim.geometry import yaw_of
 from aeros.sim.kinematic.scenes.bare import TABLE
 from aeros.sim.kinematic.things import Round, Thing, Things, slab
 from aeros.sim.layouts.dirt import DirtMap
 from aeros.sim.layouts.table import (
     AREA,
-    AT_REST,
     BIN,
     BIN_INNER,
     CAMERAS,
@@ -21,11 +21,14 @@ from aeros.sim.layouts.table import (
     CUBE,
     PRESSING,
     SPONGE,
+    WIPED,
+    known_of_table,
     lay_table,
-    measured_on_table,
+    seen_on_table,
 )
 from aeros.sim.randomness import Chance
 from aeros.sim.robot import RobotOptions, RobotState
+from aeros.sim.sight import Sight
 
 
 class Table:
@@ -33,6 +36,7 @@ class Table:
 
     robot = RobotOptions()
     cameras = CAMERAS
+    watching: tuple[str, ...] = ("overhead",)
 
     def lay(self, chance: Chance) -> Things:
         """The sponge at its rest and the clutter, by chance; table and bin are fixed."""
@@ -55,16 +59,23 @@ class Table:
             self._dirt.wipe(self._sponge.pose, SPONGE)
 
     def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
-        """See `measured_on_table`."""
-        return measured_on_table(
-            self._rest,
-            self._sponge.pose,
-            [thing.pose for thing in self._clutter],
-            wiped=self._dirt.wiped_fraction,
-            let_go=self._sponge.speed < AT_REST and not self._things.holds(self._sponge),
-        )
+        """See `known_of_table`."""
+        return known_of_table(self._rest, self._dirt.wiped_fraction)
 
     def look(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
-        """Whether the area is clean, the sponge at its rest, and nothing else on the table."""
-        now = self.measure(state, time)
-        return {"table_verified": now["table_wiped"] and now["table_organized"]}
+        """What lies on the table; by `mast`, whether it is clean and nothing but the sponge, at its rest."""
+        seen = self._seen()
+        if camera == "overhead":
+            return seen
+        return {"table_verified": self._dirt.wiped_fraction >= WIPED and seen["table_organized"]}
+
+    def _seen(self) -> dict[str, Any]:
+        """What lies there, and is not in the hand."""
+        lying = [thing for thing in self._clutter if not self._things.holds(thing)]
+        sponge = None if self._things.holds(self._sponge) else _sight(self._sponge)
+        return seen_on_table(self._rest, sponge, [_sight(thing) for thing in lying])
+
+
+def _sight(thing: Thing) -> Sight:
+    """As it is."""
+    return Sight(thing.pose.position, None, yaw_of(thing.pose.orientation))

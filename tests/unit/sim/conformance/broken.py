@@ -67,6 +67,23 @@ class ReadingsThatAreNumPys(Twin):
         return {**readings, "finger_gap": Reading(np.float64(gap.value), gap.time)}
 
 
+class ObservingThatMovesWhatIsUnderWay(Twin):
+    def observe(self) -> Readings:
+        if self._under_way:
+            self.creep(1e-5)
+        return super().observe()
+
+
+class ReadingsThatWaitForTheEnd(Twin):
+    """Amid a motion, what was measured at its beginning goes on being shown."""
+
+    first: Readings = {}  # noqa: RUF012  never changed
+
+    def observe(self) -> Readings:
+        self.first = (self.first or super().observe()) if self._under_way else {}
+        return self.first or super().observe()
+
+
 class PlanThatMoves(Twin):
     def plan(self, action: Action) -> Plan:
         self.creep()
@@ -329,6 +346,10 @@ BROKEN: Final[Mapping[str, tuple[type[Twin], ...]]] = {
         ReadingsThatStandStillAtRest,
     ),
     "readings_are_of_the_types_that_the_port_has": (ReadingsThatAreNumPys,),
+    "the_monitor_may_observe_and_changes_nothing_by_it": (
+        ObservingThatMovesWhatIsUnderWay,
+        ReadingsThatWaitForTheEnd,
+    ),
     "planning_moves_nothing": (PlanThatMoves, PlanThatSees),
     "a_planned_motion_begins_where_the_robot_is": (PlanFromElsewhere,),
     "nothing_moves_before_time_goes_on": (BeginThatMoves,),

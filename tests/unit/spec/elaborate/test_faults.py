@@ -76,6 +76,14 @@ def test_a_limit_beyond_every_double_is_refused(tmp_path: Path) -> None:
     assert said.startswith("error[AE129] beyond-limits: a time-out is longer than 0 s and at most 1 h")
 
 
+@pytest.mark.parametrize("planning", ["0 s", "3601 s"])
+def test_a_planner_has_some_time_and_no_more_than_an_hour(tmp_path: Path, planning: str) -> None:
+    (said,) = said_of_site(tmp_path, ("replans: 5}", f"replans: 5, planning: {planning}}}"))
+    assert said.startswith(
+        "error[AE129] beyond-limits: the time for a plan is longer than 0 s and at most 1 h"
+    )
+
+
 @pytest.mark.parametrize("name", ["a" * 300, "/etc/hostname", "..", "../module/skills.py", ".", ""])
 def test_a_file_of_a_tool_is_inside_the_module(tmp_path: Path, name: str) -> None:
     tool = f'\nmodels:\n  finder: {{description: finds dirt, kind: model, file: "{name}"}}\n\npermissions:'
@@ -119,3 +127,16 @@ def test_an_input_hides_no_variable_of_the_state(tmp_path: Path) -> None:
 def test_a_rule_may_govern_nothing_only_by_saying_so_wrongly(tmp_path: Path) -> None:
     (said,) = said_of_site(tmp_path, ("on: [throw]", "on: []"))
     assert said == "error[AE112] wrong-length: the rule `soft-throw` governs no action kind"
+
+
+def test_a_hold_condition_over_more_than_can_be_gone_through_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("aeros.spec.elaborate.ecm.MOST_COMBINATIONS", 5)
+    edit = ("dirt <= 50 % and not person_near", "fetched == sponge and not person_near")
+    (said,) = said_of_module(tmp_path, edit, case="hold_at_the_edge")
+    assert (
+        said == "error[AE111] out-of-bounds: `hold` reads predicates with more than 5 combinations of values"
+    )
+    monkeypatch.setattr("aeros.spec.elaborate.ecm.MOST_COMBINATIONS", 6)
+    assert said_of_module(tmp_path / "again", edit, case="hold_at_the_edge") == []

@@ -1,0 +1,149 @@
+"""Which parts of a condition are not as required: each quantity, its value, the bound it does not keep."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from math import sqrt
+from typing import Any, Final, cast
+
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import lower
+from aeros.spec.expr.semantics import Environment, evaluate, holds
+from aeros.spec.expr.spell import spell
+from aeros.spec.expr.types import RealType
+from aeros.spec.units import NUMBER, Dimension
+
+_LIMIT: Final = {"<=": "at most", "<": "below", "==": "exactly"}
+"""What the right side is to the left one, by the comparison that was to hold."""
+
+_TURNED: Final = {"<=": "at least", "<": "above", "==": "exactly"}
+"""The same of the left side to the right one."""
+
+_NEGATED: Final = {"<=": "above", "<": "at least", "==": "other than"}
+_NEGATED_TURNED: Final = {"<=": "below", "<": "at most", "==": "other than"}
+
+_DIGITS: Final = (4, 6, 9, 17)
+
+
+@dataclass(frozen=True, slots=True)
+class Shortfall:
+    """One part of a condition that is not as required.
+
+    quantity: as an expression; empty where the condition is never met, whatever is measured.
+    value, bound: float in SI, bool or word; a value of None is not known, and `why` says why.
+    asked: what the value is to be to the bound, as in `at most`.
+    unit: of both, SI; empty of truth values, words and bare numbers.
+    """
+
+    quantity: str
+    value: float | bool | str | None
+    asked: str
+    bound: float | bool | str
+    unit: str = ""
+    why: str = ""
+
+    def __str__(self) -> str:
+        if not self.quantity:
+            return "never allowed"
+        if self.value is None:
+            return f"`{self.quantity}` {self.why}"
+        if isinstance(self.bound, bool):
+            return f"{self.quantity} is {self.told()[0]}"
+        value, bound = self.told()
+        return f"{self.quantity} is {value} ({self.asked} {bound})"
+
+    def told(self) -> tuple[str, str]:
+        """Value and bound, of numbers as many digits as tell them apart."""
+        for digits in _DIGITS:
+            told = _shown(self.value, self.unit, digits), _shown(self.bound, self.unit, digits)
+            if told[0] != told[1]:
+                break
+        return told
+
+
+def shortfalls(term: t.Term, values: Mapping[str, Any]) -> tuple[Shortfall, ...]:
+    """Why `term` does not hold at `values`: exact values by variable, or float, bool or str by scalar one."""
+    exact = {name: _exact(value) for name, value in values.items()}
+    return tuple(dict.fromkeys(_broken(lower(term), exact, wanted=True)))
+
+
+def _broken(term: t.Term, values: Environment, *, wanted: bool) -> Iterator[Shortfall]:
+    """The parts of a term of the scalar core that are on account of its not being as `wanted`."""
+    match term:
+        case t.Not(operand=operand):
+            yield from _broken(operand, values, wanted=not wanted)
+        case t.And(operands=operands) | t.Or(operands=operands):
+            for operand in operands:
+                if holds(operand, values) is not wanted:
+                    yield from _broken(operand, values, wanted=wanted)
+        case t.Compare(op=op, left=left, right=right):
+            is_turned = _weight(left) < _weight(right)
+            words = (
+                (_TURNED if is_turned else _LIMIT) if wanted else (_NEGATED_TURNED if is_turned else _NEGATED)
+            )
+            measured, bound = (right, left) if is_turned else (left, right)
+            measured, limit = _solved(measured, evaluate(bound, values))
+            value, unit = _value(measured, values)
+            told = float(limit) if isinstance(limit, Fraction) else limit
+            yield Shortfall(_named(measured), value, words[op], told, unit)
+        case t.Literal():
+            yield Shortfall("", not wanted, "exactly", wanted)
+        case _:
+            yield Shortfall(_named(term), not wanted, "exactly", wanted)
+
+
+def _weight(term: t.Term) -> int:
+    """What is measured is compared with what was asked for, and that with constants."""
+    roles = {one.role for one in t.variables_of(term).values()}
+    return 2 if t.Role.STATE in roles else len(roles)
+
+
+def _named(term: t.Term) -> str:
+    text = spell(term)
+    return text if isinstance(term, t.Variable | t.Absolute) else f"`{text}`"
+
+
+def _solved(measured: t.Term, limit: Any) -> tuple[t.Term, Any]:
+    """The same bound of what is measured alone: without its square, and without what is added to it.
+
+    Lengths are compared by their squares, of which neither is negative here.
+    """
+    match measured:
+        case t.Multiply(left=left, right=right) if left == right and limit >= 0:
+            return _solved(left, Fraction(sqrt(limit)))
+        case t.Add(left=part, right=t.Literal(value=Fraction() as added)):
+            return _solved(part, limit - added)
+        case _:
+            return measured, limit
+
+
+def _value(term: t.Term, values: Environment) -> tuple[float | bool | str, str]:
+    """Its value, and the unit of that."""
+    value = evaluate(term, values)
+    if isinstance(value, Fraction):
+        dimension = _dimension(term)
+        return float(value), "" if dimension == NUMBER else str(dimension)
+    return cast("bool | str", value), ""
+
+
+def _shown(value: float | bool | str | None, unit: str, digits: int) -> str:
+    if value is None or isinstance(value, bool | str):
+        return str(value).lower() if isinstance(value, bool) else str(value)
+    return f"{value:.{digits}g} {unit}".rstrip()
+
+
+def _dimension(term: t.Term) -> Dimension:
+    """Of a real term of the scalar core."""
+    match term:
+        case t.Multiply(left=left, right=right):
+            return _dimension(left) * _dimension(right)
+        case t.Add(left=part) | t.Extremum(left=part) | t.Absolute(operand=part) | t.Conditional(then=part):
+            return _dimension(part)
+        case _:
+            return cast("RealType", cast("t.Variable", term).type).dimension
+
+
+def _exact(value: Any) -> Any:
+    return Fraction(value) if type(value) is float else value

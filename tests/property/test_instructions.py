@@ -1,0 +1,109 @@
+"""Laws of routing: an instruction goes to the one task that declares it, and to none where there is not one.
+
+What is compared with is written apart: words joined by blanks, and a phrase that stands between two of those.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections import Counter
+
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from aeros.agent.routing import RoutingError, route
+from aeros.spec.model import Ecm
+from aeros.spec.words import words_of
+from tests.unit.agent.dumplings import module, task
+
+_VOCABULARY = ("clean", "table", "the", "wipe", "éclair", "रोटी", "straße", "2", "x_y")
+_PHRASES = st.lists(st.sampled_from(_VOCABULARY), min_size=1, max_size=3).map(" ".join)
+_TASKS = st.lists(st.lists(_PHRASES, min_size=1, max_size=3), max_size=4)
+_INSTRUCTIONS = st.lists(st.sampled_from(_VOCABULARY), max_size=6).map(" ".join)
+_COUNTED: Counter[int] = Counter()
+
+
+def modules_of(tasks: list[list[str]]) -> dict[str, Ecm]:
+    return {
+        f"m{n}": module(f"m{n}", (), task("t", tuple(words), "wrapper_aligned"))
+        for n, words in enumerate(tasks)
+    }
+
+
+def meant(instruction: str, tasks: list[list[str]]) -> set[str]:
+    said = f" {instruction} "
+    return {f"m{n}.t" for n, words in enumerate(tasks) if any(f" {word} " in said for word in words)}
+
+
+def answer(instruction: str, modules: dict[str, Ecm]) -> str | RoutingError:
+    try:
+        return str(route(instruction, modules))
+    except RoutingError as refusal:
+        return refusal
+
+
+def test_an_instruction_is_routed_exactly_where_one_task_is_meant_and_else_it_is_said_why() -> None:
+    _routed_where_one_is_meant()
+    assert min(_COUNTED[n] for n in (0, 1, 2)) > 10, "nearly all instructions were of one kind"
+
+
+@settings(max_examples=400, database=None, derandomize=True)
+@given(_INSTRUCTIONS, _TASKS)
+def _routed_where_one_is_meant(instruction: str, tasks: list[list[str]]) -> None:
+    expected, modules = meant(instruction, tasks), modules_of(tasks)
+    found = answer(instruction, modules)
+    _COUNTED[min(len(expected), 2)] += 1
+    if len(expected) == 1:
+        assert {found} == expected
+        return
+    assert isinstance(found, RoutingError)
+    said = found.reason
+    if expected:
+        assert "may mean several tasks" in said
+        assert set(re.findall(r"`(m\d\.t)` \(", said)) == expected
+    else:
+        assert said.startswith("no installed module provides")
+        nearest = re.findall(r"`([^`]*)` \((m\d+\.t)\)", said.partition("nearest: ")[2])
+        assert bool(nearest) == bool(tasks)
+        assert all(word in set(tasks[int(name[1:-2])]) for word, name in nearest)
+
+
+@settings(max_examples=200, database=None, derandomize=True)
+@given(
+    st.lists(st.sampled_from(_VOCABULARY), min_size=1, max_size=6),
+    _TASKS,
+    st.sampled_from([str.upper, str.title, str.swapcase, lambda text: unicodedata.normalize("NFD", text)]),
+    st.sampled_from([", ", "  ", "\n", "! ", " – "]),
+)
+def test_neither_case_nor_punctuation_nor_composition_matters(
+    words: list[str], tasks: list[list[str]], said: object, between: str
+) -> None:
+    assert callable(said)
+    plain, modules = " ".join(words), modules_of(tasks)
+    assume("straße" not in words or said is not str.swapcase)
+    spoken = said(between.join(words))
+    one, other = answer(plain, modules), answer(spoken, modules)
+    assert isinstance(one, str) == isinstance(other, str)
+    if isinstance(one, str):
+        assert one == other
+
+
+@settings(max_examples=300, database=None, derandomize=True)
+@given(st.text(max_size=60), _TASKS)
+def test_whatever_is_said_is_routed_or_refused_in_words(instruction: str, tasks: list[list[str]]) -> None:
+    found = answer(instruction, modules_of(tasks))
+    assert isinstance(found, str) or 0 < len(found.reason) < 1000
+
+
+@given(st.text(max_size=40))
+def test_words_are_words_of_themselves_and_hold_no_blank(text: str) -> None:
+    for word in words_of(text):
+        assert words_of(word) == (word,)
+
+
+def test_a_mark_belongs_to_its_letter() -> None:
+    assert words_of("cafe\u0301") == words_of("Caf\u00e9") == ("café",)
+    assert words_of("cafe\u0301") != words_of("cafe")
+    assert words_of("रोटी") != words_of("रोटा")
+    assert len(words_of("रोटी")) == 1
