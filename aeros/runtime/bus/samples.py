@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from math import inf, isfinite
+from os import SEEK_END
 from pathlib import Path
 from typing import Any, Final, Self
 
@@ -39,7 +40,12 @@ class Samples:
         self._kept = _kept(site)
         self._last: dict[str, float] = {}
         self._truths: dict[str, Any] = {}
-        self._file = path.open("wb", buffering=0)
+        # A run that goes on after a crash goes on with its file, on a line of its own.
+        self._file = path.open("a+b", buffering=0)
+        if self._file.tell() > 0:
+            self._file.seek(-1, SEEK_END)
+            if self._file.read(1) != b"\n":
+                self._file.write(b"\n")
 
     def tick(self, now: float, values: Mapping[str, Any], chain: Chain) -> None:
         """What was measured at a control tick."""

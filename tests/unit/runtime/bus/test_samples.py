@@ -35,6 +35,17 @@ def test_ten_ticks_a_second_are_kept(tmp_path: Path) -> None:
     assert all(later - time >= PERIOD for time, later in pairwise(times))
 
 
+def test_a_run_that_goes_on_after_a_crash_goes_on_with_its_file(tmp_path: Path) -> None:
+    (tmp_path / "m").write_text('{"time": 0.0, "state": {}}\n{"time": 0.1, "sta')
+    for now in (1.0, 2.0):
+        with Samples(tmp_path / "m", site()) as samples:
+            samples.tick(now, {"human_distance": 3.0}, Chain())
+    first, torn, *later = (tmp_path / "m").read_text().splitlines()
+    assert first == '{"time": 0.0, "state": {}}'
+    assert torn == '{"time": 0.1, "sta'
+    assert [json.loads(line)["time"] for line in later] == [1.0, 2.0]
+
+
 def test_an_observation_is_kept_beside_ticks_with_the_times_of_its_values(tmp_path: Path) -> None:
     with Samples(tmp_path / "m", site()) as samples:
         samples.tick(1.0, {"human_distance": Reading(3.0, 0.9)}, Chain())
