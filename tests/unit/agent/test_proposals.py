@@ -64,7 +64,7 @@ def test_in_place_of_a_late_plan_the_rest_of_the_one_before_is_followed(tmp_path
     assert report.reached
     assert runtime.submitted == ["prepare", "recover", "wrap", "recover", "wrap", "boil"]
     (late,) = told(runtime, "plan-late")
-    assert late["reason"] == f"the plan is late: nothing came within {WITHIN} s"
+    assert late["reason"] == f"the plan is late: nothing came within {WITHIN:g} s"
     assert late["steps"] == ["dumpling.recover", "dumpling.wrap", "dumpling.boil"]
 
 
@@ -77,7 +77,7 @@ def test_where_the_plan_before_does_not_lead_to_the_goal_any_more_the_robot_stan
     assert runtime.submitted == ["prepare", "wrap"]
     assert [one["steps"] for one in told(runtime, "plan-late")] == [[], []]
     assert report.reason is not None
-    assert report.reason.endswith(f"the plan is late: nothing came within {WITHIN} s; stands still")
+    assert report.reason.endswith(f"the plan is late: nothing came within {WITHIN:g} s; stands still")
 
 
 def test_without_a_plan_before_the_robot_stands_still_until_the_time_for_the_task_is_over(
