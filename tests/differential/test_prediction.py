@@ -23,6 +23,7 @@ from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import configure
 from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.ports import BEGINNING, Head
 from aeros.runtime.skill_run import run_in_process
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.spec.certificate import certificate_for
@@ -169,6 +170,10 @@ class Unwritten(AuditLog):
 
     def __init__(self) -> None:
         pass
+
+    @property
+    def head(self) -> Head:
+        return BEGINNING
 
     def append(self, event: str, details: Mapping[str, Any]) -> int:
         return 0
