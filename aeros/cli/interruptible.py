@@ -36,9 +36,13 @@ class Interruptible:
     def _interrupt(self, _number: int, _frame: FrameType | None) -> None:
         if self.is_interrupted:
             raise KeyboardInterrupt
-        self.is_interrupted = True
+        self.interrupt()
         # Not `print`: what was interrupted may be a `print`.
         os.write(_STDERR, _TOLD)
+
+    def interrupt(self) -> None:
+        """Ask for a stop, for good."""
+        self.is_interrupted = True
 
     @property
     def generation(self) -> int:

@@ -23,6 +23,7 @@ _COMMANDS = {
     "decide": "decide action requests, one per line of JSON",
     "diff": "what a change newly allows and newly denies",
     "audit": "check, show and replay the record of a run",
+    "report": "write a finished run as one HTML page",
     "why": "say why a run failed, a step was denied or the robot stopped",
     "explain": "explain a diagnostic code",
     "graph": "draw a task's planning rules, its closed loop or a composition",
@@ -42,6 +43,9 @@ _COMMANDS = {
     "resume": "let actions begin again",
     "stop": "bring what moves to rest and end the run",
     "release": "let an agent go on that was left in quarantine",
+    "top": "look on at a run from another terminal",
+    "mcp": "let an MCP client look, propose plans, and have them executed",
+    "approve": "list and approve what clients of `aeros mcp` ask for",
     "new": "start a module that is proved and runs as it stands",
     "schema": "print the JSON Schema of manifests, site, people, faults and scene files, or reports",
 }

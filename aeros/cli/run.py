@@ -32,7 +32,9 @@ from aeros.cli.bag import BagRefusedError, bagged
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.goal import goal_of
 from aeros.cli.interruptible import Interruptible
+from aeros.cli.latest_run import note_run
 from aeros.cli.notification import READY, STOPPING, Attended, Notifier
+from aeros.cli.page.left import read_left
 from aeros.cli.plants import (
     PLANTS,
     PlantRefusedError,
@@ -44,12 +46,15 @@ from aeros.cli.plants import (
     people_of,
     window_of,
 )
+from aeros.cli.report import written
 from aeros.cli.run_report import TraceWriter, summary
 from aeros.cli.unfinished import forget, keep, restore
 from aeros.cli.watchdog import watch
 from aeros.runtime.audit import AuditError, AuditLog, AuditReport, verify_log
 from aeros.runtime.audit_checkpoints import AnchorError, Signing, verify_signed
 from aeros.runtime.audit_keys import KeyRefusedError, read_signing_key
+from aeros.runtime.bus.samples import FILE as SAMPLES
+from aeros.runtime.bus.samples import Samples
 from aeros.runtime.bus.watched_plant import WatchedPlant
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.executor import Executor
@@ -84,7 +89,8 @@ LLM_KEY: Final = "AEROS_LLM_KEY"
 _EXAMPLES = """\
 All modules are proved before anything moves, and each `ecm.lock` must be the certificate that
 results.  The folder given by --out holds afterwards: run.webp (physics), trace.jsonl (what the agent
-did), audit.jsonl (every decision, chained).  The exit code is 0 when the goal is measured, 1 when not.
+did), measured.jsonl (what was measured, ten times a second), audit.jsonl (every decision, chained), and
+with --report a page about all of it.  The exit code is 0 when the goal is measured, 1 when not.
 A film, bag or MCAP file is whole or not there: after Ctrl-C, which stops the robot, it ends there.
 A person walks their own way and minds nothing; the robot slows down or stops as the site says.
 A composition is a graph of skills that the module declares; its branches run at the same time.
@@ -104,6 +110,7 @@ examples:
   aeros run "make dumplings" --faults wrapper_bumped --seed 4
   aeros run "make dumplings" --record dumplings.mp4 --mcap dumplings.mcap
   aeros run "make dumplings" --view --no-record
+  aeros run "make dumplings" --person at_the_bench --report
   aeros run "fetch the object" --scene shelf_behind
   aeros run "make dumplings" --bag runs/demo-bag
   aeros run "make dumplings" --watchdog
@@ -125,7 +132,7 @@ def add_to(commands: Subparsers) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("instruction", nargs="?", help='what to do, as in "make dumplings"')
-    parser.add_argument("--seed", type=_seed, default=0, help="of everything random (default: 0)")
+    parser.add_argument("--seed", type=seed_of, default=0, help="of everything random (default: 0)")
     parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
     parser.add_argument(
         "--gate",
@@ -210,6 +217,9 @@ def add_to(commands: Subparsers) -> None:
         metavar="FILE|NAME",
         help="let more stand and lie about (physics): a scene file, or one that comes with AEROS",
     )
+    parser.add_argument(
+        "--report", action="store_true", help="write report.html there too, as `aeros report` does"
+    )
     film = parser.add_mutually_exclusive_group()
     film.add_argument(
         "--record",
@@ -258,7 +268,8 @@ def add_to(commands: Subparsers) -> None:
     parser.set_defaults(command=_command, plant_at=None)
 
 
-def _seed(text: str) -> int:
+def seed_of(text: str) -> int:
+    """A seed, as an argument."""
     if not text.isascii() or not text.isdigit() or not int(text) < 2**63:
         raise argparse.ArgumentTypeError("expected a whole number from 0 to 2^63 - 1")
     return int(text)
@@ -310,7 +321,7 @@ def _watch(arguments: argparse.Namespace) -> Exit:
             raise RefusedError(quarantined)
         if not arguments.resume:
             with exclusive(arguments.state, arguments.instruction):
-                arguments.out = _output_folder(arguments.out, "watched")
+                arguments.out = output_folder(arguments.out, "watched")
                 arguments.plant_at = Path(tempfile.mkdtemp(prefix="aeros-")) / "plant.sock"
                 # What an earlier task left is not this one's.
                 Checkpoints(arguments.state).forget()
@@ -321,25 +332,16 @@ def _watch(arguments: argparse.Namespace) -> Exit:
 
 
 def _pursue(arguments: argparse.Namespace) -> Exit:
-    key_file = arguments.audit_key or _key_in(arguments.state)
+    key_file = arguments.audit_key or key_in(arguments.state)
     if arguments.anchor is not None and key_file is None:
         print("aeros: --anchor needs --audit-key: `aeros audit keygen` makes one", file=sys.stderr)
         return Exit.USAGE
-    registry = Registry(arguments.state)
-    is_kept = arguments.resume or arguments.serve_plant
-    installed = arguments.ecms is None and arguments.site is None and registry.exists
-    governor: Governing | Steered
-    if installed:
-        governor = Governing(registry, resumed=is_kept)
-        (_, configuration), report = governor.configuration(), governor.report
-    else:
-        site = arguments.site or reference_site()
-        configuration, report = prove([arguments.ecms or Path("ecms")], site, certified=True)
-        governor = Steered(configuration, registry, resumed=is_kept)
+    governor, configuration, report = governed(arguments, resumed=arguments.resume or arguments.serve_plant)
     try:
         signing = None if key_file is None else Signing(read_signing_key(key_file), arguments.anchor)
         people = people_of(arguments.plant, arguments.person)
-        others = registry.inactive if installed else dict[str, Ecm]
+        installed = isinstance(governor, Governing)
+        others = Registry(arguments.state).inactive if installed else dict[str, Ecm]
         routed = route(arguments.instruction, configuration.modules, others)
         goal = None if arguments.goal is None else goal_of(arguments.goal, configuration.site)
         planner = _planner(arguments, configuration.modules[routed.module], configuration.site)
@@ -379,6 +381,22 @@ def _pursue(arguments: argparse.Namespace) -> Exit:
         # Whoever supervises this process may try it again.
         print(f"aeros: the plant is lost: {lost}", file=sys.stderr)
         return Exit.OUR_BUG
+
+
+def governed(
+    arguments: argparse.Namespace, *, resumed: bool = False
+) -> tuple[Governing | Steered, Configuration, Report]:
+    """Who governs, as --site, --ecms and --state say: the configuration in force, proved, and its proof.
+
+    resumed: what was commanded before holds on.
+    """
+    registry = Registry(arguments.state)
+    if arguments.ecms is None and arguments.site is None and registry.exists:
+        governing = Governing(registry, resumed=resumed)
+        return governing, governing.configuration()[1], governing.report
+    site = arguments.site or reference_site()
+    configuration, report = prove([arguments.ecms or Path("ecms")], site, certified=True)
+    return Steered(configuration, registry, resumed=resumed), configuration, report
 
 
 def _planner(arguments: argparse.Namespace, module: Ecm, site: Site) -> Planner:
@@ -446,14 +464,15 @@ def _watched(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Path, S
         if arguments.view:
             spectators.append(window_of(arguments.plant))
             closing.callback(spectators[0].close)
-        out = arguments.out if arguments.serve_plant else _output_folder(arguments.out, task)
+        out = arguments.out if arguments.serve_plant else output_folder(arguments.out, task)
         is_filmed = arguments.plant == "physics" and not arguments.no_record
         if is_filmed or arguments.record is not None:
             spectators.append(film_of(arguments.plant, arguments.record or out / "run.webp"))
         yield out, spectators
 
 
-def _key_in(state: Path) -> Path | None:
+def key_in(state: Path) -> Path | None:
+    """The key to sign with that is used without being asked for."""
     path = state / "audit.key"
     return path if path.exists() else None
 
@@ -522,12 +541,13 @@ def _run(
     durability = configuration.site.durability
     began = time.perf_counter()
     with (
-        _isolation(configuration) as skills,
+        isolated_skills(configuration) as skills,
         bagged(arguments.bag, arguments.mcap, configuration.site) as feed,
         AuditLog(
             audit_path, durability=durability, signing=signing, listener=None if feed is None else feed.record
         ) as audit,
         TraceWriter(out / "trace.jsonl") as trace,
+        Samples(out / SAMPLES, configuration.site) as samples,
         Notifier() as notifier,
         _plant(
             arguments,
@@ -540,7 +560,8 @@ def _run(
             ),
         ) as opened,
     ):
-        plant = opened if feed is None else WatchedPlant(opened, feed)
+        sampled = WatchedPlant(opened, samples)
+        plant = sampled if feed is None else WatchedPlant(sampled, feed)
         gate = Gate(configuration, GateMode(arguments.gate))
         with (
             Interruptible(governor) as governed,
@@ -565,6 +586,7 @@ def _run(
                 within=_within(arguments, planner),
                 purpose=arguments.instruction,
             ) as agent:
+                note_run(arguments.state, out)
                 attended.on_command = partial(_heed, agent)
                 notifier.tell(READY)
                 pursue = agent.resume if arguments.resume else agent.run
@@ -587,6 +609,9 @@ def _run(
     if feed is not None:
         kept = f"bag        {arguments.bag}/" if arguments.mcap is None else f"mcap       {arguments.mcap}"
         print(kept + (f", {feed.lost} not kept: {feed.trouble}" if feed.lost else ""))
+    if arguments.report:
+        site = configuration.site
+        written(read_left(out), out / "report.html", {site.digest: site}, sound)
     print(f"left in    {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
     if governed.is_interrupted:
         return Exit.INTERRUPTED
@@ -615,7 +640,7 @@ def _audited(log: Path, signing: Signing | None) -> tuple[AuditReport, str]:
 
 
 @contextmanager
-def _isolation(configuration: Configuration) -> Iterator[SkillRuns]:
+def isolated_skills(configuration: Configuration) -> Iterator[SkillRuns]:
     """Where skill code runs; refuses before anything starts where this host isolates too little."""
     with SkillRuns(configuration.site, configuration.modules.values()) as skills:
         if skills.refusal is not None:
@@ -625,7 +650,7 @@ def _isolation(configuration: Configuration) -> Iterator[SkillRuns]:
         yield skills
 
 
-def _output_folder(wanted: Path | None, task: str) -> Path:
+def output_folder(wanted: Path | None, task: str) -> Path:
     """A folder that was not there before, or is empty: one run never mixes with another's record."""
     folder = wanted or Path("runs") / f"{task}-{datetime.now().astimezone():%Y%m%d-%H%M%S-%f}"
     try:

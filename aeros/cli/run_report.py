@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, TextIO
 
 from aeros.agent.journal import Event
 from aeros.agent.report import RunReport
@@ -15,10 +15,14 @@ from aeros.spec.reports import Report
 
 
 class TraceWriter:
-    """Writes each event of the agent as a line of JSON, and prints it as a line for people."""
+    """Writes each event of the agent as a line of JSON, and prints it as a line for people.
 
-    def __init__(self, path: Path) -> None:
+    shown_on: where it is printed; standard output if nothing is given.
+    """
+
+    def __init__(self, path: Path, shown_on: TextIO | None = None) -> None:
         self._file = path.open("a", encoding="utf-8")
+        self._shown_on = shown_on
         self._is_shown = True
 
     def tell(self, event: Event) -> None:
@@ -28,7 +32,7 @@ class TraceWriter:
         self._file.flush()
         if self._is_shown and event.text:
             try:
-                print(f"{event.time:7.2f} s  {safe(event.text)}", flush=True)
+                print(f"{event.time:7.2f} s  {safe(event.text)}", file=self._shown_on, flush=True)
             except OSError:
                 self._is_shown = False  # whoever read along went away; that is no reason to stop a robot
 

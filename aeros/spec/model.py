@@ -247,6 +247,27 @@ class Isolation:
     answer_within: Fraction = Fraction(5)
 
 
+class Execute(Enum):
+    """Whether a verified plan is executed because a client of `aeros mcp` asks for it."""
+
+    APPROVAL = "approval"  # once the operator has approved it
+    ALLOWED = "allowed"
+    DENIED = "denied"
+
+
+@dataclass(frozen=True)
+class McpPolicy:
+    """What clients of `aeros mcp` may have done.
+
+    most_steps: of one plan.
+    skills: as MODULE.SKILL, those that a plan may have; None for all active ones.
+    """
+
+    execute: Execute = Execute.APPROVAL
+    most_steps: int = 20
+    skills: frozenset[str] | None = None
+
+
 @dataclass(frozen=True)
 class MotionKind:
     """Which parameters say where tool (W) and base (W, x and y) end, and how fast what is moved may be."""
@@ -334,6 +355,7 @@ class Site:
     motion: MotionPolicy | None = None
     durability: Durability = Durability.EVERY_RECORD
     isolation: Isolation = Isolation()
+    mcp: McpPolicy = McpPolicy()
     stops_at_undeclared: bool = True
 
     @cached_property

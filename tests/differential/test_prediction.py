@@ -178,6 +178,10 @@ class Unwritten(AuditLog):
     def append(self, event: str, details: Mapping[str, Any]) -> int:
         return 0
 
+    @property
+    def head(self) -> Head:
+        return BEGINNING
+
 
 def assert_within(found: list[Expected], prediction: Prediction) -> None:
     """Each mean is within 99.9 % of its prediction."""

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Protocol
 
-from aeros.runtime.bus.feed import Feed
 from aeros.runtime.bus.telling import Chain
 from aeros.runtime.ports import (
     Completion,
@@ -20,6 +19,16 @@ from aeros.runtime.ports import (
 from aeros.skill import Action
 
 
+class Listener(Protocol):
+    """Who hears what is measured; it may not raise, and should not take long."""
+
+    def tick(self, now: float, values: Mapping[str, Any], chain: Chain) -> None:
+        """What was measured at the control tick at `now`, by vocabulary name, SI."""
+
+    def observed(self, readings: Readings, chain: Chain) -> None:
+        """What was measured, each value at its own time."""
+
+
 class WatchedPlant:
     """Implements `ports.Plant` by `plant`, and tells `feed` what is observed and each control tick.
 
@@ -27,7 +36,7 @@ class WatchedPlant:
     begun since that may move the base.
     """
 
-    def __init__(self, plant: Plant, feed: Feed) -> None:
+    def __init__(self, plant: Plant, feed: Listener) -> None:
         self._plant = plant
         self._feed = feed
         self._chain = Chain()

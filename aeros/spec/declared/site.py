@@ -292,6 +292,27 @@ class Isolation:
 
 
 @dataclass(frozen=True)
+class Mcp:
+    """What clients of `aeros mcp`, such as language models, may have done."""
+
+    span: Span
+    execute: Choice[Literal["approval", "allowed", "denied"]] | None = field(
+        default=None,
+        metadata={
+            "doc": "plans that were verified: each needs the operator's `aeros approve` (if absent), or is "
+            "executed when a client asks for it, or never is; as in `execute: denied`"
+        },
+    )
+    most_steps: Annotated[Integer, Bounds(1, 100)] | None = field(
+        default=None, metadata={"doc": "steps of one plan at most; 20 if absent"}
+    )
+    skills: tuple[Text, ...] | None = field(
+        default=None,
+        metadata={"doc": "skills a plan may have, as in `[make_dumplings.boil]`; every active one if absent"},
+    )
+
+
+@dataclass(frozen=True)
 class Policy:
     """Π beside Φ: operator overrides, access, risk, quotas."""
 
@@ -306,6 +327,7 @@ class Policy:
     isolation: Isolation | None = field(
         default=None, metadata={"doc": "where the code of modules runs: isolated, if absent"}
     )
+    mcp: Mcp | None = field(default=None, metadata={"doc": "what clients of `aeros mcp` may have done"})
     undeclared_outcome: Choice[Literal["stop", "replan"]] | None = field(
         default=None,
         metadata={

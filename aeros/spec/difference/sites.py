@@ -23,7 +23,7 @@ from aeros.spec.difference.change import (
 from aeros.spec.difference.modules import ACCESS
 from aeros.spec.difference.sets import Condition, Side, compare_sets
 from aeros.spec.expr import terms as t
-from aeros.spec.model import Access, ActionKind, Block, Declared, JointRule, Quota, Site
+from aeros.spec.model import Access, ActionKind, Block, Declared, Execute, JointRule, Quota, Site
 from aeros.spec.obligations.joint import joint_variables
 from aeros.spec.source import Span
 from aeros.spec.units import show_number
@@ -48,6 +48,7 @@ def site_changes(old: Site, new: Site, rlimit: int) -> Iterator[Change]:
     yield from _block_changes(old.blocks, new.blocks)
     yield from _quota_changes(old.quotas, new.quotas)
     yield from _isolation_changes(old, new)
+    yield from _mcp_changes(old, new)
     yield _undeclared_change(old, new)
     yield _motion_change(old, new)
 
@@ -219,6 +220,33 @@ def _isolation_changes(old: Site, new: Site) -> Iterator[Change]:
     longer = after.answer_within > before.answer_within
     relation = bounds_relation(longer, after.answer_within < before.answer_within)
     yield finite("policy/isolation/answer_within", relation, headline, *places)
+
+
+def _mcp_changes(old: Site, new: Site) -> Iterator[Change]:
+    """Less of the operator's approval, longer plans and more skills allow clients of `aeros mcp` more."""
+    before, after = old.mcp, new.mcp
+    places = [site.policy_spans.get("policy/mcp") for site in (old, new)]
+    headline = f"plans of MCP clients were `{before.execute.value}` and are `{after.execute.value}`"
+    ways = [_FREEDOM.index(one.execute) for one in (before, after)]
+    yield finite(
+        "policy/mcp/execute", bounds_relation(ways[1] > ways[0], ways[1] < ways[0]), headline, *places
+    )
+    headline = f"plans of MCP clients had {before.most_steps} steps at most and have {after.most_steps}"
+    relation = bounds_relation(after.most_steps > before.most_steps, after.most_steps < before.most_steps)
+    yield finite("policy/mcp/most_steps", relation, headline, *places)
+    if before.skills is None or after.skills is None:
+        relation = bounds_relation(
+            before.skills != after.skills and after.skills is None,
+            before.skills != after.skills and before.skills is None,
+        )
+        headline = f"plans of MCP clients may {'' if after.skills is None else 'not '}have every skill"
+    else:
+        relation = sets_relation(before.skills, after.skills)
+        headline = listed_change("skills that plans of MCP clients may have", before.skills, after.skills)
+    yield finite("policy/mcp/skills", relation, headline, *places)
+
+
+_FREEDOM = (Execute.DENIED, Execute.APPROVAL, Execute.ALLOWED)
 
 
 def _shown(quota: Quota) -> str:

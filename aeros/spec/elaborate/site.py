@@ -31,9 +31,11 @@ from aeros.spec.model import (
     Conjunct,
     Declared,
     Durability,
+    Execute,
     Isolation,
     JointRule,
     Limits,
+    McpPolicy,
     Quota,
     Risk,
     Rule,
@@ -113,6 +115,7 @@ class _SiteElaborator:
             motion=elaborate_motion(site.motion, self, self._sink) if whole and site.motion else None,
             durability=Durability(policy.audit.durability.value if policy.audit else "every-record"),
             isolation=self._isolation(policy.isolation),
+            mcp=_mcp(policy.mcp),
             stops_at_undeclared=policy.undeclared_outcome is None
             or policy.undeclared_outcome.value == "stop",
         )
@@ -410,6 +413,17 @@ class _SiteElaborator:
         )
 
 
+def _mcp(mcp: declared.Mcp | None) -> McpPolicy:
+    usual = McpPolicy()
+    if mcp is None:
+        return usual
+    return McpPolicy(
+        usual.execute if mcp.execute is None else Execute(mcp.execute.value),
+        usual.most_steps if mcp.most_steps is None else mcp.most_steps.value,
+        usual.skills if mcp.skills is None else frozenset(name.value for name in mcp.skills),
+    )
+
+
 def _policy_spans(site: declared.Site) -> dict[str, Span]:
     policy, limits = site.policy, site.policy.limits
     return {
@@ -420,6 +434,7 @@ def _policy_spans(site: declared.Site) -> dict[str, Span]:
         "policy/limits/replans": limits.replans.span,
         **({} if limits.planning is None else {"policy/limits/planning": limits.planning.span}),
         **({} if policy.isolation is None else {"policy/isolation": policy.isolation.span}),
+        **({} if policy.mcp is None else {"policy/mcp": policy.mcp.span}),
         **(
             {}
             if policy.undeclared_outcome is None

@@ -72,7 +72,7 @@ def test_a_value_that_is_missing_or_malformed_leaves_what_reads_it_unknown() -> 
     far = asked.readings["human_distance"]
     for broken in (
         without(asked, "human_distance"),
-        replace(asked, readings={**asked.readings, "human_distance": replace(far, value=nan)}),
+        replace(asked, readings={**asked.readings, "human_distance": far._replace(value=nan)}),
     ):
         found = explained(broken)
         assert clause(found, "separation").missing == ("human_distance",)

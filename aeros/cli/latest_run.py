@@ -1,0 +1,42 @@
+"""Which folder the latest run from an agent's folder writes to, for whoever looks on meanwhile."""
+
+from __future__ import annotations
+
+import json
+import os
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+from aeros.durable import replace_file
+
+_FILE: Final = "latest-run.json"
+
+
+def note_run(state: Path, out: Path) -> None:
+    """Say that a run of this process writes to `out`; no run fails for want of somebody who looks on."""
+    said = {"out": str(out.resolve()), "pid": os.getpid()}
+    with suppress(OSError):
+        replace_file(state / _FILE, json.dumps(said).encode())
+
+
+def latest_run(state: Path) -> tuple[Path, bool] | None:
+    """Its folder, and whether its process is still there; None where nothing was run, or nobody said so."""
+    try:
+        said = json.loads((state / _FILE).read_text("utf-8"))
+        out, process = Path(said["out"]), int(said["pid"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return out, _is_there(process)
+
+
+def _is_there(process: int) -> bool:
+    if process <= 0:
+        return False
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        return True  # somebody else's
+    return True

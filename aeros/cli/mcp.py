@@ -1,0 +1,180 @@
+"""`aeros mcp`: lets a client of the Model Context Protocol look, propose plans, and have them executed."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from aeros.agent.errors import RefusedError
+from aeros.agent.loop import awake
+from aeros.agent.routing import Routed, route
+from aeros.cli.arguments import existing_path, writable_path
+from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.interruptible import Interruptible
+from aeros.cli.latest_run import note_run
+from aeros.cli.mcp_server.approvals import Approvals
+from aeros.cli.mcp_server.judging import Judge
+from aeros.cli.mcp_server.robot import Heard, Parts, Proposed, Robot
+from aeros.cli.mcp_server.tools import Tools
+from aeros.cli.plants import PLANTS, PlantRefusedError, open_plant
+from aeros.cli.run import governed, isolated_skills, key_in, output_folder, seed_of
+from aeros.cli.run_report import TraceWriter
+from aeros.runtime.audit import AuditError, AuditLog
+from aeros.runtime.audit_checkpoints import AnchorError, Signing
+from aeros.runtime.audit_keys import KeyRefusedError, read_signing_key
+from aeros.runtime.bus.samples import FILE as SAMPLES
+from aeros.runtime.bus.samples import Samples
+from aeros.runtime.bus.watched_plant import WatchedPlant
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.executor import Executor
+from aeros.runtime.gate import Gate
+from aeros.runtime.registry.live import ask
+from aeros.runtime.registry.registry import Registry
+from aeros.runtime.skill_code import SkillRefusedError
+from aeros.spec.diagnostics import did_you_mean
+from aeros.spec.render import safe
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_EXAMPLES = """\
+A client starts this command and talks to it over standard input and output.  It sees skills and state,
+has plans judged as `aeros plan --check` judges them, and has accepted ones executed: by the same agent,
+gate and record as `aeros run`.  Unless the site's `policy.mcp` says otherwise each execution waits for
+`aeros approve` in another terminal.  `aeros pause`, `resume` and `stop` reach it as they reach a run, and
+when the client goes, the robot stops.  Needs the extra: pip install 'aeros[mcp]'.
+
+examples:
+  aeros mcp "make dumplings" --plant symbolic
+  aeros mcp "clean the table" --state /srv/robot7 --site cell.yaml --ecms ecms
+  as an entry of a client's configuration:
+    {"mcpServers": {"robot": {"command": "aeros", "args": ["mcp", "make dumplings", "--state", "/srv/r7"]}}}
+"""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = commands.add_parser(
+        "mcp",
+        description=__doc__,
+        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("instruction", help='the task that the robot is set up for, as in "make dumplings"')
+    parser.add_argument("--seed", type=seed_of, default=0, help="of everything random (default: 0)")
+    parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
+    parser.add_argument("--site", type=existing_path, help="the site file (default: as of `aeros run`)")
+    parser.add_argument("--ecms", type=existing_path, help="the modules (default: as of `aeros run`)")
+    parser.add_argument("--out", type=Path, help="a new folder for trace and audit log (default: in runs/)")
+    parser.add_argument(
+        "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
+    )
+    parser.add_argument("--audit-key", type=existing_path, metavar="FILE", help="sign the audit log with it")
+    parser.add_argument("--anchor", type=writable_path, metavar="FILE", help="keep the newest signature here")
+    parser.set_defaults(command=_command)
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    if find_spec("mcp") is None:
+        print("aeros: the SDK of the protocol is not here: pip install 'aeros[mcp]'", file=sys.stderr)
+        return Exit.USAGE
+    from aeros.cli.mcp_server.serving import serve
+
+    key_file = arguments.audit_key or key_in(arguments.state)
+    if arguments.anchor is not None and key_file is None:
+        print("aeros: --anchor needs --audit-key: `aeros audit keygen` makes one", file=sys.stderr)
+        return Exit.USAGE
+    governor, configuration, _ = governed(arguments)
+    try:
+        signing = None if key_file is None else Signing(read_signing_key(key_file), arguments.anchor)
+        routed = route(arguments.instruction, configuration.modules)
+        out = output_folder(arguments.out, f"mcp-{routed.task.id}")
+        with governor, Interruptible(governor) as interruptible:
+            _warn_of_unknown_skills(configuration)
+            former = signal.signal(signal.SIGTERM, lambda _number, _frame: interruptible.interrupt())
+            heard = Heard()
+
+            @contextmanager
+            def opened() -> Iterator[Parts]:
+                with _parts(arguments, configuration, interruptible, routed, out, signing, heard) as one:
+                    yield one
+
+            robot = Robot(opened, arguments.instruction, interruptible.interrupt)
+            try:
+                folder = Registry(arguments.state).folder
+                tools = Tools(
+                    robot,
+                    heard,
+                    routed,
+                    Approvals(arguments.state),
+                    lambda command: ask(folder, command),
+                    lambda: interruptible.command,
+                )
+                print(f"aeros: answers on standard output; leaves {out}/", file=sys.stderr)
+                serve(tools, lambda: interruptible.is_interrupted)
+                by_signal = interruptible.is_interrupted
+            finally:
+                robot.close()
+                signal.signal(signal.SIGTERM, former)
+    except (
+        RefusedError,
+        PlantRefusedError,
+        SkillRefusedError,
+        AuditError,
+        AnchorError,
+        KeyRefusedError,
+    ) as refusal:
+        print(f"aeros: {refusal}", file=sys.stderr)
+        return Exit.REJECTED
+    return Exit.INTERRUPTED if by_signal else Exit.PROVED
+
+
+@contextmanager
+def _parts(
+    arguments: argparse.Namespace,
+    configuration: Configuration,
+    governor: Interruptible,
+    routed: Routed,
+    out: Path,
+    signing: Signing | None,
+    heard: Heard,
+) -> Iterator[Parts]:
+    """Everything that acts, as `aeros run` puts it together."""
+    site = configuration.site
+    with (
+        isolated_skills(configuration) as skills,
+        AuditLog(out / "audit.jsonl", durability=site.durability, signing=signing) as audit,
+        TraceWriter(out / "trace.jsonl", sys.stderr) as trace,
+        Samples(out / SAMPLES, site) as samples,
+        open_plant(arguments.plant, configuration, routed.task, arguments.seed) as plant,
+        Executor(
+            configuration,
+            Gate(configuration),
+            WatchedPlant(WatchedPlant(plant, samples), heard),
+            audit,
+            skills,
+            governor,
+        ) as executor,
+    ):
+        audit.append("isolation", skills.details())
+        planner = Proposed(Judge(lambda: executor.site))
+        with awake(arguments.state, site.id, executor, planner, trace.tell, arguments.seed) as agent:
+            note_run(arguments.state, out)
+            yield Parts(executor, agent, planner)
+
+
+def _warn_of_unknown_skills(configuration: Configuration) -> None:
+    known = {f"{ecm.id}.{skill}" for ecm in configuration.modules.values() for skill in ecm.skills}
+    for name in sorted((configuration.site.mcp.skills or frozenset()) - known):
+        near = did_you_mean(name, known)
+        hint = f"; did you mean `{near}`?" if near else ""
+        print(
+            f"aeros: warning: `policy.mcp.skills` names `{safe(name)}`, which is not here{hint}",
+            file=sys.stderr,
+        )

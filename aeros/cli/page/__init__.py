@@ -1,0 +1,1 @@
+"""The page about a finished run: what was left of it, put in order, drawn, and written as one file."""

@@ -1,0 +1,44 @@
+"""What a site says of clients of `aeros mcp`; where it says nothing, the operator approves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_site
+from aeros.spec.model import Execute, McpPolicy, Site
+
+
+def loaded(folder: Path, section: str) -> tuple[Site | None, list[str]]:
+    text = reference_site().read_text().replace("policy:\n", f"policy:\n{section}", 1)
+    (folder / "site.yaml").write_text(text)
+    sink = Diagnostics()
+    return load_site(folder / "site.yaml", sink), [one.headline for one in sink]
+
+
+@pytest.mark.parametrize(
+    ("section", "policy"),
+    [
+        ("", McpPolicy(Execute.APPROVAL, 20, None)),
+        ("  mcp: {most_steps: 3}\n", McpPolicy(Execute.APPROVAL, 3, None)),
+        ("  mcp: {execute: allowed, skills: [a.b]}\n", McpPolicy(Execute.ALLOWED, 20, frozenset(("a.b",)))),
+        ("  mcp: {execute: denied, skills: []}\n", McpPolicy(Execute.DENIED, 20, frozenset())),
+    ],
+)
+def test_what_is_not_said_is_the_stricter(section: str, policy: McpPolicy, tmp_path: Path) -> None:
+    site, said = loaded(tmp_path, section)
+    assert said == []
+    assert site is not None
+    assert site.mcp == policy
+
+
+@pytest.mark.parametrize(
+    "section", ["  mcp: {execute: maybe}\n", "  mcp: {most_steps: 0}\n", "  mcp: {approve: never}\n"]
+)
+def test_what_is_not_understood_is_no_site(section: str, tmp_path: Path) -> None:
+    site, said = loaded(tmp_path, section)
+    assert site is None
+    assert len(said) == 1
