@@ -171,10 +171,6 @@ class Unwritten(AuditLog):
     def __init__(self) -> None:
         pass
 
-    @property
-    def head(self) -> Head:
-        return BEGINNING
-
     def append(self, event: str, details: Mapping[str, Any]) -> int:
         return 0
 
