@@ -138,6 +138,7 @@ def view_of(run: Following, site: Site | None, *, is_there: bool) -> dict[str, A
     used = run.last[-1].usage if run.last else {}
     most = {} if site is None else {quota.id: quota.at_most for quota in site.quotas}
     single = [(name, told) for name, told in sorted(run.world.items()) if not isinstance(told[0], list)]
+    told = [one for one in run.events if one.text][-_EVENTS:]
     return {
         "schema": SCHEMA,
         "folder": str(run.folder),
@@ -149,7 +150,7 @@ def view_of(run: Following, site: Site | None, *, is_there: bool) -> dict[str, A
         "time": run.now,
         "plan": [{"step": step, "how": how} for step, how in parts],
         "under_way": [{"skill": one.skill, "since": one.began} for one in run.runs if one.ended is None],
-        "events": [{"time": one.time, "text": one.text} for one in list(run.events)[-_EVENTS:]],
+        "events": [{"time": one.time, "text": one.text} for one in told],
         "counts": {verdict: run.counts[verdict] for verdict in ("ALLOW", "ATTENUATE", "DENY")},
         "decisions": [
             {
