@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from aeros.sim.detection import BRIGHTNESS, FACE, PIXELS_MIN, points_of
 from aeros.sim.geometry import Camera, Triple
 from aeros.sim.layouts.dumpling_bench import CLOSED_HEIGHT, FILLING, HINGE_TO_PLATE, PLATE_HALF, WrapperSight
-from aeros.sim.rectangles import Rectangle, rectangle_around
+from aeros.sim.rectangles import Rectangle, rectangle_around, turned_into
 from aeros.sim.world import Image
 
 HIGHEST: Final = 0.20
@@ -145,9 +145,9 @@ def _wrapper(a: _Plate | None, b: _Plate | None) -> WrapperSight | None:
         return _standing(a, b)
     away = (a.around.x - b.around.x, a.around.y - b.around.y)
     best = a if a.is_whole else b
-    heading = best.heading
-    if away[0] * cos(heading) + away[1] * sin(heading) < 0.0:
-        heading += pi
+    # Of one that leans the sides look shorter than they are: from plate to plate is across the hinge.
+    across_hinge = atan2(away[1], away[0])
+    heading = across_hinge + turned_into(best.around.heading - across_hinge, pi / 2.0)
     way, side = np.array((cos(heading), sin(heading))), np.array((-sin(heading), cos(heading)))
     near, far = float((a.points[:, :2] @ way).min()), float((b.points[:, :2] @ way).max())
     beside = best.points if best.is_whole else np.concatenate((a.points, b.points))

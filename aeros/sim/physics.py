@@ -94,7 +94,8 @@ class PhysicsPlant(TickingPlant):
         self._truth = Truth(0, self._fast_values())
         self.sensors.sample(self._truth)
         for camera in scene.watching:
-            self._show(self.sensors.read_once(Truth(0, self._see(camera))))
+            # Of before the clock started, and so before anything goes wrong.
+            self._show(self.sensors.read_once(Truth(0, self._scene.look(camera))))
 
     def now(self) -> float:
         """Simulated seconds since the scene came to rest."""
