@@ -51,7 +51,8 @@ capabilities:
 skills:
 {skills}{_task(number) if number % 4 == 0 else ""}permissions:
   actuators: [arm, gripper]
-  sensors: [joint_encoders, gripper, cell_survey, wheel_odometry, contact_sensors, overhead_camera, side_camera]
+  sensors:
+    [joint_encoders, gripper, cell_survey, wheel_odometry, contact_sensors, overhead_camera, side_camera]
   actions:
     move_tool: target in table_area and speed <= 250 mm/s
     grip: width <= 81 mm and force <= 15 N

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from math import sqrt
 from typing import Any, Final, cast
 
 from aeros.spec.expr import terms as t
@@ -106,13 +105,8 @@ def _named(term: t.Term) -> str:
 
 
 def _solved(measured: t.Term, limit: Any) -> tuple[t.Term, Any]:
-    """The same bound of what is measured alone: without its square, and without what is added to it.
-
-    Lengths are compared by their squares, of which neither is negative here.
-    """
+    """The same bound of what is measured alone, without the constants added to it."""
     match measured:
-        case t.Multiply(left=left, right=right) if left == right and limit >= 0:
-            return _solved(left, Fraction(sqrt(limit)))
         case t.Add(left=part, right=t.Literal(value=Fraction() as added)):
             return _solved(part, limit - added)
         case _:
