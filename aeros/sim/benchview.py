@@ -13,10 +13,10 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aeros.sim.detection import BRIGHTNESS, FACE, PIXELS_MIN, points_of
+from aeros.sim.detection import BRIGHTNESS, PIXELS_MIN, points_of
 from aeros.sim.geometry import Camera, Triple
 from aeros.sim.layouts.dumpling_bench import CLOSED_HEIGHT, FILLING, HINGE_TO_PLATE, PLATE_HALF, WrapperSight
-from aeros.sim.rectangles import Rectangle, rectangle_around, turned_into
+from aeros.sim.rectangles import Rectangle, rectangle_around, top_face, turned_into
 from aeros.sim.world import Image
 
 HIGHEST: Final = 0.20
@@ -155,7 +155,7 @@ def _wrapper(a: _Plate | None, b: _Plate | None) -> WrapperSight | None:
     u, v = (near + far) / 2.0, float(across.min() + across.max()) / 2.0
     x, y = u * way + v * side
     fold = acos(max(-1.0, min(1.0, sum(p * q for p, q in zip(a.normal, b.normal, strict=True)))))
-    return WrapperSight((float(x), float(y), a.height - PLATE_HALF[2]), _wrapped(heading), fold)
+    return WrapperSight((float(x), float(y), a.height - PLATE_HALF[2]), turned_into(heading, 2.0 * pi), fold)
 
 
 def _is_over(b: _Plate, a: _Plate) -> bool:
@@ -173,7 +173,9 @@ def _by_one(plate: _Plate, above: float, *, closed: bool) -> WrapperSight:
         heading += pi
     x = plate.around.x - HINGE_TO_PLATE * cos(heading)
     y = plate.around.y - HINGE_TO_PLATE * sin(heading)
-    return WrapperSight((x, y, plate.height - above), _wrapped(heading), pi - plate.tilt if closed else 0.0)
+    return WrapperSight(
+        (x, y, plate.height - above), turned_into(heading, 2.0 * pi), pi - plate.tilt if closed else 0.0
+    )
 
 
 def _standing(a: _Plate, b: _Plate) -> WrapperSight:
@@ -182,17 +184,12 @@ def _standing(a: _Plate, b: _Plate) -> WrapperSight:
     heading = atan2(away[1], away[0]) if dist(away, (0.0, 0.0)) > PLATE_HALF[0] / 2.0 else a.heading
     top = max(float(one.points[:, 2].max()) for one in (a, b))
     middle = ((a.around.x + b.around.x) / 2.0, (a.around.y + b.around.y) / 2.0, top / 2.0)
-    return WrapperSight(middle, _wrapped(heading), None)
+    return WrapperSight(middle, turned_into(heading, 2.0 * pi), None)
 
 
 def _filling(points: Points) -> Triple | None:
     """The filling's middle, by its top face."""
     if len(points) < PIXELS_MIN:
         return None
-    face = points[points[:, 2] > points[:, 2].max() - FACE]
-    around = rectangle_around(face[:, :2])
-    return (around.x, around.y, float(np.median(face[:, 2])) - FILLING[1] / 2.0)
-
-
-def _wrapped(angle: float) -> float:
-    return (angle + pi) % (2.0 * pi) - pi
+    around, top = top_face(points)
+    return (around.x, around.y, top - FILLING[1] / 2.0)

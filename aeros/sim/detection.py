@@ -25,6 +25,9 @@ DOMINANCE: Final = 2.0
 BRIGHTNESS: Final = 60
 """Least red of a red pixel (of 255)."""
 
+YELLOW: Final = (0.6, 0.5)
+"""Of a yellow pixel's red, green is more than the first share and blue less than the second."""
+
 FACE: Final = 0.004
 """Depth below the highest point that still belongs to the top face, m."""
 
@@ -94,6 +97,13 @@ def _has_room(points: NDArray[np.float64], place: Triple, yaw: float, top: float
         np.abs(away @ np.array((-ahead[1], ahead[0]))) < HAND[1]
     )
     return not bool((inside & (points[:, :, 2] > top + OVER)).any())
+
+
+def is_yellow(rgb: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which pixels of a picture (height, width, 3) are as yellow as a sponge."""
+    red, green, blue = (rgb[:, :, channel] for channel in range(3))
+    yellow: NDArray[np.bool_] = (red > BRIGHTNESS) & (green > YELLOW[0] * red) & (blue < YELLOW[1] * red)
+    return yellow
 
 
 def points_of(depth: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:

@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aeros.sim.detection import BRIGHTNESS, FACE, PIXELS_MIN, points_of
+from aeros.sim.detection import FACE, PIXELS_MIN, is_yellow, points_of
 from aeros.sim.geometry import Camera, Triple
 from aeros.sim.layouts.dirt import CELL
 from aeros.sim.layouts.table import AREA, BIN, BIN_INNER, SPONGE
@@ -19,9 +19,6 @@ from aeros.sim.world import Image
 
 DARK: Final = 0.7
 """Share of the bare table's brightness, in the same light, below which a pixel of it shows dirt."""
-
-YELLOW: Final = (0.6, 0.5)
-"""Of a yellow pixel's red, green is more than the first share and blue less than the second."""
 
 STANDS_OUT: Final = (0.012, 0.30)
 """Heights between which something stands on the table, m: beneath is its top, above is the arm."""
@@ -56,15 +53,13 @@ def inspect_table(image: Image, camera: Camera) -> Inspection:
     points = points_of(image.depth, camera)
     x, y, z = (points[:, :, axis] for axis in range(3))
     rgb = image.rgb.astype(np.float64)
-    red, green, blue = (rgb[:, :, channel] for channel in range(3))
-    yellow = (red > BRIGHTNESS) & (green > YELLOW[0] * red) & (blue < YELLOW[1] * red)
     standing = _within(x, y, *LOOKED_AT) & (z > STANDS_OUT[0]) & (z < STANDS_OUT[1])
-    sponge = _sponge(points[standing & yellow])
+    sponge = _sponge(points[standing & is_yellow(rgb)])
     others = standing & ~_in_bin(x, y)
     if sponge is not None:
         others &= np.hypot(x - sponge[0], y - sponge[1]) > SPONGE_REACH
     top = _within(x, y, *LOOKED_AT) & (np.abs(z) < STANDS_OUT[0])
-    return Inspection(sponge, _clean(x, y, red, top), int(others.sum()))
+    return Inspection(sponge, _clean(x, y, rgb[:, :, 0], top), int(others.sum()))
 
 
 def _sponge(foam: NDArray[np.float64]) -> Triple | None:

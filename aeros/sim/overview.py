@@ -13,9 +13,9 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aeros.sim.detection import BRIGHTNESS, FACE, PIXELS_MIN, points_of
+from aeros.sim.detection import BRIGHTNESS, PIXELS_MIN, is_yellow, points_of
 from aeros.sim.geometry import Camera
-from aeros.sim.rectangles import Rectangle, rectangle_around, turned_into
+from aeros.sim.rectangles import top_face, turned_into
 from aeros.sim.sight import Sight
 from aeros.sim.world import Image
 
@@ -24,9 +24,6 @@ LIES: Final = (0.012, 0.12)
 
 PURE: Final = 1.5
 """How many times a piece's colour exceeds the two others, whatever the light."""
-
-YELLOW: Final = (0.6, 0.5)
-"""Of a yellow pixel's red, green is more than the first share and blue less than the second."""
 
 Mask = NDArray[np.bool_]
 
@@ -48,31 +45,17 @@ def overlook(image: Image, camera: Camera) -> Overview:
     low = (points[:, :, 2] > LIES[0]) & (points[:, :, 2] < LIES[1])
     rgb = image.rgb.astype(np.float64)
     red, green, blue = (rgb[:, :, channel] for channel in range(3))
-    yellow = (red > BRIGHTNESS) & (green > YELLOW[0] * red) & (blue < YELLOW[1] * red)
     bluish = (blue > BRIGHTNESS) & (blue > PURE * np.maximum(red, green))
     greenish = (green > BRIGHTNESS) & (green > PURE * np.maximum(red, blue))
-    pieces = (_piece(points[low & mask]) for mask in (bluish, greenish))
-    return Overview(_sponge(points[low & yellow]), tuple(one for one in pieces if one is not None))
+    pieces = (_lying(points[low & mask], pi / 2.0) for mask in (bluish, greenish))
+    sponge = _lying(points[low & is_yellow(rgb)], pi)
+    return Overview(sponge, tuple(one for one in pieces if one is not None))
 
 
-def _sponge(foam: NDArray[np.float64]) -> Sight | None:
-    """Where the foam's middle is, half as high as its top."""
-    if len(foam) < PIXELS_MIN:
-        return None
-    face, top = _top_face(foam)
-    along = face.heading if face.length >= face.width else face.heading + pi / 2.0
-    return Sight((face.x, face.y, top / 2.0), None, turned_into(along, pi))
-
-
-def _piece(points: NDArray[np.float64]) -> Sight | None:
-    """Where a piece's middle is, half as high as its top."""
+def _lying(points: NDArray[np.float64], period: float) -> Sight | None:
+    """Where the middle is, half as high as its top, of what looks alike when turned by `period`."""
     if len(points) < PIXELS_MIN:
         return None
-    face, top = _top_face(points)
-    return Sight((face.x, face.y, top / 2.0), None, turned_into(face.heading, pi / 2.0))
-
-
-def _top_face(points: NDArray[np.float64]) -> tuple[Rectangle, float]:
-    """The rectangle around what is highest of `points` (n, 3), and its height."""
-    face = points[points[:, 2] > points[:, 2].max() - FACE]
-    return rectangle_around(face[:, :2]), float(np.median(face[:, 2]))
+    face, top = top_face(points)
+    along = face.heading if face.length >= face.width else face.heading + pi / 2.0
+    return Sight((face.x, face.y, top / 2.0), None, turned_into(along, period))

@@ -8,6 +8,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from aeros.sim.detection import FACE
+
 _HEADINGS: Final = np.arange(0.0, pi / 2.0, pi / 360.0)
 """Those that are tried, rad: half a degree is finer than a picture of a hundred pixels shows."""
 
@@ -39,6 +41,12 @@ def rectangle_around(points: NDArray[np.float64]) -> Rectangle:
         float(lengths[best]),
         float(widths[best]),
     )
+
+
+def top_face(points: NDArray[np.float64]) -> tuple[Rectangle, float]:
+    """The rectangle around what is highest of `points` (n, 3), n > 0, and its height, m."""
+    face = points[points[:, 2] > points[:, 2].max() - FACE]
+    return rectangle_around(face[:, :2]), float(np.median(face[:, 2]))
 
 
 def turned_into(heading: float, period: float) -> float:

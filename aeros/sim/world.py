@@ -248,10 +248,6 @@ class World:
         state = bullet.getLinkState(body, link, computeForwardKinematics=1, physicsClientId=self.client)
         return Pose(state[4], state[5])
 
-    def speed(self, body: int) -> float:
-        """Speed of a body's base, m/s."""
-        return math.dist(bullet.getBaseVelocity(body, physicsClientId=self.client)[0], (0.0, 0.0, 0.0))
-
     def joint_position(self, body: int, joint: int) -> float:
         """Position of one joint, rad or m."""
         position: float = bullet.getJointState(body, joint, physicsClientId=self.client)[0]

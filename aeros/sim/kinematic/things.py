@@ -9,12 +9,11 @@ links that meet, but for what is held and pressed on a surface.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from math import dist, inf
+from dataclasses import dataclass
+from math import inf
 from typing import Final, NamedTuple
 
 from aeros.sim.geometry import Pose, Triple, in_frame, of_frame, turned, yaw_of
-from aeros.sim.profile import TICK
 
 STIFFNESS: Final = 10_000.0
 """Force per depth by which what is pressed on a surface would be below it, N/m.  Chosen, not measured: the
@@ -53,7 +52,6 @@ class Thing:
     low, high: corners of the part to grip, in that frame, m.
     foot: from its frame's origin down to its underside, m.
     carries: its top as something others lie on, in its frame; None if nothing can.
-    speed: m/s.
     """
 
     pose: Pose
@@ -61,7 +59,6 @@ class Thing:
     high: Triple
     foot: float
     carries: Slab | None = None
-    speed: float = field(default=0.0, init=False)
 
     def width_between(self, tool: Pose) -> float | None:
         """How wide it is along the fingers' way, y of the tool; None where it is not between the pads.
@@ -157,13 +154,10 @@ class Things:
         below = max(self._highest(self._slabs, tip) - tip[2] + PAD for tip in tips)
         self.load = STIFFNESS * max(0.0, below)
         yaw = yaw_of(tool.orientation)
-        before = [thing.pose.position for thing in self._things]
         for number, (place, turn) in self._held.items():
             thing = self._things[number]
             wanted = Pose(of_frame(tool, place), turned(yaw + turn))
             self.load += thing.follow(wanted, self._support(wanted.position, thing))
-        for thing, was in zip(self._things, before, strict=True):
-            thing.speed = dist(was, thing.pose.position) / TICK
 
     def _lying_on(self, thing: Thing) -> list[int]:
         top = _top_of(thing)

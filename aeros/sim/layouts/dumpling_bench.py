@@ -171,10 +171,13 @@ def known_of_bench(handle: Triple, pressed: float) -> dict[str, Any]:
 
 
 class Inspector:
-    """What pictures have shown of the dumpling, and the press's load cell has felt, so far."""
+    """What pictures have shown of the dumpling, and the press's load cell has felt, so far.
+
+    wrapper: as the last picture from above shows it.
+    """
 
     def __init__(self) -> None:
-        self._wrapper: WrapperSight | None = None
+        self.wrapper: WrapperSight | None = None
         self._pressed = False
         self._wrapped = False
         self._in_pot_since: float | None = None
@@ -190,7 +193,7 @@ class Inspector:
         Supplied dough and filling stay "on the workspace" as parts of the dumpling, and so does filling
         that a closed wrapper hides.
         """
-        self._wrapper = wrapper
+        self.wrapper = wrapper
         seen: dict[str, Any] = {"filling_position": filling}
         if wrapper is None:
             names = "wrapper_position", "wrapper_yaw", "wrapper_fold", "dough_on_workspace", "wrapper_aligned"
@@ -221,7 +224,7 @@ class Inspector:
 
         filled: whether it shows filling between the plates, and none beside.
         """
-        closed = self._wrapper is not None and self._wrapper.is_closed
+        closed = self.wrapper is not None and self.wrapper.is_closed
         self._wrapped = closed and filled and self._pressed
         return {"dumpling_wrapped": self._wrapped}
 

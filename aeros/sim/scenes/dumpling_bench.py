@@ -73,7 +73,6 @@ class DumplingBench:
         self._sealed = False
         self._press_force = 0.0
         self._inspector = Inspector()
-        self._wrapper_seen: WrapperSight | None = None
 
     def tick(self) -> None:
         """Measure the press force, and seal when all three conditions pass."""
@@ -96,11 +95,11 @@ class DumplingBench:
         """What the camera's picture shows: `overhead` the bench, `side` what is in a closed wrapper."""
         if camera == "overhead":
             seen = view_bench(self._world.render(OVERHEAD), OVERHEAD)
-            self._wrapper_seen = _through(through, camera, seen.wrapper)
+            wrapper = _through(through, camera, seen.wrapper)
             filling = through(camera, None if seen.filling is None else Sight(seen.filling))
             place = None if filling is None else filling.place
-            return self._inspector.look_down(self._wrapper_seen, place, self._world.time)
-        wrapper = self._wrapper_seen
+            return self._inspector.look_down(wrapper, place, self._world.time)
+        wrapper = self._inspector.wrapper
         filled = wrapper is not None and shows_filling(self._world.render(SIDE), SIDE, wrapper)
         return self._inspector.look_across(filled)
 
