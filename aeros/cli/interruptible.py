@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import os
 import signal
-from contextlib import AbstractContextManager
 from types import FrameType
 from typing import Final, Self
 
-from aeros.runtime.configuration import Configuration
+from aeros.cli.relay import Relay
 from aeros.runtime.governor import Command, Governor
 
 _STDERR: Final = 2
 _TOLD: Final = b"stopping; Ctrl-C again ends at once\n"
 
 
-class Interruptible:
+class Interruptible(Relay):
     """A governor that asks for a stop once SIGINT has come, as long as it is entered.
 
     An exception in its place may come between any two instructions, and so leave a record of the audit log
@@ -23,7 +22,7 @@ class Interruptible:
     """
 
     def __init__(self, governor: Governor) -> None:
-        self._governor = governor
+        super().__init__(governor)
         self.is_interrupted = False
 
     def __enter__(self) -> Self:
@@ -45,23 +44,6 @@ class Interruptible:
         self.is_interrupted = True
 
     @property
-    def generation(self) -> int:
-        """See `Governor`."""
-        return self._governor.generation
-
-    @property
     def command(self) -> Command:
         """See `Governor`."""
         return Command.STOP if self.is_interrupted else self._governor.command
-
-    def configuration(self) -> tuple[int, Configuration]:
-        """See `Governor`."""
-        return self._governor.configuration()
-
-    def acting(self, generation: int) -> AbstractContextManager[bool]:
-        """See `Governor`."""
-        return self._governor.acting(generation)
-
-    def objection(self, module: str, skill: str, kind: str) -> str | None:
-        """See `Governor`."""
-        return self._governor.objection(module, skill, kind)

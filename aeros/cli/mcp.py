@@ -11,7 +11,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from aeros.agent.errors import RefusedError
 from aeros.agent.loop import awake
 from aeros.agent.routing import Routed, route
 from aeros.cli.arguments import existing_path, writable_path
@@ -22,12 +21,19 @@ from aeros.cli.mcp_server.approvals import Approvals
 from aeros.cli.mcp_server.judging import Judge
 from aeros.cli.mcp_server.robot import Heard, Parts, Proposed, Robot
 from aeros.cli.mcp_server.tools import Tools
-from aeros.cli.plants import PLANTS, PlantRefusedError, open_plant
-from aeros.cli.run import governed, isolated_skills, key_in, output_folder, seed_of
+from aeros.cli.plants import PLANTS, open_plant
+from aeros.cli.premises import (
+    REFUSALS,
+    governed,
+    isolated_skills,
+    key_file_of,
+    output_folder,
+    seed_of,
+    signing_with,
+)
 from aeros.cli.run_report import TraceWriter
-from aeros.runtime.audit import AuditError, AuditLog
-from aeros.runtime.audit_checkpoints import AnchorError, Signing
-from aeros.runtime.audit_keys import KeyRefusedError, read_signing_key
+from aeros.runtime.audit import AuditLog
+from aeros.runtime.audit_checkpoints import Signing
 from aeros.runtime.bus.samples import FILE as SAMPLES
 from aeros.runtime.bus.samples import Samples
 from aeros.runtime.bus.watched_plant import WatchedPlant
@@ -36,7 +42,6 @@ from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate
 from aeros.runtime.registry.live import ask
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.skill_code import SkillRefusedError
 from aeros.spec.diagnostics import did_you_mean
 from aeros.spec.render import safe
 
@@ -45,7 +50,7 @@ if TYPE_CHECKING:
 
 _EXAMPLES = """\
 A client starts this command and talks to it over standard input and output.  It sees skills and state,
-has plans judged as `aeros plan --check` judges them, and has accepted ones executed: by the same agent,
+has plans judged as `aeros plan check` judges them, and has accepted ones executed: by the same agent,
 gate and record as `aeros run`.  Unless the site's `policy.mcp` says otherwise each execution waits for
 `aeros approve` in another terminal.  `aeros pause`, `resume` and `stop` reach it as they reach a run, and
 when the client goes, the robot stops.  Needs the extra: pip install 'aeros[mcp]'.
@@ -86,13 +91,10 @@ def _command(arguments: argparse.Namespace) -> Exit:
         return Exit.USAGE
     from aeros.cli.mcp_server.serving import serve
 
-    key_file = arguments.audit_key or key_in(arguments.state)
-    if arguments.anchor is not None and key_file is None:
-        print("aeros: --anchor needs --audit-key: `aeros audit keygen` makes one", file=sys.stderr)
-        return Exit.USAGE
+    key_file = key_file_of(arguments)
     governor, configuration, _ = governed(arguments)
     try:
-        signing = None if key_file is None else Signing(read_signing_key(key_file), arguments.anchor)
+        signing = signing_with(key_file, arguments.anchor)
         routed = route(arguments.instruction, configuration.modules)
         out = output_folder(arguments.out, f"mcp-{routed.task.id}")
         with governor, Interruptible(governor) as interruptible:
@@ -122,14 +124,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
             finally:
                 robot.close()
                 signal.signal(signal.SIGTERM, former)
-    except (
-        RefusedError,
-        PlantRefusedError,
-        SkillRefusedError,
-        AuditError,
-        AnchorError,
-        KeyRefusedError,
-    ) as refusal:
+    except REFUSALS as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
     return Exit.INTERRUPTED if by_signal else Exit.PROVED

@@ -9,10 +9,9 @@ import os
 import socket
 import time
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager
 from typing import Final, Self
 
-from aeros.runtime.configuration import Configuration
+from aeros.cli.relay import Relay
 from aeros.runtime.governor import Command, Governor
 
 READY: Final = "READY=1"
@@ -64,7 +63,7 @@ class Notifier:
         self.close()
 
 
-class Attended:
+class Attended(Relay):
     """A governor that tells the supervisor that somebody looks at it, which is the agent's heartbeat.
 
     So it beats as often as somebody asks whether to go on: before every action, at every control tick, and
@@ -73,7 +72,7 @@ class Attended:
     """
 
     def __init__(self, governor: Governor, notifier: Notifier) -> None:
-        self._governor = governor
+        super().__init__(governor)
         self._notifier = notifier
         self._next = 0.0
         self._last = Command.RUN
@@ -91,20 +90,3 @@ class Attended:
             self._last = command
             self.on_command(command)
         return command
-
-    @property
-    def generation(self) -> int:
-        """See `Governor`."""
-        return self._governor.generation
-
-    def configuration(self) -> tuple[int, Configuration]:
-        """See `Governor`."""
-        return self._governor.configuration()
-
-    def acting(self, generation: int) -> AbstractContextManager[bool]:
-        """See `Governor`."""
-        return self._governor.acting(generation)
-
-    def objection(self, module: str, skill: str, kind: str) -> str | None:
-        """See `Governor`."""
-        return self._governor.objection(module, skill, kind)

@@ -3,38 +3,33 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, suppress
-from datetime import datetime
 from functools import partial
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from aeros.agent.checkpoint import Checkpoints
-from aeros.agent.classical import Engine
-from aeros.agent.composing import CompositionPlanner
 from aeros.agent.errors import EndedError, RefusedError
 from aeros.agent.identity import exclusive
 from aeros.agent.journal import Event
 from aeros.agent.loop import Agent, awake
-from aeros.agent.pddl_planner import ClassicalPlanner
-from aeros.agent.planner import Planner, RulePlanner
+from aeros.agent.planner import Planner
 from aeros.agent.quarantine import Quarantine
 from aeros.agent.routing import Routed, route
-from aeros.agent.smt_planner import SmtPlanner
 from aeros.cli.arguments import UsageError, existing_path, film_path, mcap_path, writable_path
-from aeros.cli.bag import BagRefusedError, bagged
+from aeros.cli.bag import bagged
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.goal import goal_of
 from aeros.cli.interruptible import Interruptible
 from aeros.cli.latest_run import note_run
 from aeros.cli.notification import READY, STOPPING, Attended, Notifier
 from aeros.cli.page.left import read_left
+from aeros.cli.planners import LLM_KEY, planner_of, time_for
 from aeros.cli.plants import (
     PLANTS,
     PlantRefusedError,
@@ -46,13 +41,21 @@ from aeros.cli.plants import (
     people_of,
     window_of,
 )
+from aeros.cli.premises import (
+    REFUSALS,
+    governed,
+    isolated_skills,
+    key_file_of,
+    output_folder,
+    seed_of,
+    signing_with,
+)
 from aeros.cli.report import written
 from aeros.cli.run_report import TraceWriter, summary
 from aeros.cli.unfinished import forget, keep, restore
 from aeros.cli.watchdog import watch
-from aeros.runtime.audit import AuditError, AuditLog, AuditReport, verify_log
-from aeros.runtime.audit_checkpoints import AnchorError, Signing, verify_signed
-from aeros.runtime.audit_keys import KeyRefusedError, read_signing_key
+from aeros.runtime.audit import AuditLog, AuditReport, verify_log
+from aeros.runtime.audit_checkpoints import Signing, verify_signed
 from aeros.runtime.bus.samples import FILE as SAMPLES
 from aeros.runtime.bus.samples import Samples
 from aeros.runtime.bus.watched_plant import WatchedPlant
@@ -60,18 +63,13 @@ from aeros.runtime.configuration import Configuration
 from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate, GateMode
 from aeros.runtime.governor import Command, Governor
-from aeros.runtime.isolation.opening import SkillRuns
 from aeros.runtime.ports import Plant
-from aeros.runtime.proving import prove
-from aeros.runtime.registry.governing import Governing, Steered, Steering
+from aeros.runtime.registry.governing import Governing, Steering
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.skill_code import SkillRefusedError
 from aeros.sim.hosting.host import Host, HostLog
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.sim.hosting.wire import LostError
-from aeros.spec.diagnostics import did_you_mean
-from aeros.spec.folders import reference_site
-from aeros.spec.model import Clause, Ecm, Site
+from aeros.spec.model import Clause, Ecm
 from aeros.spec.reports import Report
 
 if TYPE_CHECKING:
@@ -82,9 +80,6 @@ if TYPE_CHECKING:
     from aeros.sim.physics import Spectator
 
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
-
-LLM_KEY: Final = "AEROS_LLM_KEY"
-"""The variable of the environment that holds the key of the language model's API."""
 
 _EXAMPLES = """\
 All modules are proved before anything moves, and each `ecm.lock` must be the certificate that
@@ -268,13 +263,6 @@ def add_to(commands: Subparsers) -> None:
     parser.set_defaults(command=_command, plant_at=None)
 
 
-def seed_of(text: str) -> int:
-    """A seed, as an argument."""
-    if not text.isascii() or not text.isdigit() or not int(text) < 2**63:
-        raise argparse.ArgumentTypeError("expected a whole number from 0 to 2^63 - 1")
-    return int(text)
-
-
 def _count(text: str) -> int:
     if not text.isascii() or not text.isdigit() or not 0 < int(text) < 2**31:
         raise argparse.ArgumentTypeError("expected a whole number above 0")
@@ -332,19 +320,16 @@ def _watch(arguments: argparse.Namespace) -> Exit:
 
 
 def _pursue(arguments: argparse.Namespace) -> Exit:
-    key_file = arguments.audit_key or key_in(arguments.state)
-    if arguments.anchor is not None and key_file is None:
-        print("aeros: --anchor needs --audit-key: `aeros audit keygen` makes one", file=sys.stderr)
-        return Exit.USAGE
+    key_file = key_file_of(arguments)
     governor, configuration, report = governed(arguments, resumed=arguments.resume or arguments.serve_plant)
     try:
-        signing = None if key_file is None else Signing(read_signing_key(key_file), arguments.anchor)
+        signing = signing_with(key_file, arguments.anchor)
         people = people_of(arguments.plant, arguments.person)
         installed = isinstance(governor, Governing)
         others = Registry(arguments.state).inactive if installed else dict[str, Ecm]
         routed = route(arguments.instruction, configuration.modules, others)
         goal = None if arguments.goal is None else goal_of(arguments.goal, configuration.site)
-        planner = _planner(arguments, configuration.modules[routed.module], configuration.site)
+        planner = planner_of(arguments, configuration.modules[routed.module], configuration.site)
         around = _Around((), (), ())
         if arguments.plant_at is None or arguments.serve_plant:
             faults = faults_of(arguments.plant, arguments.faults, configuration, routed.task)
@@ -366,91 +351,13 @@ def _pursue(arguments: argparse.Namespace) -> Exit:
                 out,
                 signing,
             )
-    except (
-        RefusedError,
-        PlantRefusedError,
-        SkillRefusedError,
-        AuditError,
-        AnchorError,
-        BagRefusedError,
-        KeyRefusedError,
-    ) as refusal:
+    except REFUSALS as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
     except LostError as lost:
         # Whoever supervises this process may try it again.
         print(f"aeros: the plant is lost: {lost}", file=sys.stderr)
         return Exit.OUR_BUG
-
-
-def governed(
-    arguments: argparse.Namespace, *, resumed: bool = False
-) -> tuple[Governing | Steered, Configuration, Report]:
-    """Who governs, as --site, --ecms and --state say: the configuration in force, proved, and its proof.
-
-    resumed: what was commanded before holds on.
-    """
-    registry = Registry(arguments.state)
-    if arguments.ecms is None and arguments.site is None and registry.exists:
-        governing = Governing(registry, resumed=resumed)
-        return governing, governing.configuration()[1], governing.report
-    site = arguments.site or reference_site()
-    configuration, report = prove([arguments.ecms or Path("ecms")], site, certified=True)
-    return Steered(configuration, registry, resumed=resumed), configuration, report
-
-
-def _planner(arguments: argparse.Namespace, module: Ecm, site: Site) -> Planner:
-    """What proposes plans: the task's planning rules unless another is asked for."""
-    composition, by_rules = arguments.composition, arguments.planner == "rules"
-    if composition is not None and (arguments.planner or arguments.goal) is not None:
-        raise UsageError("--composition is followed as it is: neither --planner nor --goal goes with it")
-    if arguments.goal is not None and by_rules:
-        raise UsageError("planning rules pursue their own task's goal: --goal goes with --planner smt")
-    if (arguments.planner == "llm") is not (
-        arguments.llm_url is not None and arguments.llm_model is not None
-    ):
-        raise UsageError("--planner llm, --llm-url and --llm-model go together")
-    if arguments.engine is not None and arguments.planner != "pddl":
-        raise UsageError("--engine goes with --planner pddl")
-    by_search = arguments.goal is not None or arguments.planner in ("smt", "pddl", "llm")
-    if arguments.plan_within is not None and not by_search:
-        raise UsageError(
-            "what is declared is at hand at once: --plan-within goes with --planner smt, pddl or llm"
-        )
-    if arguments.planner == "llm":
-        return _asking_planner(arguments, site)
-    if arguments.planner == "pddl":
-        return ClassicalPlanner(site, Engine(arguments.engine))
-    if by_search:
-        return SmtPlanner(site)
-    if composition is None:
-        return RulePlanner()
-    if composition not in module.compositions:
-        near = did_you_mean(composition, module.compositions)
-        hint = f"; did you mean `{near}`?" if near else ""
-        raise RefusedError(f"`{module.id}` has no composition `{composition}`{hint}")
-    return CompositionPlanner(composition)
-
-
-def _asking_planner(arguments: argparse.Namespace, site: Site) -> Planner:
-    """A language model, and where it does not help what would plan without it."""
-    try:
-        from aeros.agent.chat import Endpoint
-        from aeros.agent.llm_planner import LlmPlanner
-    except ImportError as error:
-        missing = f"({error.name} is missing)"
-        raise RefusedError(f"--planner llm needs `pip install 'aeros[llm]'` {missing}") from error
-    endpoint = Endpoint(arguments.llm_url, arguments.llm_model, os.environ.get(LLM_KEY))
-    fallback = RulePlanner() if arguments.goal is None else SmtPlanner(site)
-    # So that the other planner can still plan in time.
-    asked_within = 0.8 * min(arguments.plan_within or inf, float(site.limits.planning))
-    return LlmPlanner(site, endpoint, fallback, asked_within)
-
-
-def _within(arguments: argparse.Namespace, planner: Planner) -> float | None:
-    """Seconds for a plan that is made beside the plant's time; None of a planner that answers at once."""
-    at_once = isinstance(planner, RulePlanner | CompositionPlanner)
-    return None if at_once else arguments.plan_within or inf
 
 
 @contextmanager
@@ -469,12 +376,6 @@ def _watched(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Path, S
         if is_filmed or arguments.record is not None:
             spectators.append(film_of(arguments.plant, arguments.record or out / "run.webp"))
         yield out, spectators
-
-
-def key_in(state: Path) -> Path | None:
-    """The key to sign with that is used without being asked for."""
-    path = state / "audit.key"
-    return path if path.exists() else None
 
 
 class _Around(NamedTuple):
@@ -583,7 +484,7 @@ def _run(
                 planner,
                 trace.tell,
                 arguments.seed,
-                within=_within(arguments, planner),
+                within=time_for(arguments, planner),
                 purpose=arguments.instruction,
             ) as agent:
                 note_run(arguments.state, out)
@@ -637,26 +538,3 @@ def _audited(log: Path, signing: Signing | None) -> tuple[AuditReport, str]:
         chain = verify_signed(log, signing.key.public, signing.anchor).chain
         sound = "chain sound, signed" if signing.anchor is None else "chain sound, signed and anchored"
     return chain, sound if chain.sound else f"record {chain.bad_record}: {chain.why}"
-
-
-@contextmanager
-def isolated_skills(configuration: Configuration) -> Iterator[SkillRuns]:
-    """Where skill code runs; refuses before anything starts where this host isolates too little."""
-    with SkillRuns(configuration.site, configuration.modules.values()) as skills:
-        if skills.refusal is not None:
-            raise SkillRefusedError(skills.refusal)
-        if skills.warning is not None:
-            print(f"aeros: warning: {skills.warning}", file=sys.stderr)
-        yield skills
-
-
-def output_folder(wanted: Path | None, task: str) -> Path:
-    """A folder that was not there before, or is empty: one run never mixes with another's record."""
-    folder = wanted or Path("runs") / f"{task}-{datetime.now().astimezone():%Y%m%d-%H%M%S-%f}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        if any(folder.iterdir()):
-            raise PlantRefusedError(f"`{folder}` is not empty; give a new folder with --out")
-    except OSError as error:
-        raise PlantRefusedError(f"cannot write to `{folder}`: {error.strerror}") from error
-    return folder

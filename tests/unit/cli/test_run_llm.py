@@ -11,7 +11,7 @@ import pytest
 
 from aeros.cli.exit_codes import Exit
 from aeros.cli.main import main
-from aeros.cli.run import LLM_KEY
+from aeros.cli.planners import LLM_KEY
 from aeros.runtime.audit import verify_log
 from tests.unit.agent.stub_llm import says, stub
 
