@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aeros.agent.loop import awake
-from aeros.agent.routing import Routed, route
+from aeros.agent.routing import Routed
 from aeros.cli.arguments import existing_path, writable_path
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.interruptible import Interruptible
@@ -30,6 +30,7 @@ from aeros.cli.premises import (
     output_folder,
     seed_of,
     signing_with,
+    task_meant,
 )
 from aeros.cli.run_report import TraceWriter
 from aeros.runtime.audit import AuditLog
@@ -95,7 +96,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     governor, configuration, _ = governed(arguments)
     try:
         signing = signing_with(key_file, arguments.anchor)
-        routed = route(arguments.instruction, configuration.modules)
+        routed = task_meant(arguments.instruction, configuration, governor, arguments.state)
         out = output_folder(arguments.out, f"mcp-{routed.task.id}")
         with governor, Interruptible(governor) as interruptible:
             _warn_of_unknown_skills(configuration)

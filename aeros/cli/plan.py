@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,7 @@ from aeros.agent.values import exact, plain
 from aeros.cli.arguments import UsageError, existing_path
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.goal import goal_of, value_of
+from aeros.runtime.registry.registry import Registry
 from aeros.sim.symbolic_state import initial_values
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.diagnostics import Diagnostics
@@ -83,11 +84,10 @@ def add_to(commands: Subparsers) -> None:
         metavar="NAME=VALUE",
         help="start where this is measured, or `unknown`; may be repeated",
     )
+    parser.add_argument("--ecms", type=existing_path, help="the modules (default: as of `aeros run`)")
+    parser.add_argument("--site", type=existing_path, help="the site file (default: as of `aeros run`)")
     parser.add_argument(
-        "--ecms", type=existing_path, default=Path("ecms"), help="the modules to plan with (default: ecms)"
-    )
-    parser.add_argument(
-        "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
+        "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
     )
     parser.add_argument(
         "--pddl",
@@ -126,11 +126,11 @@ def _command(arguments: argparse.Namespace) -> Exit:
         raise UsageError("there is nothing to plan for: give an instruction, or --goal")
     if check is not None and arguments.pddl is not None:
         raise UsageError("a plan is judged, or a problem is written: `check` does not go with --pddl")
-    site, modules = _loaded(arguments.ecms, arguments.site)
+    site, modules, others = _loaded(arguments)
     task: Task | None = None
     if instruction is not None:
         try:
-            task = route(instruction, modules).task
+            task = route(instruction, modules, others).task
         except RoutingError as refusal:
             print(f"aeros: {refusal}", file=sys.stderr)
             return Exit.REJECTED
@@ -208,15 +208,25 @@ def _checked(strategy: Strategy, start: State, steps: tuple[str, ...], form: str
     return Exit.REJECTED if problems else Exit.PROVED
 
 
-def _loaded(folder: Path, site_path: Path | None) -> tuple[Site, dict[str, Ecm]]:
+def _loaded(
+    arguments: argparse.Namespace,
+) -> tuple[Site, Mapping[str, Ecm], Callable[[], Mapping[str, Ecm]]]:
+    """The site, the modules to plan with and those that are there and not active.
+
+    On a robot, what is in force; or what the arguments name, which is read and not proved.
+    """
+    registry = Registry(arguments.state)
+    if arguments.ecms is None and arguments.site is None and registry.exists:
+        configuration, _ = registry.configuration()
+        return configuration.site, configuration.modules, registry.inactive
     sink = Diagnostics()
-    site = load_site(site_path or reference_site(), sink)
-    folders = [] if site is None else module_folders(folder, sink)
+    site = load_site(arguments.site or reference_site(), sink)
+    folders = [] if site is None else module_folders(arguments.ecms or Path("ecms"), sink)
     loaded = [load_ecm(one, site, sink) for one in folders if site is not None]
     sink.raise_if_errors()
     if site is None:
         raise InternalError("a site that was not read was not reported")
-    return site, {one.ecm.id: one.ecm for one in loaded if one is not None}
+    return site, {one.ecm.id: one.ecm for one in loaded if one is not None}, dict[str, Ecm]
 
 
 def _own_goal(task: Task | None) -> Clause:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from aeros.agent.errors import RefusedError
+from aeros.agent.routing import Routed, route
 from aeros.cli.arguments import UsageError
 from aeros.cli.bag import BagRefusedError
 from aeros.cli.plants import PlantRefusedError
@@ -24,6 +25,7 @@ from aeros.runtime.registry.governing import Governing, Steered
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.skill_code import SkillRefusedError
 from aeros.spec.folders import reference_site
+from aeros.spec.model import Ecm
 from aeros.spec.reports import Report
 
 REFUSALS: Final = (
@@ -73,6 +75,14 @@ def governed(
     site = arguments.site or reference_site()
     configuration, report = prove([arguments.ecms or Path("ecms")], site, certified=True)
     return Steered(configuration, registry, resumed=resumed), configuration, report
+
+
+def task_meant(
+    instruction: str, configuration: Configuration, governor: Governing | Steered, state: Path
+) -> Routed:
+    """The task that is asked for; where only an installed, inactive module has it, RoutingError says so."""
+    others = Registry(state).inactive if isinstance(governor, Governing) else dict[str, Ecm]
+    return route(instruction, configuration.modules, others)
 
 
 @contextmanager

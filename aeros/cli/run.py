@@ -20,7 +20,7 @@ from aeros.agent.journal import Event
 from aeros.agent.loop import Agent, awake
 from aeros.agent.planner import Planner
 from aeros.agent.quarantine import Quarantine
-from aeros.agent.routing import Routed, route
+from aeros.agent.routing import Routed
 from aeros.cli.arguments import UsageError, existing_path, film_path, mcap_path, writable_path
 from aeros.cli.bag import bagged
 from aeros.cli.exit_codes import EXIT_CODES, Exit
@@ -49,6 +49,7 @@ from aeros.cli.premises import (
     output_folder,
     seed_of,
     signing_with,
+    task_meant,
 )
 from aeros.cli.report import written
 from aeros.cli.run_report import TraceWriter, summary
@@ -64,12 +65,12 @@ from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate, GateMode
 from aeros.runtime.governor import Command, Governor
 from aeros.runtime.ports import Plant
-from aeros.runtime.registry.governing import Governing, Steering
+from aeros.runtime.registry.governing import Steering
 from aeros.runtime.registry.registry import Registry
 from aeros.sim.hosting.host import Host, HostLog
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.sim.hosting.wire import LostError
-from aeros.spec.model import Clause, Ecm
+from aeros.spec.model import Clause
 from aeros.spec.reports import Report
 
 if TYPE_CHECKING:
@@ -325,9 +326,7 @@ def _pursue(arguments: argparse.Namespace) -> Exit:
     try:
         signing = signing_with(key_file, arguments.anchor)
         people = people_of(arguments.plant, arguments.person)
-        installed = isinstance(governor, Governing)
-        others = Registry(arguments.state).inactive if installed else dict[str, Ecm]
-        routed = route(arguments.instruction, configuration.modules, others)
+        routed = task_meant(arguments.instruction, configuration, governor, arguments.state)
         goal = None if arguments.goal is None else goal_of(arguments.goal, configuration.site)
         planner = planner_of(arguments, configuration.modules[routed.module], configuration.site)
         around = _Around((), (), ())

@@ -1,4 +1,4 @@
-"""A client's plan, judged as `aeros plan --check` judges one, and as the agent judges every plan.
+"""A client's plan, judged as `aeros plan check` judges one, and as the agent judges every plan.
 
 It is judged with the inputs that skills have without being told, so a step may only give inputs that have no
 default.  No step is tried again: what a second try may lead to was not judged.

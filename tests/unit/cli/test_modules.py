@@ -63,14 +63,30 @@ def test_the_list_finds_by_capability_and_is_there_for_programs(capsys: pytest.C
     assert [block["id"] for block in listed["blocks"]] == ["worn"]
 
 
+@pytest.mark.parametrize(
+    "command",
+    [("run", "--plant", "symbolic"), ("mcp", "--plant", "symbolic"), ("plan",)],
+    ids=lambda command: command[0],
+)
 @pytest.mark.usefixtures("robot")
 def test_a_module_that_is_not_active_is_named_to_who_asks_for_its_task(
-    capsys: pytest.CaptureFixture[str],
+    command: tuple[str, ...], capsys: pytest.CaptureFixture[str]
 ) -> None:
+    if command[0] == "mcp":
+        pytest.importorskip("mcp", reason="the extra `mcp` is not installed")
     run("install", str(BASE / "tidy"))
-    assert run("run", "clean it", "--plant", "symbolic") == 1
+    assert run(*command, "clean it") == 1
     said = "no active module provides `clean it`; installed is `tidy.clean_up` (`aeros activate tidy`)"
     assert said in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("robot")
+def test_plans_are_made_with_what_is_active_on_the_robot(capsys: pytest.CaptureFixture[str]) -> None:
+    for command in ("install", "configure", "activate"):
+        run(command, str(BASE / "tidy") if command == "install" else "tidy")
+    capsys.readouterr()
+    assert run("plan", "clean it") == 0
+    assert "tidy.wipe" in capsys.readouterr().out
 
 
 def test_a_broken_assumption_is_listed_beside_the_module_of_that_version(
