@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 _START: Final = 60.0
 """Seconds for a plant in another process to be there: it proves its modules and builds its scene first."""
 
+_LISTENS: Final = 1.0
+"""Seconds from a socket that is there to one that is listened to."""
+
 _LOOK_EVERY: Final = 0.02  # s
 
 PLANTS = ("physics", "kinematic", "symbolic")
@@ -151,8 +154,14 @@ def joined(path: Path) -> RemotePlant:
         try:
             return RemotePlant(path)
         except OSError as failure:
+            if isinstance(failure, ConnectionRefusedError):
+                # The socket is there, and nobody behind it: it listens in a moment, or it never will again.
+                latest = min(latest, time.monotonic() + _LISTENS)
             if time.monotonic() >= latest:
-                raise PlantRefusedError(f"there is no plant at `{path}`: {failure.strerror}") from failure
+                raise PlantRefusedError(
+                    f"nobody serves a plant at `{path}` ({failure.strerror}); if its process has ended, so has the "
+                    "simulated plant: begin the task anew, by its instruction"
+                ) from failure
         time.sleep(_LOOK_EVERY)
 
 

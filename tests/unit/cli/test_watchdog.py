@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -17,6 +18,7 @@ import pytest
 from aeros.agent.quarantine import Quarantine
 from aeros.cli.exit_codes import Exit
 from aeros.cli.main import main
+from aeros.cli.plants import PlantRefusedError, joined
 from aeros.runtime.audit import verify_log
 from benchmarks.survival import VICTIMS, trial_of
 from benchmarks.survival import modules as manifests
@@ -196,3 +198,11 @@ def test_a_plant_that_cannot_be_had_is_said_at_once(tmp_path: Path) -> None:
     code, said = Watched(tmp_path, "--faults", "wrapper_bumped").end()
     assert code == Exit.REJECTED
     assert "the plant has ended: aeros: `--faults` needs the physics plant" in said
+
+
+def test_where_the_plant_is_gone_too_it_is_said_that_the_task_has_to_begin_anew(tmp_path: Path) -> None:
+    path = tmp_path / "plant.sock"
+    with socket.socket(socket.AF_UNIX) as left:
+        left.bind(str(path))
+    with pytest.raises(PlantRefusedError, match="begin the task anew"):
+        joined(path)
