@@ -159,8 +159,8 @@ def joined(path: Path) -> RemotePlant:
                 latest = min(latest, time.monotonic() + _LISTENS)
             if time.monotonic() >= latest:
                 raise PlantRefusedError(
-                    f"nobody serves a plant at `{path}` ({failure.strerror}); if its process has ended, so has the "
-                    "simulated plant: begin the task anew, by its instruction"
+                    f"nobody serves a plant at `{path}` ({failure.strerror}); if its process has ended, so has "
+                    "the simulated plant: begin the task anew, by its instruction"
                 ) from failure
         time.sleep(_LOOK_EVERY)
 
