@@ -159,7 +159,7 @@ def joined(path: Path) -> RemotePlant:
                 latest = min(latest, time.monotonic() + _LISTENS)
             if time.monotonic() >= latest:
                 raise PlantRefusedError(
-                    f"nobody serves a plant at `{path}` ({failure.strerror}); if its process has ended, so has "
+                    f"nobody serves a plant at `{path}` ({failure.strerror}); if its process ended, so did "
                     "the simulated plant: begin the task anew, by its instruction"
                 ) from failure
         time.sleep(_LOOK_EVERY)
