@@ -59,12 +59,14 @@ class Trial:
     recovered: how often an agent found that its last session had ended without a word.
     resumed: how often one went on with a plan, or made another, where it was.
     amid_motion: how often the plant was moving when its agent let go.
+    missed: why the goal was not reached.
     broken: what must not be and is; empty where all is as it should be.
     """
 
     seed: int
     kills: list[str] = field(default_factory=list)
     reached: bool = False
+    missed: str = ""
     recovered: int = 0
     resumed: int = 0
     amid_motion: int = 0
@@ -211,6 +213,7 @@ def _judge(trial: Trial, life: _Life, plant: str, modules: Mapping[str, Ecm]) ->
     notes = [one["details"] for one in _lines(life.log) if one["event"] == "note"]
     ended = [one["details"] for one in notes if one["event"] == "run-ended"]
     trial.reached = any(one["reached"] for one in ended)
+    trial.missed = "" if trial.reached or not ended else ended[-1]["reason"]
     changes = [one["details"]["change"] for one in notes if one["event"] == "lifecycle"]
     trial.recovered = changes.count("crash")
     trial.resumed = sum(one["event"] == "resumed" for one in notes)
@@ -305,7 +308,9 @@ def main() -> None:
     for seed in range(arguments.first, arguments.first + trials):
         each.append(trial_of(seed, arguments.plant, known, lasting))
         if arguments.format == "text":
-            told = each[-1].broken or ("goal reached" if each[-1].reached else "goal not reached")
+            told = each[-1].broken or (
+                "goal reached" if each[-1].reached else f"goal not reached: {each[-1].missed}"
+            )
             print(f"seed {seed}: {', '.join(each[-1].kills) or 'nobody'} killed; {told}", flush=True)
     kills = Counter(victim for one in each for victim in one.kills)
     found = {
