@@ -241,12 +241,11 @@ def _bin_clutter(observed: Observation, offset: float) -> Task:
 
 
 def _drop_in_bin(observed: Observation, offset: float) -> Task:
-    """Let what is held go over the bin, `offset` along x from its middle, and let it come to rest."""
+    """Let what is held go over the bin, `offset` along x from its middle."""
     observed = yield from _sense(observed, "bin_position")
     x, y, z = observed["bin_position"]
     observed = yield from _approach(observed, (x + offset, y, z + DROP_HEIGHT), 0.0)
-    observed = yield from _release(observed)
-    return (yield act("wait", duration=0.5))
+    return (yield from _release(observed))
 
 
 def _outside(observed: Observation) -> tuple[float, float]:
@@ -315,8 +314,7 @@ def _release(observed: Observation) -> Task:
 
 
 def _rise(observed: Observation, yaw: float) -> Task:
-    """Lift the tool straight up to travelling height, slowly at first."""
+    """Lift the tool straight up to travelling height; a move begins slowly by itself."""
     observed = yield from _sense(observed, "tool_position")
-    x, y, z = observed["tool_position"]
-    yield act("move_tool", target=(x, y, min(z + CLEARANCE, TRAVEL_HEIGHT)), yaw=yaw, speed=NEAR_SPEED)
+    x, y, _ = observed["tool_position"]
     return (yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=_free(observed)))

@@ -42,7 +42,7 @@ LIFT = 0.13
 """How far the object is lifted before it is carried, m."""
 
 CLEARANCE = 0.05
-"""Height above what is gripped, and above where it is put down, from which the hand is slow, m."""
+"""Height above a grasp or a place to put down from which the approach is slow, m."""
 
 GRASP = 0.012
 """How far above its middle the object is gripped, m."""
@@ -82,11 +82,9 @@ def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
     observed = yield act("look", camera="hand")
     (x, y, z), yaw = observed["object_position"], observed["object_yaw"]
     grip = z + (0.0 if observed["object_lying"] else GRASP)
-    yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=yaw, speed=NEAR_SPEED)
     yield act("move_tool", target=(x, y, grip + CLEARANCE), yaw=yaw, speed=_free(observed))
     yield act("move_tool", target=(x, y, grip), yaw=yaw, speed=NEAR_SPEED)
     yield act("grip", width=CLOSED, force=GRIP_FORCE)
-    yield act("move_tool", target=(x, y, grip + CLEARANCE), yaw=yaw, speed=NEAR_SPEED)
     yield act("move_tool", target=(x, y, grip + LIFT), yaw=yaw, speed=CARRY_SPEED)
 
 
@@ -103,8 +101,7 @@ def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
     yield from _over(observed, (x, y, grip), CLEARANCE)
     yield act("move_tool", target=(x, y, grip + 0.001), yaw=0.0, speed=NEAR_SPEED)
     yield act("grip", width=OPEN, force=GRIP_FORCE)
-    observed = yield act("move_tool", target=(x, y, grip + CLEARANCE), yaw=0.0, speed=NEAR_SPEED)
-    observed = yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=0.0, speed=_free(observed))
+    observed = yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=0.0, speed=SPEED)
     yield from _look(observed)
 
 

@@ -24,11 +24,11 @@ CARRY_SPEED = 0.29
 NEAR_SPEED = 0.10
 """Peak speed where fingers are near things, m/s."""
 
-SWING_SPEED = 0.16
-"""Peak speed of the press's handle along each chord of its circle, m/s."""
-
 TRAVEL_HEIGHT = 0.25
 """Height of sideways motion, m: what is carried clears the press's open lid and handle (0.11 m)."""
+
+HEIGHT_WITHIN = 0.005
+"""How far below travelling height the tool may be to move sideways as it is, m."""
 
 CLEARANCE = 0.04
 """Height above a grasp from which the approach is slow, m."""
@@ -69,8 +69,11 @@ DROP_HEIGHT = 0.005
 LID_CLOSED = 172.0 * pi / 180.0
 """Lid angle, rad, from which force control closes the rest."""
 
-LID_STEPS = 14
-"""Chords of the handle's half circle: 0.5 mm off it at most."""
+LID_STEPS = 10
+"""Chords of the handle's half circle: 0.9 mm off it at most."""
+
+SWING_SPEED = 0.15
+"""Peak speed along a chord, m/s."""
 
 SQUEEZE_FORCE = 4.0
 """Force on the closed lid's handle, N."""
@@ -200,8 +203,8 @@ def _look(observed: Observation) -> Task:
     """Draw the arm in, with what it holds, and look at the bench; again, if the wrapper is nowhere."""
     x, y, z = observed["tool_position"]
     if dist((x, y, z), DRAWN_IN) > 0.1:
-        up = (x, y, max(z, TRAVEL_HEIGHT))
-        yield act("move_tool", target=up, yaw=0.0, speed=NEAR_SPEED)
+        if z < TRAVEL_HEIGHT - HEIGHT_WITHIN:
+            yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=NEAR_SPEED)
         free = SPEED if observed["holding"] is False else CARRY_SPEED
         yield act("move_tool", target=DRAWN_IN, yaw=0.0, speed=free)
     for _ in range(LOOKS):
@@ -406,10 +409,10 @@ def _grasp(
     """Come down on `place` with open fingers and close them to `width` or until they hold."""
     x, y, z = place[0], place[1], max(place[2], LOWEST)
     here = observed["tool_position"]
-    up = (here[0], here[1], max(here[2], TRAVEL_HEIGHT))
+    up = act("move_tool", target=(here[0], here[1], TRAVEL_HEIGHT), yaw=yaw, speed=SPEED)
     return (
         act("grip", width=opened, force=DOUGH_FORCE),
-        act("move_tool", target=up, yaw=yaw, speed=SPEED),
+        *((up,) if here[2] < TRAVEL_HEIGHT - HEIGHT_WITHIN else ()),
         act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=SPEED),
         act("move_tool", target=(x, y, z + CLEARANCE), yaw=yaw, speed=SPEED),
         act("move_tool", target=(x, y, z), yaw=yaw, speed=NEAR_SPEED),
@@ -434,9 +437,6 @@ def _release(place: Place, opened: float) -> Leg:
 
 
 def _rise(place: Place, yaw: float, speed: float) -> Leg:
-    """Lift the tool straight up from `place` to travelling height, slowly at first, then at `speed`."""
-    x, y, z = place
-    return (
-        act("move_tool", target=(x, y, z + CLEARANCE), yaw=yaw, speed=NEAR_SPEED),
-        act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=speed),
-    )
+    """Lift the tool straight up from `place` to travelling height; a move begins slowly by itself."""
+    x, y, _ = place
+    return (act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=speed),)
