@@ -33,7 +33,6 @@ from typing import Final, NamedTuple
 
 from aeros.agent.loop import awake
 from aeros.agent.memory import Memory
-from aeros.runtime import deciding
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.executor import Executor
@@ -42,6 +41,7 @@ from aeros.runtime.monitor import Monitors
 from aeros.runtime.ports import Plant
 from aeros.runtime.proving import prove
 from aeros.runtime.skill_run import SkillRun, run_in_process
+from aeros.runtime.told_decisions import DecisionTeller
 from aeros.runtime.trajectory import MotionDecider
 from aeros.sim.panda import Panda
 from aeros.sim.people import People, Person, Waypoint
@@ -79,7 +79,7 @@ _PARTS: Final[tuple[Part, ...]] = (
     ("gate", Gate, ("decide", "decide_beside")),
     ("whole motions decided", MotionDecider, ("decide",)),
     ("audit record", AuditLog, ("append",)),
-    ("digest of what is measured", deciding, ("decision_details",)),
+    ("a decision as its record has it", DecisionTeller, ("tell", "motion")),
     ("agent's memory", Memory, ("begin", "end", "remember", "learn", "interrupt", "end_session")),
     ("skill code", SkillRun, ("resume",)),
 )

@@ -22,8 +22,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import ExitStack
-from dataclasses import replace
+from contextlib import AbstractContextManager, ExitStack
 from math import inf
 from typing import Any, Final, Self
 
@@ -104,7 +103,7 @@ class Executor:
         self._started = 0
         self._results: dict[StepHandle, StepResult] = {}
         # Held while anything moves: until then no change of the configuration is complete.
-        self._acting = ExitStack()
+        self._acting: AbstractContextManager[bool] | None = None
         self._is_paused = False
         self._breaking_off = _BreakingOff(self._break_off)
         if resumed and audit.head.records:
@@ -237,6 +236,8 @@ class Executor:
 
     def _begin(self) -> None:
         """Begin the steps whose turn it is; their time-outs run from now on."""
+        if not self._resources.is_awaited:
+            return
         for who in self._resources.grant():
             step = self._steps[StepHandle(who)]
             step.deadline = self.now() + float(step.skill.timeout)
@@ -288,7 +289,8 @@ class Executor:
         if self._moving():
             in_force = self._follow() == self._governor.generation
         else:
-            in_force = self._acting.enter_context(self._governor.acting(self._follow()))
+            acting = self._governor.acting(self._follow())
+            in_force, self._acting = acting.__enter__(), acting
         try:
             asked = step.asked
             if not in_force or asked is None:
@@ -420,7 +422,7 @@ class Executor:
             self._finish(handle)
         elif step.ending is None:
             step.ending = ending
-            step.under_way = replace(step.under_way, is_halting=True)
+            step.under_way = step.under_way._replace(is_halting=True)
             self._plant.halt(step.under_way.motion)
 
     def _land(self, handles: Iterable[StepHandle]) -> None:
@@ -434,8 +436,9 @@ class Executor:
 
     def _let_go(self) -> None:
         """Changes of the configuration may be complete once nothing moves."""
-        if not self._moving():
-            self._acting.close()
+        if self._acting is not None and not self._moving():
+            acting, self._acting = self._acting, None
+            acting.__exit__(None, None, None)
 
     def _stop_all(self, why: str) -> None:
         """A protective stop, which ends every step that moves something."""
