@@ -24,7 +24,7 @@ WIPE_SPEED = 0.20
 TRAVEL_HEIGHT = 0.20
 """Height of sideways motion, m: what is carried clears the bin (0.085 m)."""
 
-CLEARANCE = 0.06
+CLEARANCE = 0.04
 """Height above a grasp from which the approach is slow, m."""
 
 OPEN = 0.08
@@ -53,7 +53,7 @@ STROKES = (0.395, 0.465, 0.535, 0.605)
 STROKE_ENDS = (0.13, -0.13)
 """y of the ends of a stroke, m: the sponge is 70 mm wide, so strokes cover ±0.165."""
 
-HOVER = 0.012
+HOVER = 0.008
 """Height of the sponge over the table between strokes, m: a slide begins off the surface."""
 
 CLUTTER_GRASP = 0.004
@@ -106,7 +106,7 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
     start, end = STROKE_ENDS
     yield from _approach(observed, (STROKES[0], start, height + HOVER), 0.0)
     for x in STROKES:
-        yield act("move_tool", target=(x, start, height + HOVER), yaw=0.0, speed=NEAR_SPEED)
+        yield act("move_tool", target=(x, start, height + HOVER), yaw=0.0, speed=SPEED)
         yield act("slide", target=(x, end, height), force=WIPE_FORCE, speed=WIPE_SPEED)
         observed = yield act("move_tool", target=(x, end, height + HOVER), yaw=0.0, speed=NEAR_SPEED)
         start, end = end, start
@@ -233,12 +233,11 @@ def _bin_clutter(observed: Observation, offset: float) -> Task:
 
 
 def _drop_in_bin(observed: Observation, offset: float) -> Task:
-    """Let what is held go over the bin, `offset` along x from its middle, and let it come to rest."""
+    """Let what is held go over the bin, `offset` along x from its middle."""
     observed = yield from _sense(observed, "bin_position")
     x, y, z = observed["bin_position"]
     observed = yield from _approach(observed, (x + offset, y, z + DROP_HEIGHT), 0.0)
-    observed = yield from _release(observed)
-    return (yield act("wait", duration=0.5))
+    return (yield from _release(observed))
 
 
 def _outside(observed: Observation) -> tuple[float, float]:
@@ -307,8 +306,7 @@ def _release(observed: Observation) -> Task:
 
 
 def _rise(observed: Observation, yaw: float) -> Task:
-    """Lift the tool straight up to travelling height, slowly at first."""
+    """Lift the tool straight up to travelling height; a move begins slowly by itself."""
     observed = yield from _sense(observed, "tool_position")
-    x, y, z = observed["tool_position"]
-    yield act("move_tool", target=(x, y, min(z + CLEARANCE, TRAVEL_HEIGHT)), yaw=yaw, speed=NEAR_SPEED)
+    x, y, _ = observed["tool_position"]
     return (yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=SPEED))

@@ -38,8 +38,8 @@ FARTHEST = 0.80
 LIFT = 0.13
 """How far the object is lifted before it is carried, m."""
 
-CLEARANCE = 0.08
-"""Height above a place to put down from which the approach is slow, m."""
+CLEARANCE = 0.05
+"""Height above a grasp or a place to put down from which the approach is slow, m."""
 
 GRASP = 0.012
 """How far above its middle the object is gripped, m."""
@@ -79,10 +79,10 @@ def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
     observed = yield act("look", camera="hand")
     (x, y, z), yaw = observed["object_position"], observed["object_yaw"]
     grip = z + (0.0 if observed["object_lying"] else GRASP)
-    yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=yaw, speed=NEAR_SPEED)
+    yield act("move_tool", target=(x, y, grip + CLEARANCE), yaw=yaw, speed=SPEED)
     yield act("move_tool", target=(x, y, grip), yaw=yaw, speed=NEAR_SPEED)
     yield act("grip", width=CLOSED, force=GRIP_FORCE)
-    yield act("move_tool", target=(x, y, grip + LIFT), yaw=yaw, speed=NEAR_SPEED)
+    yield act("move_tool", target=(x, y, grip + LIFT), yaw=yaw, speed=SPEED)
 
 
 def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -98,7 +98,7 @@ def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
     yield from _over(observed, (x, y, grip), CLEARANCE)
     yield act("move_tool", target=(x, y, grip + 0.001), yaw=0.0, speed=NEAR_SPEED)
     yield act("grip", width=OPEN, force=GRIP_FORCE)
-    observed = yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=0.0, speed=NEAR_SPEED)
+    observed = yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=0.0, speed=SPEED)
     yield from _look(observed)
 
 

@@ -24,7 +24,10 @@ NEAR_SPEED = 0.10
 TRAVEL_HEIGHT = 0.25
 """Height of sideways motion, m: what is carried clears the press's open lid and handle (0.11 m)."""
 
-CLEARANCE = 0.06
+HEIGHT_WITHIN = 0.005
+"""How far below travelling height the tool may be to move sideways as it is, m."""
+
+CLEARANCE = 0.04
 """Height above a grasp from which the approach is slow, m."""
 
 LOWEST = 0.012
@@ -63,8 +66,11 @@ DROP_HEIGHT = 0.005
 LID_CLOSED = 172.0 * pi / 180.0
 """Lid angle, rad, from which force control closes the rest."""
 
-LID_STEPS = 14
-"""Chords of the handle's half circle: 0.5 mm off it at most."""
+LID_STEPS = 10
+"""Chords of the handle's half circle: 0.9 mm off it at most."""
+
+SWING_SPEED = 0.15
+"""Peak speed along a chord, m/s."""
 
 SQUEEZE_FORCE = 4.0
 """Force on the closed lid's handle, N."""
@@ -194,8 +200,8 @@ def _look(observed: Observation) -> Task:
     """Draw the arm in, with what it holds, and look at the bench; again, if the wrapper is nowhere."""
     x, y, z = observed["tool_position"]
     if dist((x, y, z), DRAWN_IN) > 0.1:
-        up = (x, y, max(z, TRAVEL_HEIGHT))
-        yield act("move_tool", target=up, yaw=0.0, speed=NEAR_SPEED)
+        if z < TRAVEL_HEIGHT - HEIGHT_WITHIN:
+            yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=NEAR_SPEED)
         yield act("move_tool", target=DRAWN_IN, yaw=0.0, speed=SPEED)
     for _ in range(LOOKS):
         observed = yield act("look", camera="overhead")
@@ -389,7 +395,7 @@ def _swing(observed: Observation, start: float, end: float) -> Leg:
     """Move the gripped handle along its circle from one lid angle to another."""
     angles = (start + (end - start) * step / LID_STEPS for step in range(1, LID_STEPS + 1))
     return tuple(
-        act("move_tool", target=_handle_at(observed, angle), yaw=0.0, speed=NEAR_SPEED) for angle in angles
+        act("move_tool", target=_handle_at(observed, angle), yaw=0.0, speed=SWING_SPEED) for angle in angles
     )
 
 
@@ -399,10 +405,10 @@ def _grasp(
     """Come down on `place` with open fingers and close them to `width` or until they hold."""
     x, y, z = place[0], place[1], max(place[2], LOWEST)
     here = observed["tool_position"]
-    up = (here[0], here[1], max(here[2], TRAVEL_HEIGHT))
+    up = act("move_tool", target=(here[0], here[1], TRAVEL_HEIGHT), yaw=yaw, speed=SPEED)
     return (
         act("grip", width=opened, force=DOUGH_FORCE),
-        act("move_tool", target=up, yaw=yaw, speed=SPEED),
+        *((up,) if here[2] < TRAVEL_HEIGHT - HEIGHT_WITHIN else ()),
         act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=SPEED),
         act("move_tool", target=(x, y, z + CLEARANCE), yaw=yaw, speed=SPEED),
         act("move_tool", target=(x, y, z), yaw=yaw, speed=NEAR_SPEED),
@@ -427,9 +433,6 @@ def _release(place: Place, opened: float) -> Leg:
 
 
 def _rise(place: Place, yaw: float) -> Leg:
-    """Lift the tool straight up from `place` to travelling height, slowly at first."""
-    x, y, z = place
-    return (
-        act("move_tool", target=(x, y, z + CLEARANCE), yaw=yaw, speed=NEAR_SPEED),
-        act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=SPEED),
-    )
+    """Lift the tool straight up from `place` to travelling height; a move begins slowly by itself."""
+    x, y, _ = place
+    return (act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=SPEED),)
