@@ -545,6 +545,8 @@ class Executor:
     def _is_active(self, ecm: Ecm) -> bool:
         """Whether the same module, of the same code, is active now."""
         now = self._configuration.modules.get(ecm.id)
+        if now is ecm:
+            return True
         was = (ecm.manifest_digest, ecm.code_digest)
         return now is not None and (now.manifest_digest, now.code_digest) == was
 
