@@ -12,7 +12,7 @@ Of every two actions under way the joint rules are decided likewise (`beside`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Final, NamedTuple
 
 from aeros.runtime.beside import Begun
@@ -61,7 +61,7 @@ class Monitors:
         self._watched: list[Begun] = []
         self._names: frozenset[str] = frozenset()  # of what was measured when something new was watched
         self._quicks: dict[str, Quick | None] = {}  # by action kind, for these names
-        self._quick: Quick | None = None
+        self._holds: Callable[[Mapping[str, Any]], bool] | None = None
         self._is_new = False  # something is watched since the last tick that was not, or the reverse
         self._watches: list[_Watch] = []
         self._readings: dict[str, Reading] = {}
@@ -97,8 +97,9 @@ class Monitors:
     def __call__(self, now: float, measured: Mapping[str, Any]) -> str | None:
         """The id of the first rule that does not hold, or `input:NAME`; else None."""
         if self._is_new:
-            self._quick, self._is_new = self._quick_for(measured), False
-        if self._quick is not None and self._quick.holds(measured):
+            quick, self._is_new = self._quick_for(measured), False
+            self._holds = None if quick is None else quick.holds
+        if self._holds is not None and self._holds(measured):
             return None
         known = self._look_back(now, measured)
         if not self._watches:

@@ -49,6 +49,10 @@ class _UnderWay:
     is_halted: bool = False
 
 
+def _its_end(under_way: tuple[Motion, _UnderWay]) -> float:
+    return under_way[1].ends
+
+
 class SymbolicPlant:
     """Implements `aeros.runtime.ports.Plant` from declarations alone; readings are always fresh.
 
@@ -145,8 +149,7 @@ class SymbolicPlant:
             self._time = max(self._time, until)
             self._observed = None
             return {}
-        first = min(self._under_way, key=lambda motion: self._under_way[motion].ends)
-        one = self._under_way[first]
+        first, one = min(self._under_way.items(), key=_its_end)
         # Where it ends may depend on what another motion has changed since it began.
         changed = (one.motion if one.measured is self._values else self._motion_of(one.action)).after
         others = [other.motion.under_way for motion, other in self._under_way.items() if motion != first]
