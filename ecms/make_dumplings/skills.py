@@ -24,7 +24,7 @@ CARRY_SPEED = 0.29
 NEAR_SPEED = 0.10
 """Peak speed where fingers are near things, m/s."""
 
-TRAVEL_HEIGHT = 0.25
+TRAVEL_HEIGHT = 0.21
 """Height of sideways motion, m: what is carried clears the press's open lid and handle (0.11 m)."""
 
 HEIGHT_WITHIN = 0.005
