@@ -24,7 +24,7 @@ NEAR_SPEED = 0.10
 WIPE_SPEED = 0.20
 """Peak speed of a stroke, m/s."""
 
-TRAVEL_HEIGHT = 0.17
+TRAVEL_HEIGHT = 0.20
 """Height of sideways motion, m: what is carried clears the bin (0.085 m)."""
 
 CLEARANCE = 0.04
@@ -109,8 +109,7 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
     start, end = STROKE_ENDS
     yield from _approach(observed, (STROKES[0], start, height + HOVER), 0.0)
     for x in STROKES:
-        if x != STROKES[0]:
-            yield act("move_tool", target=(x, start, height + HOVER), yaw=0.0, speed=CARRY_SPEED)
+        yield act("move_tool", target=(x, start, height + HOVER), yaw=0.0, speed=CARRY_SPEED)
         yield act("slide", target=(x, end, height), force=WIPE_FORCE, speed=WIPE_SPEED)
         observed = yield act("move_tool", target=(x, end, height + HOVER), yaw=0.0, speed=NEAR_SPEED)
         start, end = end, start

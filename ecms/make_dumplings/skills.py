@@ -24,7 +24,7 @@ CARRY_SPEED = 0.29
 NEAR_SPEED = 0.10
 """Peak speed where fingers are near things, m/s."""
 
-TRAVEL_HEIGHT = 0.21
+TRAVEL_HEIGHT = 0.25
 """Height of sideways motion, m: what is carried clears the press's open lid and handle (0.11 m)."""
 
 HEIGHT_WITHIN = 0.005
@@ -69,11 +69,8 @@ DROP_HEIGHT = 0.005
 LID_CLOSED = 172.0 * pi / 180.0
 """Lid angle, rad, from which force control closes the rest."""
 
-LID_STEPS = 10
-"""Chords of the handle's half circle: 0.9 mm off it at most."""
-
-SWING_SPEED = 0.15
-"""Peak speed along a chord, m/s."""
+LID_STEPS = 14
+"""Chords of the handle's half circle: 0.5 mm off it at most."""
 
 SQUEEZE_FORCE = 4.0
 """Force on the closed lid's handle, N."""
@@ -399,7 +396,7 @@ def _swing(observed: Observation, start: float, end: float) -> Leg:
     """Move the gripped handle along its circle from one lid angle to another."""
     angles = (start + (end - start) * step / LID_STEPS for step in range(1, LID_STEPS + 1))
     return tuple(
-        act("move_tool", target=_handle_at(observed, angle), yaw=0.0, speed=SWING_SPEED) for angle in angles
+        act("move_tool", target=_handle_at(observed, angle), yaw=0.0, speed=NEAR_SPEED) for angle in angles
     )
 
 
