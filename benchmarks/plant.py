@@ -10,8 +10,12 @@ worker costs).  Three times are told, in turn, of the very same motions:
 - run: the whole, so that what it takes beyond `plant` is gate, monitor of limits, audit, memory and agent;
 
 and what it takes beyond `plant` that the distance of a person is measured at every tick.  At the end all
-things must be in the same places, to the last bit.  Then the same trials on one process, and on each of two
-at the same time, by the clock: this alone needs a machine that does nothing else.
+things must be in the same places, to the last bit.
+
+Then the same trials on one process, and on each of two at the same time, by the clock: this alone needs a
+machine that does nothing else.  As a peer, PyBullet alone does the same: it steps the motions of one such
+trial as often, again on one process and on each of two.  What it loses the machine takes; only what trials
+lose beyond it is AEROS's.
 
 Processor time is counted, as other work on the machine does not add to it, or not much.
 """
@@ -22,18 +26,17 @@ import statistics
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass
 from multiprocessing import get_context
 from multiprocessing.synchronize import Barrier
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from aeros.agent.loop import awake
 from aeros.agent.memory import Memory
-from aeros.runtime import deciding
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.executor import Executor
@@ -42,6 +45,7 @@ from aeros.runtime.monitor import Monitors
 from aeros.runtime.ports import Plant
 from aeros.runtime.proving import prove
 from aeros.runtime.skill_run import SkillRun, run_in_process
+from aeros.runtime.told_decisions import DecisionTeller
 from aeros.runtime.trajectory import MotionDecider
 from aeros.sim.panda import Panda
 from aeros.sim.people import People, Person, Waypoint
@@ -79,7 +83,7 @@ _PARTS: Final[tuple[Part, ...]] = (
     ("gate", Gate, ("decide", "decide_beside")),
     ("whole motions decided", MotionDecider, ("decide",)),
     ("audit record", AuditLog, ("append",)),
-    ("digest of what is measured", deciding, ("decision_details",)),
+    ("a decision as its record has it", DecisionTeller, ("tell", "motion")),
     ("agent's memory", Memory, ("begin", "end", "remember", "learn", "interrupt", "end_session")),
     ("skill code", SkillRun, ("resume",)),
 )
@@ -224,6 +228,9 @@ def _folder(parent: Path) -> Iterator[Path]:
 
 # In parallel.
 
+Work = Callable[[Prepared, str, Path], Callable[[int], object]]
+"""What makes a process ready to do something to a task, once for each seed."""
+
 _common: tuple[Prepared, Barrier] | None = None
 
 
@@ -232,34 +239,55 @@ def _prepare(start: Barrier) -> None:
     _common = prepared(), start
 
 
-def _trials(task: str, trials: int, parent: Path) -> tuple[float, float]:
-    """Seconds by the clock, and of this processor, of so many trials in a process that is prepared.
+def _trials(common: Prepared, task: str, parent: Path) -> Callable[[int], object]:
+    """Makes the trial of a seed."""
 
-    They begin once all processes are as far, so that each makes them once and none waits for another.
+    def trial(seed: int) -> object:
+        with built(common, task, seed) as plant, _folder(parent) as folder:
+            return run(common, plant, task, folder)
+
+    return trial
+
+
+def _steps(common: Prepared, task: str, parent: Path) -> Callable[[int], object]:
+    """Builds a world and steps it by PyBullet alone, always with the motor commands of one trial."""
+    with _folder(parent) as folder:
+        tape = note(common, task, 1, folder).tape
+
+    def steps(_: int) -> object:
+        with built(common, task, 1) as plant:
+            return play(tape, plant)
+
+    return steps
+
+
+def _make(work: Work, task: str, trials: int, parent: Path) -> tuple[float, float]:
+    """Seconds by the clock, and of this processor, of so much work in a process that is prepared.
+
+    It begins once all processes are as far, so that each makes it once and none waits for another.
     """
     if _common is None:
         sys.exit("the process is not prepared")
     common, start = _common
-    began = began_cpu = 0.0
-    for seed in range(-1, trials):
-        if seed == 0:
-            start.wait()
-            began, began_cpu = time.perf_counter(), time.process_time()
-        # The first of all only makes warm.
-        with built(common, task, abs(seed)) as plant, _folder(parent) as folder:
-            run(common, plant, task, folder)
+    make = work(common, task, parent)
+    make(1)  # only makes warm
+    start.wait()
+    began, began_cpu = time.perf_counter(), time.process_time()
+    for seed in range(trials):
+        make(seed)
     return time.perf_counter() - began, time.process_time() - began_cpu
 
 
-def spread(task: str, trials: int, workers: int, parent: Path) -> dict[str, float]:
-    """Seconds that so many trials take on each of so many processes at the same time, the same on each.
+def spread(work: Work, task: str, trials: int, workers: int, parent: Path) -> dict[str, float]:
+    """Seconds that so much work takes on each of so many processes at the same time, the same on each.
 
     By the clock, of the slowest process; and of processors, of all.
     """
     # Each starts afresh: a copy of this one would hold what it has measured.
     context = get_context("spawn")
     with ProcessPoolExecutor(workers, context, _prepare, (context.Barrier(workers),)) as pool:
-        took = list(pool.map(_trials, [task] * workers, [trials] * workers, [parent] * workers))
+        given = [[each] * workers for each in (work, task, trials, parent)]
+        took = list(pool.map(_make, *given))
     seconds, processor = zip(*took, strict=True)
     return {"workers": workers, "seconds": max(seconds), "processor": sum(processor)}
 
@@ -290,7 +318,10 @@ def main(argv: list[str]) -> None:
     parser.add_argument("--seed", type=int, default=3)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument(
-        "--trials", type=int, default=20, help="of the last task, on one process, and on each of two"
+        "--trials",
+        type=int,
+        default=20,
+        help="of the last task, on one process, and on each of two; may be 0",
     )
     parser.add_argument("--folder", type=Path, default=Path("/dev/shm"), help="where agent and log are kept")  # noqa: S108
     arguments = parser.parse_args(argv)
@@ -299,18 +330,23 @@ def main(argv: list[str]) -> None:
         tasks, rounds, trials = ["fetch_object"], 1, 2
     common = prepared()
     found = [measure(common, task, arguments.seed, rounds, arguments.folder) for task in tasks]
-    one, two = (spread(tasks[-1], trials, workers, arguments.folder) for workers in (1, 2))
-    efficiency = one["seconds"] / two["seconds"]
+    parallel: dict[str, Any] = {}
+    for name, work in (("trials", _trials), ("PyBullet alone", _steps)) if trials else ():
+        one, two = (spread(work, tasks[-1], trials, workers, arguments.folder) for workers in (1, 2))
+        parallel[name] = {"one": one, "two": two, "efficiency": one["seconds"] / two["seconds"]}
     if arguments.format == "json":
-        print_json(
-            {"tasks": [asdict(row) for row in found], "parallel": [one, two], "efficiency": efficiency}
-        )
+        print_json({"tasks": [asdict(row) for row in found], "parallel": parallel})
         return
     for row in found:
         _print(row)
-    print(f"\n{trials} trials of {tasks[-1]}: {one['seconds']:.1f} s on one process, ", end="")
-    print(f"{two['seconds']:.1f} s on each of two: {100 * efficiency:.0f} % efficient", end="")
-    print(f" (processors: {one['processor']:.1f} s and {two['processor']:.1f} s)")
+    for name, measured in parallel.items():
+        one, two = measured["one"], measured["two"]
+        print(f"\n{tasks[-1]}, {trials} times, {name}: {one['seconds']:.1f} s on one process, ", end="")
+        print(
+            f"{two['seconds']:.1f} s on each of two: {100 * measured['efficiency']:.0f} % efficient", end=""
+        )
+        print(f" (processors: {one['processor']:.1f} s and {two['processor']:.1f} s)", end="")
+    print()
 
 
 if __name__ == "__main__":

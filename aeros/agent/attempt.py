@@ -10,11 +10,12 @@ from typing import Any, Final
 from aeros.agent.bars import Bars
 from aeros.agent.dispatcher import Dispatch, Dispatcher, UndispatchableError
 from aeros.agent.journal import Journal
+from aeros.agent.measuring import Measuring
 from aeros.agent.memory import Beginning, Ending, Memory
 from aeros.agent.report import Role, StepRecord
 from aeros.agent.supervisor import judge
-from aeros.agent.values import Kept, plain
-from aeros.agent.world import World, measured_world
+from aeros.agent.values import plain
+from aeros.agent.world import World
 from aeros.runtime.ports import Ended, Head, Runtime, StepHandle, StepResult, StepStatus
 from aeros.spec.assumptions import resting_on
 from aeros.spec.cause import Cause, told
@@ -104,7 +105,7 @@ class Attempts:
         self._journal = journal
         self.dispatcher = Dispatcher(runtime, memory, task, seed)
         self._task = task
-        self._exactly = Kept()
+        self._measuring = Measuring(runtime.site.state)
         self.planned_in: list[Mapping[str, Any]] = []
         self._failures: list[Cause] = []
         self.records: list[StepRecord] = []
@@ -134,9 +135,11 @@ class Attempts:
 
     def observe(self) -> World:
         """Measure the world anew."""
-        readings = self._runtime.observe()
-        state, now = self._runtime.site.state, self._runtime.now()
-        self._world = measured_world(state, readings, now, self._exactly)
+        # In this order: a reading is never younger than the time it is judged at.
+        readings, state = self._runtime.observe(), self._runtime.site.state
+        if state is not self._measuring.state:
+            self._measuring = Measuring(state)
+        self._world = self._measuring.world(readings, self._runtime.now())
         return self._world
 
     def world_to_plan_in(self) -> World:

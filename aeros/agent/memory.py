@@ -25,6 +25,8 @@ from aeros.agent.posterior import Record
 
 _T = TypeVar("_T")
 
+_ENCODER: Final = json.JSONEncoder(allow_nan=False, sort_keys=True)
+
 INTERRUPTED: Final = "interrupted"
 """The status of a step whose ending nobody saw."""
 
@@ -214,7 +216,7 @@ def _new_session(database: sqlite3.Connection, path: Path, identity: Identity) -
 
 
 def _json(value: Any) -> str:
-    return json.dumps(value, allow_nan=False, sort_keys=True)
+    return _ENCODER.encode(value)
 
 
 def _utc_now() -> str:

@@ -7,6 +7,8 @@ and the number they end in, are one transaction: after a crash the database is a
 from __future__ import annotations
 
 import sqlite3
+from contextlib import closing
+from functools import cache
 from pathlib import Path
 from typing import Final
 
@@ -65,6 +67,8 @@ def connected(path: Path) -> sqlite3.Connection:
     except sqlite3.Error as error:
         raise RefusedError(f"the agent's memory {path} cannot be opened: {error}") from error
     try:
+        if path == IN_RAM:
+            database.deserialize(_empty())
         _prepare(database, path)
     except sqlite3.Error as error:
         database.close()
@@ -73,6 +77,14 @@ def connected(path: Path) -> sqlite3.Connection:
         database.close()
         raise
     return database
+
+
+@cache
+def _empty() -> bytes:
+    """A memory of today's schema with nothing in it; the statements that make one take a millisecond."""
+    with closing(sqlite3.connect(IN_RAM, isolation_level=None)) as database:
+        _migrate(database)
+        return database.serialize()
 
 
 def _prepare(database: sqlite3.Connection, path: Path) -> None:

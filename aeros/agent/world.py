@@ -123,7 +123,7 @@ def measured_world(
     unknown: dict[str, str] = {}
     for name, declared in state.items():
         try:
-            known[name] = _measured(declared, readings.get(name), now, exactly)
+            known[name] = measured_value(declared, readings.get(name), now, exactly)
         except UnusableValueError as error:
             unknown[name] = str(error)
     stamps = {name: Stamp(readings[name].time, state[name].sensor, state[name].max_age) for name in known}
@@ -131,17 +131,18 @@ def measured_world(
     return World(now, known, unknown, predicates, stamps)
 
 
-def _measured(declared: Declared, reading: Reading | None, now: float, exactly: Exactly) -> Value:
+def measured_value(declared: Declared, reading: Reading | None, now: float, exactly: Exactly) -> Value:
+    """What `reading` says of a state variable at `now`; raises `UnusableValueError`."""
     if reading is None:
         raise UnusableValueError("is not measured")
-    is_of_now = _is_time(reading.time) and _is_time(now) and reading.time == now
+    is_of_now = is_time(reading.time) and is_time(now) and reading.time == now
     if not is_of_now or declared.max_age is None:
         _check_age(reading.time, declared.max_age, now)
     return exactly(declared, reading.value)
 
 
 def _check_age(time: object, max_age: Fraction | None, now: object) -> None:
-    if not (_is_time(time) and _is_time(now)):
+    if not (is_time(time) and is_time(now)):
         raise UnusableValueError("has no usable time stamp")
     age = Fraction(now) - Fraction(time)
     if max_age is None or age > max_age:
@@ -151,7 +152,8 @@ def _check_age(time: object, max_age: Fraction | None, now: object) -> None:
         raise UnusableValueError("is stamped with a time that has not come yet")
 
 
-def _is_time(seconds: object) -> TypeGuard[float]:
+def is_time(seconds: object) -> TypeGuard[float]:
+    """Whether it is a number of seconds."""
     return type(seconds) is int or (type(seconds) is float and math.isfinite(seconds))
 
 

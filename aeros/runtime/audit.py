@@ -27,6 +27,7 @@ import secrets
 import threading
 import time
 from collections.abc import Callable, Mapping
+from json.encoder import encode_basestring_ascii
 from pathlib import Path
 from typing import Any, Final, Self
 
@@ -51,7 +52,7 @@ from aeros.runtime.audit_checkpoints import (
     read_anchor,
     write_anchor,
 )
-from aeros.runtime.canonical import canonical
+from aeros.runtime.canonical import Encoded, canonical
 from aeros.runtime.decision import Verdict
 from aeros.runtime.ports import Head
 from aeros.spec.model import Durability
@@ -115,9 +116,10 @@ class AuditLog:
             self.close()
             raise
 
-    def append(self, event: str, details: Mapping[str, Any]) -> int:
+    def append(self, event: str, details: Mapping[str, Any] | Encoded) -> int:
         """Write one record and return its sequence number once it is safe; else raise `AuditError`.
 
+        details: with the canonical text of parts of them, or of all: of a dict that a record has room for.
         Safe is durable, unless the site's `Durability` says otherwise of this record.  After a failure
         nothing more can be appended: what the file then holds is unknown until it is opened again.
         """
@@ -215,20 +217,16 @@ class AuditLog:
             raise AuditError(f"the audit log `{self.path}` cannot be continued: {failure}") from failure
 
     def _append(
-        self, event: str, details: Mapping[str, Any], *, written: float | None = None, cut: bool = False
+        self,
+        event: str,
+        details: Mapping[str, Any] | Encoded,
+        *,
+        written: float | None = None,
+        cut: bool = False,
     ) -> int:
         if self._broken is not None:
             raise AuditError(f"the audit log `{self.path}` cannot be written: {self._broken}")
-        body = canonical(
-            {
-                "sequence": self._sequence,
-                "previous": self._head,
-                "written": self._clock() if written is None else written,
-                "event": event,
-                "details": dict(details),
-            },
-            _ENCODED,
-        )
+        body = self._body(event, details, self._clock() if written is None else written)
         line, head = end_record(body)
         self._write(line, cut=cut, sync=self._syncs(event, details))
         sequence = self._sequence
@@ -239,6 +237,18 @@ class AuditLog:
         if self._listener is not None:
             self._listener(line)
         return sequence
+
+    def _body(self, event: str, details: Mapping[str, Any] | Encoded, written: float) -> bytes:
+        """The canonical JSON of a record without its hash."""
+        sequence, previous = self._sequence, self._head
+        if isinstance(details, Encoded):
+            text = (
+                f'{{"details":{details.text},"event":{encode_basestring_ascii(event)}'
+                f',"previous":"{previous}","sequence":{sequence},"written":{canonical(written).decode()}}}'
+            )
+            return text.encode("ascii")
+        head = {"sequence": sequence, "previous": previous, "written": written, "event": event}
+        return canonical({**head, "details": dict(details)}, _ENCODED)
 
     def _sign(self, signing: Signing, *, closing: bool) -> None:
         """Append a checkpoint, and then keep it at the anchor too."""
@@ -255,12 +265,14 @@ class AuditLog:
                     f"the audit log `{self.path}` cannot be written: {self._broken}"
                 ) from failure
 
-    def _syncs(self, event: str, details: Mapping[str, Any]) -> bool:
+    def _syncs(self, event: str, details: Mapping[str, Any] | Encoded) -> bool:
         """Whether this record, with all before it, must be durable before anything else happens."""
         if self._durability is Durability.EVERY_RECORD or event == CHECKPOINT:
             return True
         if self._durability is Durability.BEFORE_MOTION:
-            return event == "decision" and details.get("verdict") != Verdict.DENY.value
+            # Of what is told as text it is not read whether it allows anything.
+            is_denial = isinstance(details, Mapping) and details.get("verdict") == Verdict.DENY.value
+            return event == "decision" and not is_denial
         return self._unsynced + 1 >= BATCH
 
     def _write(self, line: bytes, *, sync: bool, cut: bool = False) -> None:

@@ -27,7 +27,7 @@ _MOST_BITS: Final = 256
 _DETAIL: Final = 2
 """How deep the details of a record are in it."""
 
-_MARKS: Final = ("float", "unencodable", "dict")
+MARKS: Final = ("float", "unencodable", "dict")
 """Keys that, alone in a dict, say that it stands for something else."""
 
 
@@ -155,7 +155,7 @@ class Encoder:
             else:
                 texts[key] = self.text(item, depth + 1)
         text = ",".join([f"{encode_basestring_ascii(key)}:{texts[key]}" for key in sorted(texts)])
-        return f'{{"dict":{{{text}}}}}' if len(texts) == 1 and key in _MARKS else f"{{{text}}}"
+        return f'{{"dict":{{{text}}}}}' if len(texts) == 1 and key in MARKS else f"{{{text}}}"
 
     def _spliced(self, item: Encoded) -> str:
         self._left -= item.size

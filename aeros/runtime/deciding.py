@@ -20,11 +20,10 @@ from aeros.runtime.history import Histories
 from aeros.runtime.merging import Companion, companions_of
 from aeros.runtime.monitor import Monitors
 from aeros.runtime.ports import Plan, Plant, Readings, Trajectory
-from aeros.runtime.records import decision_details, motion_details
 from aeros.runtime.recounting import Recount
-from aeros.runtime.stated_motion import told_body, told_motion
+from aeros.runtime.stated_motion import told_body
 from aeros.runtime.step import UnderWay
-from aeros.runtime.told_readings import ReadingsTeller
+from aeros.runtime.told_decisions import DecisionTeller
 from aeros.runtime.trajectory import MotionDecider
 from aeros.runtime.usage import ClockError, Usage, denied_by_clock
 from aeros.skill import Action
@@ -60,7 +59,7 @@ class Deciding:
         self._motions = MotionDecider(configuration.site.motion)
         self._usage = Usage(configuration.site.quotas)
         self.monitors = Monitors(gate.watched, self._histories)
-        self._teller = ReadingsTeller()
+        self._teller = DecisionTeller()
         self._body: tuple[object, str] | None = None  # the last that was recorded, and its digest
 
     def follow(self, configuration: Configuration) -> None:
@@ -93,14 +92,16 @@ class Deciding:
         others = () if ends_others else under_way
         if others:
             gated = self._gate.decide_beside(gated, readings, now, [other.begun for other in others])
-        companions = companions_of(((one.begun, one.plan, one.is_halting) for one in others), now)
+        companions: Sequence[Companion] = ()
+        if others:
+            companions = companions_of(((one.begun, one.plan, one.is_halting) for one in others), now)
         decision, plan, motion = self._decide_motion(gated, readings, companions)
         digest, beside = self._configuration.digest, [other.begun.record for other in others]
         halting = [other.begun.record for other in others if other.is_halting]
         causes: tuple[Cause, ...] = ()
         if decision.verdict is not Verdict.ALLOW:
             causes = causes_of_denial(self._configuration, decision, caller, readings, asked, now)
-        details = decision_details(
+        details = self._teller.tell(
             decision,
             digest,
             now,
@@ -111,7 +112,6 @@ class Deciding:
             beside,
             halting,
             motion,
-            self._teller.tell,
             causes,
         )
         record = self._audit.append("decision", details)
@@ -148,7 +148,7 @@ class Deciding:
         plan = self._plant.plan(action)
         decision = self._motions.decide(gated, plan, readings, others)
         body = self._record_body(plan.body) if type(plan) is Trajectory else ""
-        return decision, plan, motion_details(gated, decision, told_motion(plan, body))
+        return decision, plan, self._teller.motion(plan, body, gated, decision)
 
     def _record_body(self, body: object) -> str:
         """The digest by which records name the body, which is in the record from then on."""

@@ -22,8 +22,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import ExitStack
-from dataclasses import replace
+from contextlib import AbstractContextManager, ExitStack
 from math import inf
 from typing import Any, Final, Self
 
@@ -34,6 +33,7 @@ from aeros.runtime.deciding import Deciding
 from aeros.runtime.gate import Gate
 from aeros.runtime.governor import Command, Fixed, Governor
 from aeros.runtime.grounds import cause_of_stop
+from aeros.runtime.holding import Hold
 from aeros.runtime.observation import Sight
 from aeros.runtime.passing import may_pass
 from aeros.runtime.ports import (
@@ -101,10 +101,13 @@ class Executor:
         self._deciding = Deciding(configuration, gate, plant, audit)
         self._resources = Resources(capacities_of(configuration.site))
         self._steps: dict[StepHandle, Step] = {}
+        self._held_to: dict[
+            StepHandle, Hold
+        ] = {}  # of these steps, what must be measured as long as they run
         self._started = 0
         self._results: dict[StepHandle, StepResult] = {}
         # Held while anything moves: until then no change of the configuration is complete.
-        self._acting = ExitStack()
+        self._acting: AbstractContextManager[bool] | None = None
         self._is_paused = False
         self._breaking_off = _BreakingOff(self._break_off)
         if resumed and audit.head.records:
@@ -181,6 +184,8 @@ class Executor:
         self._started += 1
         handle = StepHandle(self._started)
         self._steps[handle] = step
+        if step.hold is not None:
+            self._held_to[handle] = step.hold
         self._resources.ask(handle, needs_of(step.skill))
         return handle
 
@@ -237,6 +242,8 @@ class Executor:
 
     def _begin(self) -> None:
         """Begin the steps whose turn it is; their time-outs run from now on."""
+        if not self._resources.is_awaited:
+            return
         for who in self._resources.grant():
             step = self._steps[StepHandle(who)]
             step.deadline = self.now() + float(step.skill.timeout)
@@ -258,7 +265,7 @@ class Executor:
                 ending = self._act(self._steps[due])
                 if ending is not None:
                     self._halt(due, ending)
-            elif self._moving():
+            elif self._is_moving():
                 return self._advance(until)
             elif due is not None:
                 time.sleep(_LOOK_EVERY)
@@ -285,10 +292,11 @@ class Executor:
             return _HALTED
         if not self._is_active(step.ecm):
             return Ending(StepStatus.STOPPED, f"revoked: `{step.ecm.id}` is not active as it was")
-        if self._moving():
+        if self._is_moving():
             in_force = self._follow() == self._governor.generation
         else:
-            in_force = self._acting.enter_context(self._governor.acting(self._follow()))
+            acting = self._governor.acting(self._follow())
+            in_force, self._acting = acting.__enter__(), acting
         try:
             asked = step.asked
             if not in_force or asked is None:
@@ -349,6 +357,13 @@ class Executor:
         """What is under way, what comes to rest included."""
         return [step.under_way for step in self._steps.values() if step.under_way is not None]
 
+    def _is_moving(self) -> bool:
+        """Whether anything is under way."""
+        for step in self._steps.values():  # noqa: SIM110  `any` takes three times as long, at every action
+            if step.under_way is not None:
+                return True
+        return False
+
     def _advance(self, until: float) -> bool:
         """Let time go on until a motion ends or a time-out has passed.  Whether `until` comes first."""
         moving = {handle: step for handle, step in self._steps.items() if step.under_way is not None}
@@ -396,9 +411,10 @@ class Executor:
                 objection = self._revoked(step)
                 if objection is not None:
                     self._halt(handle, Ending(StepStatus.STOPPED, f"revoked: {objection}"))
-        for handle, step in self._steps.items():
-            if step.hold is not None and step.under_way is not None and step.ending is None:
-                ending = _halted_for(step.hold.broken_at_tick(measured, now, self._plant.observe))
+        for handle, hold in self._held_to.items():
+            step = self._steps[handle]
+            if step.under_way is not None and step.ending is None:
+                ending = _halted_for(hold.broken_at_tick(measured, now, self._plant.observe))
                 if ending is not None:
                     self._halt(handle, ending)
         return self._deciding.monitors(now, measured)
@@ -420,7 +436,7 @@ class Executor:
             self._finish(handle)
         elif step.ending is None:
             step.ending = ending
-            step.under_way = replace(step.under_way, is_halting=True)
+            step.under_way = step.under_way._replace(is_halting=True)
             self._plant.halt(step.under_way.motion)
 
     def _land(self, handles: Iterable[StepHandle]) -> None:
@@ -434,8 +450,9 @@ class Executor:
 
     def _let_go(self) -> None:
         """Changes of the configuration may be complete once nothing moves."""
-        if not self._moving():
-            self._acting.close()
+        if self._acting is not None and not self._is_moving():
+            acting, self._acting = self._acting, None
+            acting.__exit__(None, None, None)
 
     def _stop_all(self, why: str) -> None:
         """A protective stop, which ends every step that moves something."""
@@ -450,11 +467,12 @@ class Executor:
     def _finish(self, handle: StepHandle) -> None:
         """The one clean-up of a step, and its result."""
         step = self._steps.pop(handle)
+        self._held_to.pop(handle, None)
         try:
             with ExitStack() as leaving:
                 # Run from the last to the first, each even if another raises: what moves is stopped first.
                 leaving.callback(self._leave, handle, step)
-                if step.has_begun and not step.finished and not self._moving():
+                if step.has_begun and not step.finished and not self._is_moving():
                     leaving.callback(self._plant.stop)
         except BaseException as failure:
             self._record_broken(step, failure)
@@ -494,6 +512,7 @@ class Executor:
             for handle, step in reversed(steps.items()):
                 leaving.callback(self._record_broken, step, failure)
                 leaving.callback(self._leave, handle, step)
+            leaving.callback(self._held_to.clear)
             leaving.callback(self._steps.clear)
             leaving.callback(self._land, steps)
             if any(step.has_begun for step in steps.values()):
@@ -511,7 +530,7 @@ class Executor:
     def _follow(self) -> int:
         """Take over the configuration that is in force, unless something moves; the generation followed."""
         followed = self._generation
-        if followed is not None and (followed == self._governor.generation or self._moving()):
+        if followed is not None and (followed == self._governor.generation or self._is_moving()):
             return followed
         generation, configuration = self._governor.configuration()
         self._generation = generation
@@ -526,6 +545,8 @@ class Executor:
     def _is_active(self, ecm: Ecm) -> bool:
         """Whether the same module, of the same code, is active now."""
         now = self._configuration.modules.get(ecm.id)
+        if now is ecm:
+            return True
         was = (ecm.manifest_digest, ecm.code_digest)
         return now is not None and (now.manifest_digest, now.code_digest) == was
 

@@ -30,7 +30,8 @@ from aeros.runtime.decision import Caller, Decision, Reason, Verdict
 from aeros.runtime.form import Form, Scalars, check_now, forms_of
 from aeros.runtime.intake import as_executed, request_fault, take_given, take_readings
 from aeros.runtime.layers import finite_objections
-from aeros.runtime.ports import Readings
+from aeros.runtime.moments import MomentTaker
+from aeros.runtime.ports import Moment, Reading, Readings
 from aeros.runtime.straight import Answering, Criteria, Denying, compile_straight, decide_straight
 from aeros.runtime.watched import Watched
 from aeros.skill import Action
@@ -140,6 +141,7 @@ class _Decider:
         self._solved: SolverCondition | None = None
         site = configuration.site
         self._state = forms_of(site.observed)
+        self._moments = MomentTaker(self._state)
         self._kinds = {name: self._kind_rules(kind) for name, kind in site.kinds.items()}
         self._inputs: dict[tuple[str, str], dict[str, Form]] = {}
         self._entries: dict[tuple[str, str, str], _Entry] = {}
@@ -203,6 +205,7 @@ class _Decider:
                 Criteria(not always, envelope, permitted, t.conjunction(*left), of_kind.truths, denying),
                 inputs=self._inputs[ecm.id, skill.id],
                 state=self._state,
+                moments=self._moments,
                 required=entry.required,
                 parameters=of_kind.parameters,
                 quotas=self._configuration.site.quotas,
@@ -238,6 +241,8 @@ class _Decider:
         found = decide_straight(self._straight, caller, readings, action, now, usage)
         if type(found) is Decision:
             return found
+        if type(readings) is Moment:
+            readings = _one_by_one(readings)
         if type(found) is dict:
             reasons = self._unmet(caller, action, found)
             return self._denied_or_less(caller, readings, action, now, usage, found, reasons)
@@ -351,3 +356,11 @@ def _state_read(terms: Iterable[t.Term]) -> frozenset[str]:
         for name, variable in t.variables_of(term).items()
         if variable.role is t.Role.STATE
     )
+
+
+def _one_by_one(moment: Moment) -> dict[str, Reading] | None:
+    """The readings of a moment; None of one that was never made as such."""
+    try:
+        return dict(moment)
+    except AttributeError:
+        return None

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from contextlib import AbstractContextManager, nullcontext
 from enum import Enum
-from typing import Protocol
+from typing import Final, Protocol
 
 from aeros.runtime.configuration import Configuration
+
+_FOR_GOOD: Final = nullcontext(True)
 
 
 class Command(Enum):
@@ -60,7 +62,7 @@ class Fixed:
 
     def acting(self, generation: int) -> AbstractContextManager[bool]:
         """See `Governor`."""
-        return nullcontext(generation == 0)
+        return _FOR_GOOD if generation == 0 else nullcontext(False)
 
     def objection(self, module: str, skill: str, kind: str) -> str | None:
         """See `Governor`."""

@@ -20,7 +20,7 @@ from itertools import chain
 from math import inf
 
 from aeros.runtime.form import Form, forms_of
-from aeros.runtime.ports import Reading, Readings
+from aeros.runtime.ports import Moment, Reading, Readings
 from aeros.runtime.window import Window
 from aeros.runtime.writing import EXACT_INTEGERS, Writer
 from aeros.spec.expr import terms as t
@@ -45,8 +45,10 @@ class Histories:
         self.names = frozenset(one.declared.name for one in site.histories)
         self.advance = _Writer(site).advancing() if site.histories else lambda readings, now: {}
 
-    def look(self, measured: Readings, now: float) -> dict[str, Reading]:
-        """What is measured, and each history that is known after a look at it."""
+    def look(self, measured: Readings, now: float) -> Readings:
+        """What is measured, and each history that is known after a look at it; both stay as they are."""
+        if not self.names:
+            return measured if type(measured) is Moment else dict(measured)
         readings = dict(measured)
         for name in self.names & measured.keys():
             del readings[name]

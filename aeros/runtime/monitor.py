@@ -12,7 +12,7 @@ Of every two actions under way the joint rules are decided likewise (`beside`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Final, NamedTuple
 
 from aeros.runtime.beside import Begun
@@ -33,6 +33,22 @@ class _Formed(NamedTuple):
     scalars: Scalars
 
 
+class _Watch:
+    """What is watched of one action, or of two together.
+
+    asked: scalars of their parameters.
+    """
+
+    __slots__ = ("asked", "rules", "values", "whose")
+
+    def __init__(self, whose: tuple[Begun, ...], rules: Rules, asked: Scalars) -> None:
+        self.whose = whose
+        self.rules = rules
+        self.asked = asked
+        self.values: Scalars | None = None
+        """What is asked, and the state that the first was decided on, as far as it is not measured since."""
+
+
 class Monitors:
     """The monitor of everything under way under one site: a `ports.Monitor`."""
 
@@ -45,9 +61,9 @@ class Monitors:
         self._watched: list[Begun] = []
         self._names: frozenset[str] = frozenset()  # of what was measured when something new was watched
         self._quicks: dict[str, Quick | None] = {}  # by action kind, for these names
-        self._quick: Quick | None = None
+        self._holds: Callable[[Mapping[str, Any]], bool] | None = None
         self._is_new = False  # something is watched since the last tick that was not, or the reverse
-        self._watches: list[tuple[tuple[Begun, ...], Rules, Scalars]] = []
+        self._watches: list[_Watch] = []
         self._readings: dict[str, Reading] = {}
         self.violation: Violation | None = None
         """The last rule that did not hold, and at which values."""
@@ -57,10 +73,10 @@ class Monitors:
         asked: Scalars = {}
         for name, taking in self._compiled.parameters[begun.action.kind].items():
             asked.update(taking(begun.action.parameters[name]) or {})
-        self._add((begun,), self._compiled.of(begun.action.kind), asked)
+        self._watches.append(_Watch((begun,), self._compiled.of(begun.action.kind), asked))
         for other in self._watched:
             for rules, parameters in self._compiled.of_both(begun, other):
-                self._add((begun, other), rules, parameters)
+                self._watches.append(_Watch((begun, other), rules, parameters))
         if self._histories.names:
             if not self._watched:
                 self._readings = {}
@@ -73,7 +89,7 @@ class Monitors:
     def forget(self, begun: Begun) -> None:
         """It is not under way any more."""
         self._watched.remove(begun)
-        self._watches = [one for one in self._watches if begun not in one[0]]
+        self._watches = [one for one in self._watches if begun not in one.whose]
         self._is_new = True
         if not self._watched:
             self._measured = frozenset()
@@ -81,8 +97,9 @@ class Monitors:
     def __call__(self, now: float, measured: Mapping[str, Any]) -> str | None:
         """The id of the first rule that does not hold, or `input:NAME`; else None."""
         if self._is_new:
-            self._quick, self._is_new = self._quick_for(measured), False
-        if self._quick is not None and self._quick.holds(measured):
+            quick, self._is_new = self._quick_for(measured), False
+            self._holds = None if quick is None else quick.holds
+        if self._holds is not None and self._holds(measured):
             return None
         known = self._look_back(now, measured)
         if not self._watches:
@@ -90,7 +107,8 @@ class Monitors:
         fault = self._fault(now, measured)
         if fault is not None:
             return fault
-        for _, rules, values in self._watches:
+        for watch in self._watches:
+            rules, values = watch.rules, self._values(watch)
             for name in rules.reads:
                 if name in self._histories.names:
                     self._take_history(name, known, values)
@@ -109,27 +127,30 @@ class Monitors:
             self._quicks.clear()
         if len(self._watches) != 1 or not self._measured <= self._names:
             return None
-        (((begun, *_), _, values),) = self._watches
-        kind = begun.action.kind
+        (watch,) = self._watches
+        kind = watch.whose[0].action.kind
         if kind not in self._quicks:
             self._quicks[kind] = self._compiled.quick(kind, self._names)
         quick = self._quicks[kind]
         if quick is None:
             return None
         try:
-            quick.decide(values)
+            quick.decide(watch.asked if self._names.issuperset(watch.rules.reads) else self._values(watch))
         except KeyError:
             return None  # something that rules read is neither there nor measured
         self._measured = self._names
         return quick
 
-    def _add(self, whose: tuple[Begun, ...], rules: Rules, values: Scalars) -> None:
-        """Watch with these parameters, and with the state that the first of them was decided on."""
-        for name in rules.reads:
-            reading = whose[0].readings.get(name)
-            if reading is not None:
-                values.update(self._scalars(name, reading.value) or {})
-        self._watches.append((whose, rules, values))
+    def _values(self, watch: _Watch) -> Scalars:
+        """What is watched with, at first with the state that the first of the actions was decided on."""
+        if watch.values is None:
+            watch.values = dict(watch.asked)
+            for name in watch.rules.reads:
+                reading = watch.whose[0].readings.get(name)
+                if reading is not None:
+                    # Not kept as the last value of its form: what is measured by now is that.
+                    watch.values.update(self._taken(name, reading.value) or {})
+        return watch.values
 
     def _fault(self, now: float, measured: Mapping[str, Any]) -> str | None:
         """`input:NAME` of what is measured no more, or not as it should be; takes the scalars of the rest."""
@@ -154,14 +175,18 @@ class Monitors:
         return None
 
     def _scalars(self, name: str, value: Any) -> Scalars | None:
-        """Those of a state variable's value, or None where that has not its form."""
-        formed = self._formed.get(name)
-        if formed is not None and formed.value is value:
-            return formed.scalars
-        scalars = self._compiled.taking[name](value)
+        """Those of a state variable's value, or None where that has not its form; kept from now on."""
+        scalars = self._taken(name, value)
         if scalars is not None:
             self._formed[name] = _Formed(_CHANGEABLE if type(value) is list else value, scalars)
         return scalars
+
+    def _taken(self, name: str, value: Any) -> Scalars | None:
+        """The same, and nothing is kept."""
+        formed = self._formed.get(name)
+        if formed is not None and formed.value is value:
+            return formed.scalars
+        return self._compiled.taking[name](value)
 
     def _take_history(self, name: str, known: Known, values: Scalars) -> None:
         scalars = self._scalars(name, known[name]) if name in known else None

@@ -6,7 +6,7 @@ from fractions import Fraction
 from math import isfinite
 from typing import Any
 
-from aeros.runtime.ports import Readings
+from aeros.runtime.ports import Moment, Names, Readings
 from aeros.spec.model import Ecm, Site
 
 
@@ -20,6 +20,10 @@ class Sight:
             for name, declared in site.state.items()
             if declared.sensor in ecm.access.sensors and declared.max_age is not None
         ]
+        self._order: Names | None = None  # of the moments that are seen
+        self._sensed_of: list[tuple[str, int]] = []  # names that are sensed, and their places there
+        self._column: tuple[Any, ...] = ()  # that was seen last
+        self._seen: dict[str, Any] = {}  # of it
 
     def observation(self, readings: Readings, now: float) -> dict[str, Any]:
         """Values by vocabulary name, SI, of what is sensed, as far as its readings are fresh.
@@ -29,12 +33,25 @@ class Sight:
         """
         if not isfinite(now):
             return {}
+        if type(readings) is Moment and readings.time == now:
+            return self._of_now(readings)
         return {
             name: reading.value
             for name, max_age in self._sensed
             if (reading := readings.get(name)) is not None
             and (reading.time == now or _is_recent(reading.time, now, max_age))
         }
+
+    def _of_now(self, moment: Moment) -> dict[str, Any]:
+        """All that is sensed, as it was measured now."""
+        if moment.order is not self._order:
+            self._order, self._column, places = moment.order, (), moment.order.places
+            self._sensed_of = [(name, places[name]) for name, _ in self._sensed if name in places]
+        if moment.column is not self._column:
+            column = self._column = moment.column
+            self._seen = {name: column[place] for name, place in self._sensed_of}
+        # A copy, as whoever gets it may change it.
+        return dict(self._seen)
 
 
 def _is_recent(time: float, now: float, max_age: Fraction) -> bool:

@@ -6,7 +6,7 @@ cannot act, and a plant can act and cannot decide.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from math import inf
@@ -15,6 +15,7 @@ from typing import Any, Final, NamedTuple, NewType, Protocol
 from aeros.skill import Action
 from aeros.spec.cause import Cause
 from aeros.spec.certificate import Certificate
+from aeros.spec.errors import MisuseError
 from aeros.spec.model import Ecm, Site
 
 
@@ -32,6 +33,45 @@ class Reading(NamedTuple):
 
 Readings = Mapping[str, Reading]
 """Readings by vocabulary name.  A name that is absent is unknown."""
+
+
+class Names:
+    """Names of what is measured together, in their order, and the place of each."""
+
+    __slots__ = ("names", "places")
+
+    def __init__(self, names: Iterable[str]) -> None:
+        self.names = tuple(sorted(names))
+        if not all(type(name) is str for name in self.names):
+            raise MisuseError("a name of what is measured is no text")
+        self.places = {name: place for place, name in enumerate(self.names)}
+
+
+class Moment(Mapping[str, Reading]):
+    """Readings that were all taken at one time, their values in a column.  Nothing of it ever changes.
+
+    Where a column is the one of the moment before, or most values in it are the same objects, whoever has
+    looked at that one needs to look at what differs only.
+    """
+
+    __slots__ = ("column", "order", "time")
+
+    def __init__(self, order: Names, column: tuple[Any, ...], time: float) -> None:
+        if type(order) is not Names or type(column) is not tuple or len(column) != len(order.names):
+            raise MisuseError(f"a column of {len(order.names)} values is not what was given")
+        self.order = order
+        self.column = column
+        self.time = time
+
+    def __getitem__(self, name: str) -> Reading:
+        return Reading(self.column[self.order.places[name]], self.time)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.order.names)
+
+    def __len__(self) -> int:
+        return len(self.order.names)
+
 
 Monitor = Callable[[float, Mapping[str, Any]], str | None]
 """Checks what is measured at one control tick, given its time (plant seconds) and the values by

@@ -39,6 +39,11 @@ class Resources:
             raise MisuseError(f"{who} has asked before")
         self._waiting[who] = frozenset(needs)
 
+    @property
+    def is_awaited(self) -> bool:
+        """Whether anybody waits."""
+        return bool(self._waiting)
+
     def grant(self) -> list[int]:
         """Those whose turn it is, in the order they asked in; they hold what they need from now on."""
         if not self._waiting:

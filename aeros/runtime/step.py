@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from aeros.runtime.audit import DecisionCounts
 from aeros.runtime.beside import Begun
@@ -15,8 +16,7 @@ from aeros.skill import Action
 from aeros.spec.model import Ecm, Site, Skill
 
 
-@dataclass(frozen=True, slots=True)
-class UnderWay:
+class UnderWay(NamedTuple):
     """A step's action on the plant.
 
     plan: what the plant said it would be, where it was asked.

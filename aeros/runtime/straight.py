@@ -16,6 +16,8 @@ from typing import Any
 
 from aeros.runtime.decision import Caller, Decision, Verdict
 from aeros.runtime.form import Form, Scalars
+from aeros.runtime.moments import MomentTaker
+from aeros.runtime.ports import Moment
 from aeros.runtime.writing import EXACT_INTEGERS, Writer
 from aeros.skill import Action
 from aeros.spec.backends.closure import Truths
@@ -78,6 +80,7 @@ def compile_straight(
     *,
     inputs: Mapping[str, Form],
     state: Mapping[str, Form],
+    moments: MomentTaker,
     required: frozenset[str],
     parameters: Mapping[str, Form],
     quotas: Sequence[Quota],
@@ -93,7 +96,7 @@ def compile_straight(
     writer.time()
     writer.given("inputs", {name.removeprefix("inputs."): form for name, form in inputs.items()})
     executed = writer.given("parameters", parameters)
-    writer.readings(state, required)
+    writer.readings(state, required, moments)
     read = [*inputs.values(), *parameters.values(), *(state[name] for name in sorted(required))]
     envelope, permission, left = writer.conditions(
         [criteria.envelope, criteria.permission, criteria.left],
@@ -135,8 +138,34 @@ class _Writer(Writer):
         executed = [f"{name!r}: {self.take(form, f'{mapping}[{name!r}]')}" for name, form in forms.items()]
         return "{" + ", ".join(executed) + "}"
 
-    def readings(self, forms: Mapping[str, Form], required: frozenset[str]) -> None:
+    def readings(self, forms: Mapping[str, Form], required: frozenset[str], moments: MomentTaker) -> None:
         """The required readings and any of the others, all well-formed, and nothing else."""
+        start = len(self.lines)
+        self._readings(forms, required)
+        self.indent(start)
+        one_by_one, self.lines[start:] = self.lines[start:], []
+        self.names |= {"Moment": Moment, "scalars": moments.scalars}
+        self.line("if type(readings) is Moment:")
+        start = len(self.lines)
+        self._moment(forms, required)
+        self.indent(start)
+        self.line("else:")
+        self.lines += one_by_one
+
+    def _moment(self, forms: Mapping[str, Form], required: frozenset[str]) -> None:
+        """The same of readings that share one time."""
+        self.line("taken = scalars(readings)")
+        self.require("taken is not None")
+        self.line("time = readings.time if type(readings.time) is float else whole(readings.time)")
+        self.require(f"{-EXACT_INTEGERS} <= time <= exactly")
+        limits = [forms[name].surely_fresh for name in required if forms[name].declared.max_age is not None]
+        if limits:
+            self.require(f"exactly - time < {min(limits)!r}")
+        for name in sorted(required):
+            for scalar in forms[name].names:
+                self.line(f"{self.local[scalar]} = taken[{scalar!r}]")
+
+    def _readings(self, forms: Mapping[str, Form], required: frozenset[str]) -> None:
         self._mapping("readings", None)
         self.line(f"others = len(readings) - {len(required)}")
         for name in sorted(required):
@@ -172,7 +201,7 @@ class _Writer(Writer):
         """The function that has been written."""
         self.indent(0)
         head = ["def answering(inputs, readings, parameters, now, usage):", "  try:"]
-        tail = ["  except (IndexError, KeyError):", "    return None"]
+        tail = ["  except (AttributeError, IndexError, KeyError):", "    return None"]
         return self.function("answering", [*head, *self.lines, *tail])
 
     def _mapping(self, name: str, size: int | None) -> None:

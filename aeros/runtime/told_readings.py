@@ -13,10 +13,12 @@ from operator import is_, is_not, itemgetter
 from typing import Any, Final
 
 from aeros.runtime.canonical import MOST_SIZE, Encoded, Encoder, encoded
-from aeros.runtime.ports import Reading, Readings
+from aeros.runtime.ports import Moment, Names, Reading, Readings
 
 _CONSTANT: Final = (float, bool, int, str, type(None))
 """Types of values that never change."""
+
+_DOUBLE: Final = {float}
 
 _NOTHING: Final = object()
 """In place of a value that was not told yet, or may change."""
@@ -34,6 +36,7 @@ class ReadingsTeller:
     """
 
     def __init__(self) -> None:
+        self._order: Names | None = None  # of the moments that are told, which these are the names of
         self._names: dict[str, None] = {}  # sorted
         self._quoted: list[str] = []
         self._lengths: list[int] = []
@@ -41,9 +44,12 @@ class ReadingsTeller:
         self._values: list[Any] = []  # that were told last
         self._texts: list[str] = []  # of each, name and value up to the time
         self._sizes: list[int] = []  # what each takes of an encoding's size
+        self._size = 0  # what all of them take
 
     def tell(self, readings: Readings) -> Encoded:
         """The readings with their canonical text."""
+        if type(readings) is Moment and len(readings) > 1:
+            return self._tell_moment(readings)
         # A single one could look like what stands for something else; what has no name is not told.
         if readings.keys() != self._names.keys():
             if len(readings) < 2 or not all(type(name) is str for name in readings):
@@ -54,14 +60,29 @@ class ReadingsTeller:
             if not self._keep(place, values[place]):
                 return told_readings(readings)
         endings = _endings(times)
-        size = 1 + len(readings) + sum(self._sizes)
+        size = 1 + len(readings) + self._size
         if endings is None or size > MOST_SIZE:
             return told_readings(readings)
         if isinstance(endings, str):
             return Encoded(f"{{{f'{endings},'.join(self._texts)}{endings}}}", size)
         return Encoded(f"{{{','.join(map(str.__add__, self._texts, endings))}}}", size)
 
+    def _tell_moment(self, moment: Moment) -> Encoded:
+        """Readings that come in columns."""
+        if moment.order is not self._order:
+            self._begin(list(moment.order.names))
+            self._order = moment.order
+        for place in compress(count(), map(is_not, moment.column, self._values)):
+            if not self._keep(place, moment.column[place]):
+                return told_readings(moment)
+        size = 1 + len(self._names) + self._size
+        if type(moment.time) is not float or not isfinite(moment.time) or size > MOST_SIZE:
+            return told_readings(moment)
+        ending = f"{moment.time!r}]"
+        return Encoded(f"{{{f'{ending},'.join(self._texts)}{ending}}}", size)
+
     def _begin(self, names: list[str]) -> None:
+        self._order = None
         self._names = dict.fromkeys(names)
         self._quoted = [*map(encode_basestring_ascii, names)]
         self._lengths = [*map(len, names)]
@@ -69,16 +90,26 @@ class ReadingsTeller:
         self._values = [_NOTHING] * len(names)
         self._texts = [""] * len(names)
         self._sizes = [0] * len(names)
+        self._size = 0
 
     def _keep(self, place: int, value: Any) -> bool:
         """Whether this value can be told by itself and kept, as it can never change."""
         self._values[place] = _NOTHING
-        if not _is_constant(value):
+        kind = type(value)
+        if kind is float and isfinite(value):
+            text, used = repr(value), 1
+        elif kind is tuple and set(map(type, value)) == _DOUBLE and all(map(isfinite, value)):
+            text, used = f"[{','.join(map(repr, value))}]", 1 + 2 * len(value)
+        elif not _is_constant(value):
             return False
-        encoder = Encoder()
-        self._texts[place] = f"{self._quoted[place]}:[{encoder.text(value, 2)},"
+        else:
+            encoder = Encoder()
+            text, used = encoder.text(value, 2), encoder.used
+        self._texts[place] = f"{self._quoted[place]}:[{text},"
         # The name, a list of two, the value and its time.
-        self._sizes[place] = self._lengths[place] + 3 + encoder.used + 1
+        size = self._lengths[place] + 3 + used + 1
+        self._size += size - self._sizes[place]
+        self._sizes[place] = size
         self._values[place] = value
         return True
 

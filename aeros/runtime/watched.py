@@ -77,9 +77,9 @@ class Watched:
 
     def __init__(self, site: Site) -> None:
         self.forms = forms_of(site.observed)
-        self.taking = {name: _Writer().taking(form) for name, form in self.forms.items()}
+        self.taking = {name: Writer().taking(form) for name, form in self.forms.items()}
         self.parameters = {
-            name: {one: _Writer().taking(form) for one, form in forms_of(kind.parameters).items()}
+            name: {one: Writer().taking(form) for one, form in forms_of(kind.parameters).items()}
             for name, kind in site.kinds.items()
         }
         self._variables = {scalar: name for name, form in self.forms.items() for scalar in form.names}
@@ -123,13 +123,6 @@ class Watched:
 
 
 class _Writer(Writer):
-    def taking(self, form: Form) -> Callable[[Any], Scalars | None]:
-        """A function that takes a value apart as `form` does, and gives None where that finds a fault."""
-        self.take(form, "value")
-        scalars = ", ".join(f"{name!r}: {self.local[name]}" for name in form.names)
-        self.line(f"return {{{scalars}}}")
-        return self.function("taking", ["def taking(value):", *self.lines])
-
     def deciding(
         self, terms: Sequence[t.Term], declared: Sequence[Declared], forms: Mapping[str, Form]
     ) -> Callable[[], Quick]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-from aeros.runtime.form import Form, doubles_in_range
+from aeros.runtime.form import Form, Scalars, doubles_in_range
 from aeros.runtime.ports import Reading
 from aeros.spec.backends.closure import inline_conditions
 from aeros.spec.expr import terms as t
@@ -42,6 +42,7 @@ class Writer:
         self.implied: frozenset[str] = frozenset()
         self.names: dict[str, Any] = {
             "__builtins__": {},
+            "AttributeError": AttributeError,
             "IndexError": IndexError,
             "KeyError": KeyError,
             "Reading": Reading,
@@ -82,6 +83,13 @@ class Writer:
         exec("\n".join(source), self.names)  # noqa: S102
         function: Callable[..., Any] = self.names[name]
         return function
+
+    def taking(self, form: Form) -> Callable[[Any], Scalars | None]:
+        """A function that takes a value apart as `form` does, and gives None where that finds a fault."""
+        self.take(form, "value")
+        scalars = ", ".join(f"{name!r}: {self.local[name]}" for name in form.names)
+        self.line(f"return {{{scalars}}}")
+        return self.function("taking", ["def taking(value):", *self.lines])
 
     def reading(self, form: Form) -> None:
         """Form and time of `reading`, which is not from the future of `exactly`.

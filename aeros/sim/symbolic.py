@@ -13,11 +13,9 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from functools import partial
-from itertools import repeat
 from typing import Any, Final, NamedTuple
 
-from aeros.runtime.ports import Completion, Monitor, Motion, Motionless, Plan, Reading, Readings
+from aeros.runtime.ports import Completion, Moment, Monitor, Motion, Motionless, Names, Plan, Readings
 from aeros.sim.outcomes import draw_outcome
 from aeros.sim.symbolic_motions import SymbolicMotion, UnableError, check_parameters, motion_of
 from aeros.sim.symbolic_state import initial_values, measured
@@ -26,19 +24,21 @@ from aeros.spec.closed_loop.chances import shares_of
 from aeros.spec.errors import MisuseError
 from aeros.spec.model import Ecm, Outcome, Site
 
-_new_reading: Final = partial(tuple.__new__, Reading)
-"""A reading from value and time; a named tuple's own constructor takes three times as long."""
+_DONE: Final = Completion(True)
+
+_BODILESS: Final = Motionless("this plant has no body")
 
 
 class _Planned(NamedTuple):
     """What was said of an action, what it does, and the values that were measured then."""
 
+    action: Action
     plan: Plan
     motion: SymbolicMotion
     measured: Mapping[str, Any]
 
 
-@dataclass
+@dataclass(slots=True)
 class _UnderWay:
     """An action, what it does where these values are measured, and when it ends."""
 
@@ -47,6 +47,10 @@ class _UnderWay:
     measured: Mapping[str, Any]
     ends: float
     is_halted: bool = False
+
+
+def _its_end(under_way: tuple[Motion, _UnderWay]) -> float:
+    return under_way[1].ends
 
 
 class SymbolicPlant:
@@ -61,7 +65,9 @@ class SymbolicPlant:
         self, site: Site, modules: Mapping[str, Ecm], seed: int, initial: Mapping[str, Any] | None = None
     ) -> None:
         self._site = site
-        self._initial = initial_values(site, initial or {})
+        self._names = Names(site.state)
+        start = initial_values(site, initial or {})
+        self._initial = {name: start[name] for name in self._names.names}
         self._shares = {
             f"{ecm.id}.{skill.id}": shares_of(skill.outcomes.values())
             for ecm in modules.values()
@@ -100,8 +106,7 @@ class SymbolicPlant:
     def observe(self) -> Readings:
         """Every state variable of the vocabulary, measured now."""
         if self._observed is None:
-            readings = map(_new_reading, zip(self._values.values(), repeat(self._time)))
-            self._observed = dict(zip(self._values, readings, strict=True))
+            self._observed = Moment(self._names, tuple(self._values.values()), self._time)
         return self._observed
 
     def plan(self, action: Action) -> Plan:
@@ -110,13 +115,18 @@ class SymbolicPlant:
             motion = self._motion_of(action)
         except UnableError as reason:
             return Completion(False, str(reason))
-        self._planned = _Planned(Motionless("this plant has no body"), motion, self._values)
+        self._planned = _Planned(action, _BODILESS, motion, self._values)
         return self._planned.plan
 
     def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
         """Let `action` be under way from now on."""
         planned, self._planned = self._planned, None
-        if planned is not None and planned.plan is decided and planned.measured is self._values:
+        if (
+            planned is not None
+            and planned.action is action
+            and planned.plan is decided
+            and planned.measured is self._values
+        ):
             motion = planned.motion
         else:
             try:
@@ -127,8 +137,9 @@ class SymbolicPlant:
         ends = self._time + motion.duration
         if action.kind == "move_tool":
             # The base may carry the tool to its target: it is there once that is.
-            drives = [one for one in self._under_way.values() if one.action.kind == "move_base"]
-            ends = max([ends, *(drive.ends for drive in drives)])
+            for one in self._under_way.values():
+                if one.action.kind == "move_base":
+                    ends = max(ends, one.ends)
         self._under_way[Motion(self._begun)] = _UnderWay(action, motion, self._values, ends)
         return Motion(self._begun)
 
@@ -138,13 +149,13 @@ class SymbolicPlant:
             self._time = max(self._time, until)
             self._observed = None
             return {}
-        first = min(self._under_way, key=lambda motion: self._under_way[motion].ends)
-        one = self._under_way[first]
+        first, one = min(self._under_way.items(), key=_its_end)
         # Where it ends may depend on what another motion has changed since it began.
         changed = (one.motion if one.measured is self._values else self._motion_of(one.action)).after
         others = [other.motion.under_way for motion, other in self._under_way.items() if motion != first]
         for last in (one.motion.under_way, changed):
-            rule = monitor(self.now(), self._with([*others, last]))
+            values = self._with([*others, last])
+            rule = monitor(self._time, values)
             if rule is not None:
                 return self._over(list(self._under_way), f"monitor:{rule}")
         halted = [motion for motion, other in self._under_way.items() if other.is_halted]
@@ -156,9 +167,9 @@ class SymbolicPlant:
             return {}
         del self._under_way[first]
         self._time = max(self._time, one.ends)
-        self._values = self._with([changed])
+        self._values = self._with([changed]) if others else values
         self._observed = None
-        return {first: Completion(True)}
+        return {first: _DONE}
 
     def halt(self, motion: Motion) -> None:
         """It takes no time to come to rest."""
@@ -200,8 +211,8 @@ class SymbolicPlant:
         if kind is None:
             raise UnableError(f"unknown kind: `{action.kind}`")
         check_parameters(kind, action.parameters)
-        duration, *changes = motion_of(action, self._values)
-        return SymbolicMotion(duration, *map(self._known, changes))
+        duration, under_way, after = motion_of(action, self._values)
+        return SymbolicMotion(duration, self._known(under_way), self._known(after))
 
     def _with(self, changes: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
         values = dict(self._values)
@@ -214,8 +225,10 @@ class SymbolicPlant:
             del self._under_way[motion]
         return dict.fromkeys(motions, Completion(False, why))
 
-    def _known(self, values: Mapping[str, Any]) -> dict[str, Any]:
+    def _known(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
         """Those that the site's vocabulary has."""
+        if values.keys() <= self._values.keys():
+            return values
         return {name: value for name, value in values.items() if name in self._values}
 
     def _settled(self, skill: str, outcome: Outcome) -> dict[str, Any]:

@@ -56,9 +56,10 @@ def check_parameters(kind: ActionKind, parameters: Mapping[str, Any]) -> None:
         if name not in parameters:
             raise UnableError(f"missing parameter: `{name}`")
     for name, value in parameters.items():
-        if name not in kind.parameters:
+        declared = kind.parameters.get(name)
+        if declared is None:
             raise UnableError(f"unknown parameter: `{name}`")
-        match kind.parameters[name].variable.type:
+        match declared.variable.type:
             case RealType():
                 _finite(name, value)
             case VectorType():
@@ -122,6 +123,8 @@ def _triple(parameters: Mapping[str, Any], name: str) -> tuple[float, float, flo
     if not isinstance(value, tuple) or len(value) != 3:
         raise UnableError(f"bad parameter: `{name}` is not a 3-tuple")
     x, y, z = value
+    if type(x) is type(y) is type(z) is float and isfinite(x) and isfinite(y) and isfinite(z):
+        return x, y, z
     return (_finite(name, x), _finite(name, y), _finite(name, z))
 
 

@@ -12,8 +12,11 @@ from aeros.skill import Action, Inputs, Observation, SkillBody, act
 Task = Generator[Action, Observation, Observation]
 Place = tuple[float, float, float]
 
-SPEED = 0.25
-"""Peak speed of free motion, m/s."""
+SPEED = 0.45
+"""Peak speed of an open hand in free motion, m/s."""
+
+CARRY_SPEED = 0.29
+"""Peak speed of a hand that may hold something, m/s: the site's bound is 0.30."""
 
 NEAR_SPEED = 0.10
 """Peak speed where fingers are near things, m/s."""
@@ -24,7 +27,7 @@ WIPE_SPEED = 0.20
 TRAVEL_HEIGHT = 0.20
 """Height of sideways motion, m: what is carried clears the bin (0.085 m)."""
 
-CLEARANCE = 0.06
+CLEARANCE = 0.04
 """Height above a grasp from which the approach is slow, m."""
 
 OPEN = 0.08
@@ -53,7 +56,7 @@ STROKES = (0.395, 0.465, 0.535, 0.605)
 STROKE_ENDS = (0.13, -0.13)
 """y of the ends of a stroke, m: the sponge is 70 mm wide, so strokes cover ±0.165."""
 
-HOVER = 0.012
+HOVER = 0.008
 """Height of the sponge over the table between strokes, m: a slide begins off the surface."""
 
 CLUTTER_GRASP = 0.004
@@ -106,7 +109,7 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
     start, end = STROKE_ENDS
     yield from _approach(observed, (STROKES[0], start, height + HOVER), 0.0)
     for x in STROKES:
-        yield act("move_tool", target=(x, start, height + HOVER), yaw=0.0, speed=NEAR_SPEED)
+        yield act("move_tool", target=(x, start, height + HOVER), yaw=0.0, speed=CARRY_SPEED)
         yield act("slide", target=(x, end, height), force=WIPE_FORCE, speed=WIPE_SPEED)
         observed = yield act("move_tool", target=(x, end, height + HOVER), yaw=0.0, speed=NEAR_SPEED)
         start, end = end, start
@@ -157,13 +160,18 @@ def _sense(observed: Observation, *names: str) -> Task:
     return observed
 
 
+def _free(observed: Observation) -> float:
+    """Peak speed of free motion: of a hand that is not known to be empty, the lesser."""
+    return SPEED if observed.get("holding") is False else CARRY_SPEED
+
+
 def _draw_in(observed: Observation) -> Task:
     """Bring the tool out of the cameras' sight, over everything that stands on the table."""
     observed = yield from _sense(observed, "tool_position")
     x, y, z = observed["tool_position"]
     if z < TRAVEL_HEIGHT - 0.005:
-        yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=SPEED)
-    return (yield act("move_tool", target=DRAWN_IN, yaw=0.0, speed=SPEED))
+        yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=_free(observed))
+    return (yield act("move_tool", target=DRAWN_IN, yaw=0.0, speed=_free(observed)))
 
 
 def _overlook(observed: Observation) -> Task:
@@ -233,12 +241,11 @@ def _bin_clutter(observed: Observation, offset: float) -> Task:
 
 
 def _drop_in_bin(observed: Observation, offset: float) -> Task:
-    """Let what is held go over the bin, `offset` along x from its middle, and let it come to rest."""
+    """Let what is held go over the bin, `offset` along x from its middle."""
     observed = yield from _sense(observed, "bin_position")
     x, y, z = observed["bin_position"]
     observed = yield from _approach(observed, (x + offset, y, z + DROP_HEIGHT), 0.0)
-    observed = yield from _release(observed)
-    return (yield act("wait", duration=0.5))
+    return (yield from _release(observed))
 
 
 def _outside(observed: Observation) -> tuple[float, float]:
@@ -294,9 +301,9 @@ def _approach(observed: Observation, place: Place, yaw: float) -> Task:
     x, y, z = place
     here = observed["tool_position"]
     if here[2] < TRAVEL_HEIGHT - 0.005 and hypot(x - here[0], y - here[1]) > 0.005:
-        yield act("move_tool", target=(here[0], here[1], TRAVEL_HEIGHT), yaw=yaw, speed=SPEED)
-    yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=SPEED)
-    yield act("move_tool", target=(x, y, z + CLEARANCE), yaw=yaw, speed=SPEED)
+        yield act("move_tool", target=(here[0], here[1], TRAVEL_HEIGHT), yaw=yaw, speed=_free(observed))
+    yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=_free(observed))
+    yield act("move_tool", target=(x, y, z + CLEARANCE), yaw=yaw, speed=_free(observed))
     return (yield act("move_tool", target=(x, y, z), yaw=yaw, speed=NEAR_SPEED))
 
 
@@ -307,8 +314,7 @@ def _release(observed: Observation) -> Task:
 
 
 def _rise(observed: Observation, yaw: float) -> Task:
-    """Lift the tool straight up to travelling height, slowly at first."""
+    """Lift the tool straight up to travelling height; a move begins slowly by itself."""
     observed = yield from _sense(observed, "tool_position")
-    x, y, z = observed["tool_position"]
-    yield act("move_tool", target=(x, y, min(z + CLEARANCE, TRAVEL_HEIGHT)), yaw=yaw, speed=NEAR_SPEED)
-    return (yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=SPEED))
+    x, y, _ = observed["tool_position"]
+    return (yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=_free(observed)))

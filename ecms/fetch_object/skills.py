@@ -11,13 +11,16 @@ from aeros.skill import Action, Inputs, Observation, SkillBody, act
 Task = Generator[Action, Observation, Observation]
 Place = tuple[float, float, float]
 
-SPEED = 0.25
-"""Peak speed of free motion, m/s."""
+SPEED = 0.45
+"""Peak speed of an open hand in free motion, m/s."""
+
+CARRY_SPEED = 0.29
+"""Peak speed of a hand that may hold something, m/s: the site's bound is 0.30."""
 
 NEAR_SPEED = 0.10
 """Peak speed where fingers are near things, m/s."""
 
-BASE_SPEED = 0.40
+BASE_SPEED = 0.48
 """Peak speed of the base, m/s."""
 
 CARRY = (0.42, 0.0, 0.36)
@@ -38,8 +41,8 @@ FARTHEST = 0.80
 LIFT = 0.13
 """How far the object is lifted before it is carried, m."""
 
-CLEARANCE = 0.08
-"""Height above a place to put down from which the approach is slow, m."""
+CLEARANCE = 0.05
+"""Height above a grasp or a place to put down from which the approach is slow, m."""
 
 GRASP = 0.012
 """How far above its middle the object is gripped, m."""
@@ -79,10 +82,10 @@ def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
     observed = yield act("look", camera="hand")
     (x, y, z), yaw = observed["object_position"], observed["object_yaw"]
     grip = z + (0.0 if observed["object_lying"] else GRASP)
-    yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=yaw, speed=NEAR_SPEED)
+    yield act("move_tool", target=(x, y, grip + CLEARANCE), yaw=yaw, speed=_free(observed))
     yield act("move_tool", target=(x, y, grip), yaw=yaw, speed=NEAR_SPEED)
     yield act("grip", width=CLOSED, force=GRIP_FORCE)
-    yield act("move_tool", target=(x, y, grip + LIFT), yaw=yaw, speed=NEAR_SPEED)
+    yield act("move_tool", target=(x, y, grip + LIFT), yaw=yaw, speed=CARRY_SPEED)
 
 
 def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -98,7 +101,7 @@ def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
     yield from _over(observed, (x, y, grip), CLEARANCE)
     yield act("move_tool", target=(x, y, grip + 0.001), yaw=0.0, speed=NEAR_SPEED)
     yield act("grip", width=OPEN, force=GRIP_FORCE)
-    observed = yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=0.0, speed=NEAR_SPEED)
+    observed = yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=0.0, speed=SPEED)
     yield from _look(observed)
 
 
@@ -130,6 +133,11 @@ def _along_the_way(observed: Observation) -> tuple[tuple[float, float], ...]:
     return ((x + u - REACH) / 2, (y + v) / 2), (u - REACH, v), (x, y)
 
 
+def _free(observed: Observation) -> float:
+    """Peak speed of free motion: of a hand that is not known to be empty, the lesser."""
+    return SPEED if observed.get("holding") is False else CARRY_SPEED
+
+
 def _from_base(observed: Observation, offset: Place) -> Place:
     """Where a point given from the arm's base is in the world."""
     x, y, z = observed["base_position"]
@@ -144,7 +152,7 @@ def _in_reach(observed: Observation, place: Place) -> bool:
 
 def _look(observed: Observation) -> Task:
     """Move the arm out of sight and look from the mast."""
-    yield act("move_tool", target=_from_base(observed, ASIDE), yaw=0.0, speed=SPEED)
+    yield act("move_tool", target=_from_base(observed, ASIDE), yaw=0.0, speed=_free(observed))
     return (yield act("look", camera="mast"))
 
 
@@ -153,13 +161,13 @@ def _carry(observed: Observation) -> Task:
     target = _from_base(observed, CARRY)
     x, y, z = observed["tool_position"]
     if z < target[2]:
-        yield act("move_tool", target=(x, y, target[2]), yaw=0.0, speed=SPEED)
-    return (yield act("move_tool", target=target, yaw=0.0, speed=SPEED))
+        yield act("move_tool", target=(x, y, target[2]), yaw=0.0, speed=_free(observed))
+    return (yield act("move_tool", target=target, yaw=0.0, speed=_free(observed)))
 
 
 def _over(observed: Observation, place: Place, height: float, yaw: float = 0.0) -> Task:
     """Go over `place` at carrying height, then down to `height` above it, turned by `yaw`."""
     x, y, z = place
     carrying = observed["base_position"][2] + CARRY[2]
-    yield act("move_tool", target=(x, y, carrying), yaw=yaw, speed=SPEED)
-    return (yield act("move_tool", target=(x, y, z + height), yaw=yaw, speed=SPEED))
+    yield act("move_tool", target=(x, y, carrying), yaw=yaw, speed=_free(observed))
+    return (yield act("move_tool", target=(x, y, z + height), yaw=yaw, speed=_free(observed)))

@@ -20,6 +20,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from aeros.agent import graph
 from aeros.agent.report import RunReport
 from aeros.runtime.audit import AuditLog
+from aeros.runtime.canonical import Encoded
 from aeros.runtime.configuration import configure
 from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate, GateMode
@@ -171,7 +172,7 @@ class Unwritten(AuditLog):
     def __init__(self) -> None:
         pass
 
-    def append(self, event: str, details: Mapping[str, Any]) -> int:
+    def append(self, event: str, details: Mapping[str, Any] | Encoded) -> int:
         return 0
 
     @property

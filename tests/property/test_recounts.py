@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aeros.runtime.history import Histories
-from aeros.runtime.ports import Reading
+from aeros.runtime.ports import Reading, Readings
 from aeros.runtime.recounting import Recount
 from aeros.spec.expr import terms as t
 from tests.differential.test_past_time import conditions, kept, steps, values
@@ -27,7 +27,7 @@ def test_histories_as_they_were_kept_are_not_objected_to(
     _, site = kept(term)
     histories, recount, now = Histories(site), Recount(site), 0.0
 
-    def look(seen: Seen) -> dict[str, Reading]:
+    def look(seen: Seen) -> Readings:
         readings = {name: Reading(one, now) for name, one in seen.items() if chance.random() < 0.8}
         return histories.look(readings, now)
 

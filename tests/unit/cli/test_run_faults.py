@@ -37,14 +37,14 @@ RECOVERED = {
     "a wrapper that is knocked under the handle, where it cannot be lifted, is slid to its place": (
         "make dumplings",
         4,
-        "{at: {skill: make_dumplings.prepare, after: 20 s}, rate: 1, at_most: 1, "
+        "{at: {skill: make_dumplings.prepare, after: 13 s}, rate: 1, at_most: 1, "
         "bump: {thing: wrapper, impulse: 0.065 N*s, direction: [-1, 0, 0]}}",
         ["prepare laid_askew", "recover aligned", "wrap wrapped", "boil cooked"],
     ),
     "a wrapper that fell and stands beside the press is pushed over, past its end, and fetched": (
         "make dumplings",
         0,
-        "{at: {skill: make_dumplings.prepare, after: 20 s}, rate: 1, at_most: 1, "
+        "{at: {skill: make_dumplings.prepare, after: 13 s}, rate: 1, at_most: 1, "
         "bump: {thing: wrapper, impulse: 0.065 N*s, direction: [0.35, -1, 0]}}",
         ["prepare missed", "prepare laid_out", "wrap wrapped", "boil cooked"],
     ),
@@ -71,7 +71,7 @@ RECOVERED = {
     "an object that slips is looked for and grasped again": (
         "fetch the object",
         0,
-        "{at: {skill: fetch_object.grasp, once: holding, after: 1 s}, rate: 1, at_most: 1, "
+        "{at: {skill: fetch_object.grasp, once: holding, after: 500 ms}, rate: 1, at_most: 1, "
         "slip: {friction: 0, lasts: 1 s}}",
         ["navigate arrived", "detect seen", "grasp missed", "recover ready", "grasp grasped",
          "deliver delivered"],
@@ -79,7 +79,7 @@ RECOVERED = {
     "an object that falls over on its stand is taken up as it lies": (
         "fetch the object",
         1,
-        "{at: {skill: fetch_object.grasp, once: holding, after: 2500 ms}, rate: 1, at_most: 1, "
+        "{at: {skill: fetch_object.grasp, once: holding, after: 850 ms}, rate: 1, at_most: 1, "
         "slip: {friction: 0, lasts: 1 s}}",
         ["navigate arrived", "detect seen", "grasp missed", "recover ready", "grasp grasped",
          "deliver delivered"],
@@ -87,7 +87,7 @@ RECOVERED = {
     "an object that is dropped on the way is found on the floor": (
         "fetch the object",
         0,
-        "{at: {skill: fetch_object.deliver, after: 6 s}, rate: 1, at_most: 1, "
+        "{at: {skill: fetch_object.deliver, after: 5 s}, rate: 1, at_most: 1, "
         "slip: {friction: 0, lasts: 1 s}}",
         ["navigate arrived", "detect seen", "grasp grasped", "deliver dropped", "navigate arrived",
          "detect not_seen", "recover ready", "grasp grasped", "deliver delivered"],
