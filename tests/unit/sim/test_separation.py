@@ -109,7 +109,7 @@ people:
     path:
       - {at: [3 m, -1 m], stay: 8.5 s}
       - {at: [1.35 m, 0 m], speed: 1.4 m/s, stay: 3 s}
-      - {at: [3 m, -1 m], speed: 1.4 m/s, stay: 44 s}
+      - {at: [3 m, -1 m], speed: 1.4 m/s, stay: 36 s}
       - {at: [1.35 m, 0 m], speed: 1.4 m/s, stay: 3 s}
       - {at: [3 m, -1 m], speed: 1.4 m/s}
 """
