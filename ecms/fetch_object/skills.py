@@ -82,7 +82,7 @@ def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
     yield act("move_tool", target=(x, y, grip + CLEARANCE), yaw=yaw, speed=SPEED)
     yield act("move_tool", target=(x, y, grip), yaw=yaw, speed=NEAR_SPEED)
     yield act("grip", width=CLOSED, force=GRIP_FORCE)
-    yield act("move_tool", target=(x, y, grip + LIFT), yaw=yaw, speed=SPEED)
+    yield act("move_tool", target=(x, y, grip + LIFT), yaw=yaw, speed=NEAR_SPEED)
 
 
 def deliver(observed: Observation, inputs: Inputs) -> SkillBody:

@@ -37,14 +37,14 @@ RECOVERED = {
     "a wrapper that is knocked under the handle, where it cannot be lifted, is slid to its place": (
         "make dumplings",
         4,
-        "{at: {skill: make_dumplings.prepare, after: 20 s}, rate: 1, at_most: 1, "
+        "{at: {skill: make_dumplings.prepare, after: 16 s}, rate: 1, at_most: 1, "
         "bump: {thing: wrapper, impulse: 0.065 N*s, direction: [-1, 0, 0]}}",
         ["prepare laid_askew", "recover aligned", "wrap wrapped", "boil cooked"],
     ),
     "a wrapper that fell and stands beside the press is pushed over, past its end, and fetched": (
         "make dumplings",
         0,
-        "{at: {skill: make_dumplings.prepare, after: 20 s}, rate: 1, at_most: 1, "
+        "{at: {skill: make_dumplings.prepare, after: 16 s}, rate: 1, at_most: 1, "
         "bump: {thing: wrapper, impulse: 0.065 N*s, direction: [0.35, -1, 0]}}",
         ["prepare missed", "prepare laid_out", "wrap wrapped", "boil cooked"],
     ),
