@@ -131,7 +131,8 @@ class DecisionTeller:
 
     def _told_usage(self, usage: Mapping[str, int]) -> str:
         if usage != self._usage[0]:
-            self._usage = usage, encoded(dict(usage)).text
+            kept = dict(usage)
+            self._usage = kept, encoded(kept).text
         return self._usage[1]
 
 
