@@ -1,0 +1,46 @@
+"""Kinds of trials: a module for each, imported only where it is tried."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from typing import Any, Final, Protocol
+
+from aeros.experiments.condition import Condition
+from aeros.experiments.premises import Premises
+
+Found = Mapping[str, Any]
+"""What one trial found: JSON values by name.
+
+`reached` (whether it succeeded) is among them, and so is `processor_s`, which is the one that may differ from
+one time to the next.
+"""
+
+Trial = Callable[[int], Found]
+"""Runs the trial of a seed."""
+
+PREDICTED: Final = ("success", "invocations", "retries", "recoveries", "replans")
+"""What is computed of a condition."""
+
+
+class Kind(Protocol):
+    """What a module of trials has."""
+
+    def opened(self, condition: Condition, premises: Premises) -> AbstractContextManager[Trial]:
+        """What is set up once for trials of many seeds, and taken down after them."""
+
+    def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
+        """What is exactly to be expected, by name; in words why that is not to be had."""
+
+
+KINDS: Final[Mapping[str, str]] = {
+    "task": "aeros.experiments.trials.task",
+}
+"""Modules by kind; each has a `KIND`."""
+
+
+def kind_of(name: str) -> Kind:
+    """The kind of that name."""
+    kind: Kind = importlib.import_module(KINDS[name]).KIND
+    return kind

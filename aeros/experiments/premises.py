@@ -1,0 +1,99 @@
+"""What trials stand on: modules proved under a site, and the code that runs them; made once for a process."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+import aeros
+from aeros.agent.routing import Routed
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.gate import Gate
+from aeros.runtime.proving import prove
+from aeros.runtime.skill_run import RunsOfKeptCode
+from aeros.spec.diagnostics import Diagnostic, did_you_mean
+from aeros.spec.errors import UserError
+from aeros.spec.folders import reference_site
+
+_NOT_IN_TRIALS: Final = (
+    ("cli",),
+    ("docs",),
+    ("experiments", "data"),
+    ("experiments", "report"),
+)
+"""Folders of AEROS that decide nothing of what a trial finds; what data decides is in the condition."""
+
+
+@dataclass(frozen=True, slots=True)
+class Where:
+    """Where the premises are read from, as a worker elsewhere has them too.
+
+    site: None for the reference site.
+    """
+
+    ecms: str
+    site: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Premises:
+    """What is proved and compiled.
+
+    digest: over site, certificates (so manifests and skill code) and the code that trials run.
+    runs: opens skills in this process.
+    """
+
+    configuration: Configuration
+    gate: Gate
+    runs: RunsOfKeptCode
+    digest: str
+
+    def routed(self, task: str) -> Routed:
+        """The task of that name; raises `UserError` where no module has it."""
+        tasks = {
+            one.id: Routed(name, one)
+            for name, ecm in self.configuration.modules.items()
+            for one in ecm.tasks.values()
+        }
+        if task not in tasks:
+            near = did_you_mean(task, tasks)
+            help_ = (f"did you mean `{near}`?",) if near else (f"there are {', '.join(tasks)}",)
+            raise UserError([Diagnostic("AE130", f"no module has the task `{task}`", help=help_)])
+        return tasks[task]
+
+
+@cache
+def premises_of(where: Where) -> Premises:
+    """Everything proved and compiled; raises `UserError` where anything of it is refused."""
+    site = reference_site() if where.site is None else Path(where.site)
+    configuration, _ = prove([Path(where.ecms)], site, certified=True)
+    digest = hashlib.sha256(f"{configuration.digest} {code_digest()}".encode()).hexdigest()
+    return Premises(configuration, Gate(configuration), RunsOfKeptCode(), digest)
+
+
+@cache
+def code_digest() -> str:
+    """SHA-256 over every file of AEROS that decides what a trial finds."""
+    root = Path(aeros.__file__).parent
+    return digest_of_files({str(path.relative_to(root)): path for path in _deciding(root)})
+
+
+def digest_of_files(files: Mapping[str, Path]) -> str:
+    """SHA-256 over names and contents."""
+    digest = hashlib.sha256()
+    for name, path in sorted(files.items()):
+        content = path.read_bytes()
+        digest.update(f"{name} {len(content)}\n".encode() + content)
+    return digest.hexdigest()
+
+
+def _deciding(root: Path) -> Iterator[Path]:
+    for here, folders, names in os.walk(root):
+        inside = Path(here).relative_to(root).parts
+        folders[:] = [one for one in folders if (*inside, one) not in _NOT_IN_TRIALS and one != "__pycache__"]
+        yield from (Path(here) / name for name in names)
