@@ -95,7 +95,7 @@ def catalogue(plant: str, entries: Sequence[Entry] = ()) -> dict[int, Experiment
         entered = {entry.name: entry for entry in entries} if one.get("enter", False) else {}
         titles = {name: data["variant"][name]["title"] for name in one.get("variants", ())}
         titles |= {name: f"{entry.architecture} (entered)" for name, entry in entered.items()}
-        rows = _task_rows(one, data, plant, entered) if "tasks" in one else _listed_rows(one, plant)
+        rows = _task_rows(one, data, plant, entered) if "tasks" in one else _listed_rows(one, data, plant)
         found[one["number"]] = Experiment(
             one["number"],
             one["title"],
@@ -188,8 +188,15 @@ def _source_digest(architecture: str) -> str:
     return digest_of_files({file.name: file})
 
 
-def _listed_rows(one: Mapping[str, Any], plant: str) -> Iterator[Row]:
+def _listed_rows(one: Mapping[str, Any], data: Mapping[str, Any], plant: str) -> Iterator[Row]:
     for row in one["row"]:
         id_, labels = f"{one['number']}/{row['name']}", (row["title"],)
-        condition = Condition.of(one["kind"], plant, row.get("settings", {}))
+        # What is in a file of its own decides the trials as well: all of its first list is in the condition.
+        listed = {name: next(iter(read_data(file).values())) for name, file in row.get("data", {}).items()}
+        tasks = {
+            name: _task_settings(data["variant"]["aeros"], task, failure, failure["rate"], plant)
+            for name, task in row.get("tasks", {}).items()
+            for failure in [data["task"][task]]
+        }
+        condition = Condition.of(one["kind"], plant, {**row.get("settings", {}), **listed, **tasks})
         yield Row(id_, labels, condition, row["name"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
+from pathlib import Path
 from typing import Any, Final, Protocol
 
 from aeros.experiments.condition import Condition
@@ -13,12 +14,17 @@ from aeros.experiments.premises import Premises
 Found = Mapping[str, Any]
 """What one trial found: JSON values by name.
 
-`reached` (whether it succeeded) is among them, and so is `processor_s`, which is the one that may differ from
-one time to the next.
+`reached` (whether it succeeded) and `processor_s` are among them; `TIMES` may differ from time to time.
 """
 
 Trial = Callable[[int], Found]
 """Runs the trial of a seed."""
+
+RAM: Final = next((one for one in (Path("/dev/shm"),) if one.is_dir()), None)  # noqa: S108  kept by nobody
+"""Where trials keep what nobody keeps; None for wherever temporary files are."""
+
+TIMES: Final = ("processor_s", "swap_s")
+"""What may be found otherwise from one time to the next, s."""
 
 PREDICTED: Final = ("success", "invocations", "retries", "recoveries", "replans")
 """What is computed of a condition."""
@@ -35,6 +41,8 @@ class Kind(Protocol):
 
 
 KINDS: Final[Mapping[str, str]] = {
+    "hot_swap": "aeros.experiments.trials.hot_swap",
+    "requests": "aeros.experiments.trials.requests",
     "task": "aeros.experiments.trials.task",
 }
 """Modules by kind; each has a `KIND`."""

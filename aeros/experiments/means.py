@@ -22,20 +22,28 @@ from aeros.spec.model import Ecm, Skill
 class CountingRuntime:
     """A runtime that counts what is asked of it, whoever asks; in everything else the one that it is given.
 
+    watched: module and name of a skill whose outcomes are counted, too.
     steps: skills that began; actions: those that the gate let begin; denied: those that it denied.
+    tries, failed_tries: of the skill that is watched.
     """
 
-    def __init__(self, runtime: Runtime) -> None:
+    def __init__(self, runtime: Runtime, watched: tuple[str, str] | None = None) -> None:
         self._runtime = runtime
+        self._watched = watched
+        self._under_way: set[StepHandle] = set()
         self.steps = 0
         self.actions = 0
         self.denied = 0
+        self.tries = 0
+        self.failed_tries = 0
 
     def start(self, request: StepRequest) -> StepHandle | StepResult:
         """See `ports.Runtime`."""
         started = self._runtime.start(request)
         if not isinstance(started, StepResult):
             self.steps += 1
+            if (request.module, request.skill) == self._watched:
+                self._under_way.add(started)
         return started
 
     def wait(self, until: float = inf) -> Ended | None:
@@ -44,7 +52,18 @@ class CountingRuntime:
         if ended is not None:
             self.actions += ended.result.allowed + ended.result.attenuated
             self.denied += ended.result.denied
+            if ended.step in self._under_way:
+                self._under_way.remove(ended.step)
+                self.tries += 1
+                self.failed_tries += self._has_failed(ended.result)
         return ended
+
+    def _has_failed(self, result: StepResult) -> bool:
+        """By what is measured now."""
+        assert self._watched is not None  # noqa: S101  only what is watched is under way
+        runtime, (module, name) = self._runtime, self._watched
+        world = measured_world(runtime.site.state, runtime.observe(), runtime.now())
+        return judge(module, runtime.active_modules()[module].skills[name], result, world).failed
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._runtime, name)

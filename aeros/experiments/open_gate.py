@@ -19,6 +19,10 @@ from aeros.skill import Action
 class OpenGate(Gate):
     """Allows every action as it is asked for, beside whatever is under way."""
 
+    def __init__(self, configuration: Configuration) -> None:
+        # Nothing is compiled, as nothing is decided.
+        self._site = configuration.site
+
     def under(self, configuration: Configuration) -> OpenGate:
         """See `Gate`."""
         return OpenGate(configuration)

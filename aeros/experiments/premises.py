@@ -44,10 +44,12 @@ class Where:
 class Premises:
     """What is proved and compiled.
 
+    where: it was read from.
     digest: over site, certificates (so manifests and skill code) and the code that trials run.
     runs: opens skills in this process.
     """
 
+    where: Where
     configuration: Configuration
     gate: Gate
     runs: RunsOfKeptCode
@@ -73,7 +75,7 @@ def premises_of(where: Where) -> Premises:
     site = reference_site() if where.site is None else Path(where.site)
     configuration, _ = prove([Path(where.ecms)], site, certified=True)
     digest = hashlib.sha256(f"{configuration.digest} {code_digest()}".encode()).hexdigest()
-    return Premises(configuration, Gate(configuration), RunsOfKeptCode(), digest)
+    return Premises(where, configuration, Gate(configuration), RunsOfKeptCode(), digest)
 
 
 @cache

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from aeros.experiments.catalogue import Experiment, Metric, Row, read_data
 from aeros.experiments.environment import environment
-from aeros.experiments.kinds import Found, kind_of
+from aeros.experiments.kinds import TIMES, Found, kind_of
 from aeros.experiments.premises import Premises
 from aeros.experiments.statistics import Interval, fisher, mcnemar, wilson
 
@@ -65,7 +65,11 @@ def _experiment(
         "tests": [_test(one, *pair, of_rows) for pair in one.compared],
         "figure": one.figure,
         "timings": {
-            row.id: {"processor_ms": 1000 * fmean(trial["processor_s"] for trial in found)}
+            row.id: {
+                name: fmean(trial[name] for trial in found)
+                for name in TIMES
+                if all(name in one for one in found)
+            }
             for row, found in of_rows.items()
         },
     }
@@ -105,7 +109,10 @@ def _row(
 
 
 def _is_measured(metric: Metric, found: Sequence[Found]) -> bool:
-    return all((metric.mean or metric.hits or metric.of) in one for one in found)
+    names = [name for name in (metric.mean, metric.hits, metric.of) if name]
+    if not all(name in one for one in found for name in names):
+        return False
+    return not metric.hits or any(one[metric.of] for one in found)
 
 
 def _measured(metric: Metric, found: Sequence[Found]) -> dict[str, Any]:
@@ -122,7 +129,7 @@ def _measured(metric: Metric, found: Sequence[Found]) -> dict[str, Any]:
     middle = fmean(values)
     spread = stdev(values) if len(values) > 1 else 0.0
     half = _NORMAL_95 * spread / sqrt(len(values)) if spread else 3 / len(values)
-    return {"measured": middle, "low": middle - half, "high": middle + half}
+    return {"measured": middle, "low": max(0.0, middle - half), "high": middle + half}
 
 
 def _share(hits: int, of: int) -> dict[str, Any]:

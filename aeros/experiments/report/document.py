@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 from aeros.experiments.report.figures import boundary, intervals
 
 Results = Mapping[str, Any]
+
+_TIMES: Final = {"processor_s": "processor time", "swap_s": "loading the module"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,11 +109,19 @@ def _experiment(one: Mapping[str, Any]) -> Iterator[Block]:
         yield Figure(f"experiment-{one['number']}", one["title"], boundary(one))
     elif one["figure"] == "intervals":
         yield Figure(f"experiment-{one['number']}", one["title"], intervals(one))
-    timings = [(id_, f"{timing['processor_ms']:.1f}") for id_, timing in one["timings"].items()]
-    yield _plain(
-        ("condition", "processor, ms a trial"), timings, "how long it took, and how to run a row again"
-    )
+    yield _timings(one["timings"])
     yield Words("Again: " + f"`{one['rows'][0]['rerun']}`, and so with any other condition's name.")
+
+
+def _timings(timings: Mapping[str, Mapping[str, float]]) -> Table:
+    """Times, which differ from one run to the next."""
+    names = list(dict.fromkeys(name for one in timings.values() for name in one))
+    rows = [
+        (id_, *(f"{1000 * one[name]:.2f}" if name in one else "" for name in names))
+        for id_, one in timings.items()
+    ]
+    head = ("condition", *(f"{_TIMES[name]}, ms a trial" for name in names))
+    return _plain(head, rows, "how long it took")
 
 
 def _means(one: Mapping[str, Any]) -> Table:

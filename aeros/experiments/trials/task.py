@@ -22,7 +22,7 @@ from aeros.agent.routing import Routed
 from aeros.experiments.architecture import Model, Told, made
 from aeros.experiments.condition import Condition
 from aeros.experiments.exact import predicted
-from aeros.experiments.kinds import PREDICTED, Found, Trial
+from aeros.experiments.kinds import PREDICTED, RAM, Found, Trial
 from aeros.experiments.means import CountingRuntime, TrialMeans
 from aeros.experiments.open_gate import OpenGate, without_policy
 from aeros.experiments.plants import Plants, physics_plants, symbolic_plants
@@ -34,8 +34,6 @@ from aeros.spec.closed_loop.chances import with_skill_probabilities
 from aeros.spec.closed_loop.transition_system import NotExploredError
 from aeros.spec.errors import InternalError
 from aeros.spec.model import Durability, Ecm
-
-_RAM: Final = Path("/dev/shm")  # noqa: S108  nothing is kept there for longer than it is open
 
 
 class Tasks:
@@ -50,9 +48,9 @@ class Tasks:
         if not settings["policy"]:
             configuration = without_policy(configuration)
             gate = OpenGate(configuration)
-        plants = _plants(condition, premises)
+        plants = plants_of(condition, premises)
         with (
-            tempfile.TemporaryDirectory(dir=_RAM if _RAM.is_dir() else None) as folder,
+            tempfile.TemporaryDirectory(dir=RAM) as folder,
             AuditLog(Path(folder) / "audit.jsonl", durability=Durability.BATCHED) as audit,
         ):
 
@@ -62,7 +60,8 @@ class Tasks:
                     plants(seed) as opened,
                     Executor(configuration, gate, opened.plant, audit, premises.runs) as executor,
                 ):
-                    found = _pursued(executor, routed, settings, seed)
+                    watched = (routed.module, settings["skill"]) if condition.plant == "physics" else None
+                    found = _pursued(executor, routed, settings, seed, watched)
                     simulated = opened.plant.now()
                     found |= {"simulated_s": simulated, **opened.counts}
                 return {**found, "processor_s": time.process_time() - began}
@@ -79,7 +78,8 @@ class Tasks:
             found = predicted(lambda: made(settings["architecture"], settings["options"]), model)
         except NotExploredError as why:
             return str(why)
-        return {name: float(getattr(found, name)) for name in PREDICTED}
+        exact = {name: float(getattr(found, name)) for name in PREDICTED}
+        return {**exact, "attempt": float(Fraction(settings["rate"]))}
 
 
 def failing(ecm: Ecm, settings: Mapping[str, Any]) -> Ecm:
@@ -93,7 +93,8 @@ def failing(ecm: Ecm, settings: Mapping[str, Any]) -> Ecm:
     return with_skill_probabilities(ecm, chances)
 
 
-def _plants(condition: Condition, premises: Premises) -> Plants:
+def plants_of(condition: Condition, premises: Premises) -> Plants:
+    """What opens the plants of a condition's trials."""
     settings = condition.settings
     routed = premises.routed(settings["task"])
     if condition.plant == "physics":
@@ -104,9 +105,18 @@ def _plants(condition: Condition, premises: Premises) -> Plants:
     return symbolic_plants(premises.configuration.site, modules, routed.task)
 
 
-def _pursued(runtime: Runtime, routed: Routed, settings: Mapping[str, Any], seed: int) -> dict[str, Any]:
-    """What came of it, counted here; an architecture that raises has failed."""
-    counting = CountingRuntime(runtime)
+def _pursued(
+    runtime: Runtime,
+    routed: Routed,
+    settings: Mapping[str, Any],
+    seed: int,
+    watched: tuple[str, str] | None,
+) -> dict[str, Any]:
+    """What came of it, counted here; an architecture that raises has failed.
+
+    watched: the skill whose attempts are counted, where that is no matter of definition.
+    """
+    counting = CountingRuntime(runtime, watched)
     means = TrialMeans(counting, routed, seed)
     architecture = made(settings["architecture"], settings["options"])
     try:
@@ -115,7 +125,9 @@ def _pursued(runtime: Runtime, routed: Routed, settings: Mapping[str, Any], seed
         raise
     except Exception as error:
         told = Told(reason=f"{type(error).__name__}: {error}")
+    attempts = {"tries": counting.tries, "failed_tries": counting.failed_tries}
     return {
+        **(attempts if watched else {}),
         "reached": means.measures_the_goal(),
         **asdict(told),
         "steps": counting.steps,
