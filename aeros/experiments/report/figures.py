@@ -9,7 +9,7 @@ from typing import Any, Final
 _COLOURS: Final = ("#6d4c41", "#ef6c00", "#6a1b9a", "#1565c0", "#2e7d32", "#00838f", "#ad1457", "#455a64")
 
 _LEFT, _TOP, _WIDE, _HIGH = 60, 20, 640, 320
-_LABELS, _LINE = 380, 20
+_LABELS, _LINE = 470, 20
 
 
 def boundary(one: Mapping[str, Any]) -> str:
