@@ -6,6 +6,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable
+from concurrent.futures import BrokenExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -14,7 +15,7 @@ from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.premises import output_folder
 from aeros.experiments.catalogue import PLANTS, Entry, Experiment, catalogue, chosen
 from aeros.experiments.premises import Where, premises_of
-from aeros.experiments.running import Progress, executor_at, processors, run_trials
+from aeros.experiments.running import OtherPremisesError, Progress, executor_at, processors, run_trials
 from aeros.experiments.store import FILE, Store
 from aeros.spec.diagnostics import Diagnostic
 from aeros.spec.errors import MisuseError, UserError
@@ -116,13 +117,22 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
     conditions = [row.condition for one in experiments for row in one.rows]
     shown = _shown()
     with Store(out) as store:
+        if sys.stderr.isatty():
+            print("proving the modules …", end="\r", file=sys.stderr, flush=True)
         premises = premises_of(where)
+        told = f"what is finished is in {out}; go on with --out {out} --resume"
         try:
             with executor_at(arguments.executor, arguments.workers or processors()) as (executor, workers):
                 run_trials(conditions, seeds, where, executor, workers, store, shown)
         except KeyboardInterrupt:
-            print(f"\naeros: what is finished is in {out}; go on with --out {out} --resume", file=sys.stderr)
+            print(f"\naeros: {told}", file=sys.stderr)
             return Exit.INTERRUPTED
+        except BrokenExecutor as broken:
+            print(f"\naeros: a worker ended without a word ({broken}); {told}", file=sys.stderr)
+            return Exit.REJECTED
+        except (OtherPremisesError, OSError) as refused:
+            print(f"\naeros: {refused}; {told}", file=sys.stderr)
+            return Exit.REJECTED
         from aeros.experiments.report.written import write_report
         from aeros.experiments.results import results_of
 

@@ -62,6 +62,7 @@ class Experiment:
     """A table of rows.
 
     compared: pairs of variants whose success is compared task by task.
+    overhead: whether what a trial takes is shown for each variant, where the plant takes next to nothing.
     """
 
     number: int
@@ -70,6 +71,7 @@ class Experiment:
     rows: tuple[Row, ...]
     variants: Mapping[str, str]
     compared: tuple[tuple[str, str], ...] = ()
+    overhead: bool = False
     figure: str = ""
 
 
@@ -103,6 +105,7 @@ def catalogue(plant: str, entries: Sequence[Entry] = ()) -> dict[int, Experiment
             tuple(rows),
             titles,
             tuple((first, second) for first, second in one.get("compared", ())),
+            one.get("overhead", False) and plant == "symbolic",
             one.get("figure", ""),
         )
     return dict(sorted(found.items()))

@@ -13,7 +13,7 @@ from aeros.agent.supervisor import Judgement, judge, start_problem
 from aeros.agent.values import Kept, exact
 from aeros.agent.world import World, measured_world
 from aeros.experiments.architecture import MOST_ASKED, EndlessError
-from aeros.runtime.ports import Ended, Runtime, StepHandle, StepRequest, StepResult
+from aeros.runtime.ports import Ended, Readings, Runtime, StepHandle, StepRequest, StepResult
 from aeros.spec.errors import MisuseError
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.model import Ecm, Skill
@@ -79,6 +79,8 @@ class TrialMeans:
         self._exactly = Kept()
         self._planner = RulePlanner()
         self._asked = 0
+        self._readings: Readings | None = None
+        self._world: World | None = None
 
     @property
     def routed(self) -> Routed:
@@ -101,7 +103,12 @@ class TrialMeans:
         if self._asked > MOST_ASKED:
             raise EndlessError
         runtime = self._runtime
-        return measured_world(runtime.site.state, runtime.observe(), runtime.now(), self._exactly)
+        readings, now = runtime.observe(), runtime.now()
+        # Where the very same readings come again, as long as nothing happens, so does the world.
+        if self._world is None or readings is not self._readings or now != self._world.time:
+            self._readings = readings
+            self._world = measured_world(runtime.site.state, readings, now, self._exactly)
+        return self._world
 
     def is_reached(self) -> bool:
         """See `Means`."""

@@ -55,6 +55,14 @@ def _experiment(
     paper = read_data("paper.toml")
     of_rows = {row: _found(row, trials, premises, seeds) for row in one.rows}
     rows = [_row(row, found, one.metrics, premises, ran_with) for row, found in of_rows.items()]
+    timings = {
+        row.id: {
+            name: fmean(trial[name] for trial in found)
+            for name in TIMES
+            if all(name in trial for trial in found)
+        }
+        for row, found in of_rows.items()
+    }
     return {
         "number": one.number,
         "title": one.title,
@@ -64,15 +72,23 @@ def _experiment(
         "means": _means(one, rows),
         "tests": [_test(one, *pair, of_rows) for pair in one.compared],
         "figure": one.figure,
-        "timings": {
-            row.id: {
-                name: fmean(trial[name] for trial in found)
-                for name in TIMES
-                if all(name in one for one in found)
-            }
-            for row, found in of_rows.items()
-        },
+        "timings": timings,
+        "overhead": _overhead(one, timings) if one.overhead else [],
     }
+
+
+def _overhead(one: Experiment, timings: Mapping[str, Mapping[str, float]]) -> list[dict[str, Any]]:
+    """Milliseconds of processor that a trial of each variant takes, mean over tasks."""
+    paper = read_data("paper.toml")["overhead"]
+    of = {
+        name: [timings[row.id]["processor_s"] for row in one.rows if row.variant == name]
+        for name in one.variants
+    }
+    return [
+        {"title": one.variants[name], "measured": 1000 * fmean(found), "paper": paper.get(name)}
+        for name, found in of.items()
+        if found
+    ]
 
 
 def _found(row: Row, trials: Trials, premises: Premises, seeds: Sequence[int]) -> list[Found]:

@@ -109,8 +109,20 @@ def _experiment(one: Mapping[str, Any]) -> Iterator[Block]:
         yield Figure(f"experiment-{one['number']}", one["title"], boundary(one))
     elif one["figure"] == "intervals":
         yield Figure(f"experiment-{one['number']}", one["title"], intervals(one))
+    if one["overhead"]:
+        yield _overhead(one["overhead"])
     yield _timings(one["timings"])
     yield Words("Again: " + f"`{one['rows'][0]['rerun']}`, and so with any other condition's name.")
+
+
+def _overhead(overhead: Sequence[Mapping[str, Any]]) -> Table:
+    """What a trial takes where no physics is computed, the runtime's every decision and record included."""
+    head = ("a trial without physics", "paper, ms", "measured, ms of processor")
+    rows = [
+        (one["title"], "" if one["paper"] is None else f"{one['paper']:g}", f"{one['measured']:.1f}")
+        for one in overhead
+    ]
+    return _plain(head, rows)
 
 
 def _timings(timings: Mapping[str, Mapping[str, float]]) -> Table:

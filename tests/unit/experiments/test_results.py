@@ -51,6 +51,7 @@ def test_the_same_seeds_give_the_same_tables(results: dict[str, Any], tmp_path: 
     before = copy.deepcopy(results)
     for one in (*again["experiments"], *before["experiments"]):
         one.pop("timings")
+        one.pop("overhead")
     assert again == before
 
 
@@ -92,6 +93,16 @@ def test_pairs_are_tested_task_by_task(results: dict[str, Any]) -> None:
     first = four["tests"][0]
     assert [one["paper"] for one in first["by_task"]] == [0.03, 0.001, 0.007]
     assert all(0 < one["fisher"] <= 1 and 0 < one["mcnemar"] <= 1 for one in first["by_task"])
+
+
+def test_what_a_trial_takes_stands_beside_what_the_paper_says(results: dict[str, Any]) -> None:
+    one, four = results["experiments"]
+    assert one["overhead"] == []
+    assert [(row["title"], row["paper"]) for row in four["overhead"][:2]] == [
+        ("flat pipeline", 24),
+        ("behaviour tree (retry = 3)", 19),
+    ]
+    assert all(row["measured"] > 0 for row in four["overhead"])
 
 
 def test_the_report_is_whole_and_needs_no_network(results: dict[str, Any], tmp_path: Path) -> None:

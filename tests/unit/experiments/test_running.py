@@ -131,8 +131,8 @@ def _children(pid: int) -> list[int]:
     return [int(one) for one in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
 
 
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
-def test_a_run_that_is_ended_leaves_whole_trials_and_no_worker(how: signal.Signals, tmp_path: Path) -> None:
+def _begun(tmp_path: Path) -> tuple[subprocess.Popen[str], list[int]]:
+    """A long run that has finished some trials, and its workers."""
     command = [sys.executable, "-m", "aeros", "experiment", "4", "--plant", "symbolic", "--workers", "1"]
     process = subprocess.Popen(
         [*command, "--trials", "1000", "--out", str(tmp_path)],
@@ -146,6 +146,24 @@ def test_a_run_that_is_ended_leaves_whole_trials_and_no_worker(how: signal.Signa
         time.sleep(0.05)
     workers = _children(process.pid)
     assert workers
+    return process, workers
+
+
+def test_a_worker_that_is_killed_ends_the_run_and_leaves_whole_trials(tmp_path: Path) -> None:
+    process, workers = _begun(tmp_path)
+    os.kill(workers[0], signal.SIGKILL)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert "a worker ended without a word" in said
+    assert f"go on with --out {tmp_path} --resume" in said
+    with Store(tmp_path) as store:
+        assert len(store.trials) % 20 == 0
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
+def test_a_run_that_is_ended_leaves_whole_trials_and_no_worker(how: signal.Signals, tmp_path: Path) -> None:
+    process, workers = _begun(tmp_path)
+    latest = time.monotonic() + 60
     process.send_signal(how)
     _, said = process.communicate(timeout=60)
     assert process.returncode == (-signal.SIGKILL if how is signal.SIGKILL else 130)
