@@ -133,8 +133,8 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
         except (OtherPremisesError, OSError) as refused:
             print(f"\naeros: {refused}; {told}", file=sys.stderr)
             return Exit.REJECTED
+        from aeros.experiments.report.results import results_of
         from aeros.experiments.report.written import write_report
-        from aeros.experiments.results import results_of
 
         results = results_of(experiments, store.trials, premises, seeds, arguments.plant, _again(arguments))
     write_report(results, out)

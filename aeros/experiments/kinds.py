@@ -5,11 +5,12 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
+from functools import cache
 from pathlib import Path
 from typing import Any, Final, Protocol
 
 from aeros.experiments.condition import Condition
-from aeros.experiments.premises import Premises
+from aeros.experiments.premises import Premises, digest_of_files
 
 Found = Mapping[str, Any]
 """What one trial found: JSON values by name.
@@ -40,15 +41,27 @@ class Kind(Protocol):
         """What is exactly to be expected, by name; in words why that is not to be had."""
 
 
-KINDS: Final[Mapping[str, str]] = {
-    "hot_swap": "aeros.experiments.trials.hot_swap",
-    "requests": "aeros.experiments.trials.requests",
-    "task": "aeros.experiments.trials.task",
+KINDS: Final[Mapping[str, tuple[str, ...]]] = {
+    "hot_swap": ("hot_swap", "task"),
+    "requests": ("requests",),
+    "task": ("task",),
 }
-"""Modules by kind; each has a `KIND`."""
+"""By kind, the module of `trials/` that has a `KIND`, and others that it stands on."""
 
 
 def kind_of(name: str) -> Kind:
     """The kind of that name."""
-    kind: Kind = importlib.import_module(KINDS[name]).KIND
+    kind: Kind = importlib.import_module(f"aeros.experiments.trials.{KINDS[name][0]}").KIND
     return kind
+
+
+def digest_of(condition: Condition, premises: str) -> str:
+    """Names what decides the trials of `condition` but for their seed, on premises of that digest."""
+    return condition.digest(f"{premises} {_source_digest(condition.kind)}")
+
+
+@cache
+def _source_digest(name: str) -> str:
+    """Of the code of a kind; what all kinds share is among the premises."""
+    folder = Path(__file__).parent / "trials"
+    return digest_of_files({one: folder / f"{one}.py" for one in KINDS[name]})

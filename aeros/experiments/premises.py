@@ -20,13 +20,11 @@ from aeros.spec.diagnostics import Diagnostic, did_you_mean
 from aeros.spec.errors import UserError
 from aeros.spec.folders import reference_site
 
-_NOT_IN_TRIALS: Final = (
-    ("cli",),
-    ("docs",),
-    ("experiments", "data"),
-    ("experiments", "report"),
-)
-"""Folders of AEROS that decide nothing of what a trial finds; what data decides is in the condition."""
+_NOT_IN_TRIALS: Final = ("cli", "docs", "experiments")
+"""Folders of AEROS that decide nothing of what a trial finds, but for …"""
+
+_IN_TRIALS: Final = ("architecture.py", "architectures", "means.py", "open_gate.py", "plants.py")
+"""… these of `experiments`; what data and the kind of trial decide is in the condition and its digest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +43,7 @@ class Premises:
     """What is proved and compiled.
 
     where: it was read from.
-    digest: over site, certificates (so manifests and skill code) and the code that trials run.
+    digest: over site, certificates (so manifests and skill code) and the code that all trials run.
     runs: opens skills in this process.
     """
 
@@ -80,9 +78,13 @@ def premises_of(where: Where) -> Premises:
 
 @cache
 def code_digest() -> str:
-    """SHA-256 over every file of AEROS that decides what a trial finds."""
+    """SHA-256 over every file of AEROS that decides what trials of any kind find."""
     root = Path(aeros.__file__).parent
-    return digest_of_files({str(path.relative_to(root)): path for path in _deciding(root)})
+    deciding = (one for one in root.iterdir() if one.name not in _NOT_IN_TRIALS)
+    also = (root / "experiments" / name for name in _IN_TRIALS)
+    return digest_of_files(
+        {str(path.relative_to(root)): path for one in (*deciding, *also) for path in _files(one)}
+    )
 
 
 def digest_of_files(files: Mapping[str, Path]) -> str:
@@ -94,8 +96,11 @@ def digest_of_files(files: Mapping[str, Path]) -> str:
     return digest.hexdigest()
 
 
-def _deciding(root: Path) -> Iterator[Path]:
-    for here, folders, names in os.walk(root):
-        inside = Path(here).relative_to(root).parts
-        folders[:] = [one for one in folders if (*inside, one) not in _NOT_IN_TRIALS and one != "__pycache__"]
+def _files(path: Path) -> Iterator[Path]:
+    """The files at `path` and below that are somebody's, and no cache."""
+    if path.is_file():
+        yield path
+        return
+    for here, folders, names in os.walk(path):
+        folders[:] = [one for one in folders if one != "__pycache__"]
         yield from (Path(here) / name for name in names)

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import Found, kind_of
+from aeros.experiments.kinds import Found, digest_of, kind_of
 from aeros.experiments.premises import Where, premises_of
 from aeros.experiments.store import Kept, Store
 from aeros.spec.diagnostics import Diagnostic
@@ -117,7 +117,7 @@ def _keep_finished(
     for future in done:
         chunk = running.pop(future)
         found = future.result()
-        digest = chunk.condition.digest(chunk.premises)
+        digest = digest_of(chunk.condition, chunk.premises)
         store.keep(Kept(digest, seed, one) for seed, one in found)
         progress.done += len(found)
     tell(progress)
@@ -127,7 +127,7 @@ def _missing(
     conditions: Iterable[Condition], seeds: Sequence[int], where: Where, premises: str, store: Store
 ) -> Iterator[Chunk]:
     for condition in conditions:
-        digest = condition.digest(premises)
+        digest = digest_of(condition, premises)
         left = [seed for seed in seeds if (digest, seed) not in store.trials]
         size = AT_ONCE[condition.plant]
         for first in range(0, len(left), size):

@@ -179,7 +179,9 @@ def _triple(cell: Mapping[str, Any], others: Sequence[str]) -> list[Cell]:
         for name in others
     ]
     shown = _number(cell["measured"], digits)
-    return [*found, Cell(f"{shown} [{_number(cell['low'], digits)}, {_number(cell['high'], digits)}]")]
+    if cell["low"] is not None:
+        shown += f" [{_number(cell['low'], digits)}, {_number(cell['high'], digits)}]"
+    return [*found, Cell(shown)]
 
 
 def _number(value: float, digits: int) -> str:

@@ -6,7 +6,8 @@ import pytest
 
 from aeros.experiments.architecture import SHIPPED, class_of, made
 from aeros.experiments.catalogue import Entry, catalogue, chosen, read_data
-from aeros.experiments.kinds import KINDS, kind_of
+from aeros.experiments.condition import Condition
+from aeros.experiments.kinds import KINDS, digest_of, kind_of
 from aeros.spec.errors import MisuseError, UserError
 from tests.unit.experiments.common import premises
 
@@ -109,3 +110,9 @@ def test_options_that_it_does_not_take_are_refused() -> None:
 @pytest.mark.parametrize("name", KINDS)
 def test_every_kind_is_there(name: str) -> None:
     assert callable(kind_of(name).opened)
+
+
+def test_a_condition_is_known_by_the_code_of_its_kind() -> None:
+    task, swap = (Condition.of(kind, "symbolic", {}) for kind in ("task", "hot_swap"))
+    assert digest_of(task, "a") != task.digest("a")
+    assert len({digest_of(one, premises) for one in (task, swap) for premises in ("a", "b")}) == 4

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from aeros.experiments.catalogue import Entry, catalogue, chosen
+from aeros.experiments.report.results import results_of
 from aeros.experiments.report.written import write_report
-from aeros.experiments.results import results_of
 from aeros.experiments.running import run_trials
 from aeros.experiments.store import Store
 from tests.unit.experiments.common import WHERE, Here, premises

@@ -13,9 +13,9 @@ from typing import Any, Final
 
 from aeros.experiments.catalogue import Experiment, Metric, Row, read_data
 from aeros.experiments.environment import environment
-from aeros.experiments.kinds import TIMES, Found, kind_of
+from aeros.experiments.kinds import TIMES, Found, digest_of, kind_of
 from aeros.experiments.premises import Premises
-from aeros.experiments.statistics import Interval, fisher, mcnemar, wilson
+from aeros.experiments.statistics import fisher, mcnemar, wilson
 
 SCHEMA: Final = "aeros/experiments/1"
 
@@ -92,7 +92,7 @@ def _overhead(one: Experiment, timings: Mapping[str, Mapping[str, float]]) -> li
 
 
 def _found(row: Row, trials: Trials, premises: Premises, seeds: Sequence[int]) -> list[Found]:
-    digest = row.condition.digest(premises.digest)
+    digest = digest_of(row.condition, premises.digest)
     return [trials[digest, seed] for seed in seeds]
 
 
@@ -135,7 +135,7 @@ def _measured(metric: Metric, found: Sequence[Found]) -> dict[str, Any]:
     """The value and its interval: Wilson's of a share in percent, by the normal distribution of a mean.
 
     Where all values are alike a mean has an interval by the rule of three: what was met in none of n trials
-    has a chance of less than 3/n.
+    has a chance of less than 3/n.  One value has none.
     """
     if metric.is_share:
         hits = sum(one[metric.hits or metric.of] for one in found)
@@ -143,7 +143,9 @@ def _measured(metric: Metric, found: Sequence[Found]) -> dict[str, Any]:
         return {"hits": hits, "of": of, **_share(hits, of)}
     values = [one[metric.mean] for one in found]
     middle = fmean(values)
-    spread = stdev(values) if len(values) > 1 else 0.0
+    if len(values) == 1:
+        return {"measured": middle, "low": None, "high": None}
+    spread = stdev(values)
     half = _NORMAL_95 * spread / sqrt(len(values)) if spread else 3 / len(values)
     return {"measured": middle, "low": max(0.0, middle - half), "high": middle + half}
 
@@ -156,18 +158,19 @@ def _share(hits: int, of: int) -> dict[str, Any]:
 def _cell(measured: Mapping[str, Any], exact: float | None, paper: float | None) -> dict[str, Any]:
     """One cell; `misses`: which of the other two are outside the interval."""
     scaled = exact if exact is None or "hits" not in measured else 100 * exact
-    interval = Interval(measured["low"], measured["high"])
+    others = {"exact": scaled, "paper": paper}
     return {
         **measured,
-        "exact": scaled,
-        "paper": paper,
-        # Rounding: a share of 1 has an interval that ends there.
-        "misses": [
-            name
-            for name, value in (("exact", scaled), ("paper", paper))
-            if value is not None and not interval.low - 1e-9 <= value <= interval.high + 1e-9
-        ],
+        **others,
+        "misses": [name for name, value in others.items() if _is_outside(measured, value)],
     }
+
+
+def _is_outside(measured: Mapping[str, Any], value: float | None) -> bool:
+    if value is None or measured["low"] is None:
+        return False
+    # Rounding: a share of 1 has an interval that ends there.
+    return not measured["low"] - 1e-9 <= value <= measured["high"] + 1e-9
 
 
 def _why(id_: str) -> list[str]:
