@@ -8,13 +8,15 @@ import time
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from aeros.cli.arguments import existing_path, process_count
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.premises import output_folder
+from aeros.experiments.architecture import class_of
 from aeros.experiments.catalogue import PLANTS, Entry, Experiment, catalogue, chosen
 from aeros.experiments.premises import Where, premises_of
+from aeros.experiments.report.written import write_report
 from aeros.experiments.running import OtherPremisesError, Progress, executor_at, processors, run_trials
 from aeros.experiments.store import FILE, Store
 from aeros.spec.diagnostics import Diagnostic
@@ -115,6 +117,9 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
     out = _folder(arguments)
     seeds = range(arguments.first, arguments.first + arguments.trials)
     conditions = [row.condition for one in experiments for row in one.rows]
+    results_of = _reporting()
+    for name in {row.architecture for one in experiments for row in one.rows if row.architecture}:
+        class_of(name)
     shown = _shown()
     with Store(out) as store:
         if sys.stderr.isatty():
@@ -133,9 +138,6 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
         except (OtherPremisesError, OSError) as refused:
             print(f"\naeros: {refused}; {told}", file=sys.stderr)
             return Exit.REJECTED
-        from aeros.experiments.report.results import results_of
-        from aeros.experiments.report.written import write_report
-
         results = results_of(experiments, store.trials, premises, seeds, arguments.plant, _again(arguments))
     write_report(results, out)
     off = [row["id"] for one in results["experiments"] for row in one["rows"] if _misses(row)]
@@ -146,6 +148,16 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
     print(f"{len(off)} with an interval that misses what is exact" + (f": {', '.join(off)}" if off else ""))
     print(f"left in    {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
     return Exit.PROVED
+
+
+def _reporting() -> Callable[..., dict[str, Any]]:
+    """What makes results of trials; raises `UserError` where it cannot, and so before anything is tried."""
+    try:
+        from aeros.experiments.report.results import results_of
+    except ImportError as error:
+        headline = f"experiments need `pip install 'aeros[experiments]'` ({error.name} is missing)"
+        raise UserError([Diagnostic("AE002", headline)]) from error
+    return results_of
 
 
 def _misses(row: dict[str, object]) -> bool:

@@ -125,6 +125,8 @@ def class_of(name: str) -> type[Architecture]:
     try:
         found = getattr(importlib.import_module(module), attribute)
     except (ImportError, AttributeError, ValueError) as error:
+        if name in SHIPPED:
+            raise MisuseError(f"`{name}` needs `pip install 'aeros[experiments]'` ({error})") from error
         known = ", ".join(SHIPPED)
         raise MisuseError(
             f"there is no architecture `{name}` ({error}); there are {known}, or name PACKAGE.MODULE:CLASS"

@@ -46,7 +46,7 @@ class Row:
     """A condition by its place in an experiment.
 
     id: as in `4/flat/clean_table`; labels: the same for people.
-    variant, task, rate: those of them that there are.
+    variant, task, rate: those of them that there are; architecture: the variant's.
     """
 
     id: str
@@ -55,6 +55,7 @@ class Row:
     variant: str = ""
     task: str = ""
     rate: str = ""
+    architecture: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +160,8 @@ def _task_rows(
                 id_ = [str(one["number"]), variant, task, *([rate] if "rates" in one else [])]
                 labels = [settings["title"], failure["title"], f"{float(100 * Fraction(rate)):g} %"]
                 condition = Condition.of("task", plant, _task_settings(settings, task, failure, rate, plant))
-                yield Row("/".join(id_), tuple(labels), condition, variant, task, rate)
+                architecture = settings["architecture"]
+                yield Row("/".join(id_), tuple(labels), condition, variant, task, rate, architecture)
 
 
 def _task_settings(

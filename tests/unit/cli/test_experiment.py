@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import pytest
@@ -72,6 +73,28 @@ def test_what_there_is_not_is_refused(
     common = ("--plant", "symbolic", "--trials", "4", "--ecms", ECMS, "--out", str(tmp_path))
     assert main(["experiment", *common, *arguments]) == Exit.REJECTED
     assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("package", "said"),
+    [
+        ("scipy.stats", "experiments need `pip install"),
+        ("py_trees.behaviour", "`behaviour_tree` needs `pip install"),
+    ],
+)
+def test_what_is_not_installed_is_said_before_anything_is_tried(
+    package: str,
+    said: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for name in [name for name in sys.modules if name.startswith("aeros.experiments")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, package, None)
+    assert run(tmp_path, "4/behaviour_tree") == Exit.REJECTED
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / FILE).exists()
 
 
 def test_to_resume_takes_a_folder(capsys: pytest.CaptureFixture[str]) -> None:

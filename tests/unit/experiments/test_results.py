@@ -137,3 +137,56 @@ def test_what_somebody_else_named_is_text(results: dict[str, Any], tmp_path: Pat
     write_report(hostile, tmp_path)
     assert "<script>" not in (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "a\\|b" in (tmp_path / "report.md").read_text(encoding="utf-8")
+
+
+def text_of(results: dict[str, Any], folder: Path) -> str:
+    write_report(results, folder)
+    return (folder / "report.md").read_text(encoding="utf-8")
+
+
+def test_what_is_marked_and_not_explained_is_said(results: dict[str, Any], tmp_path: Path) -> None:
+    changed = copy.deepcopy(results)
+    row = changed["experiments"][1]["rows"][0]
+    row["cells"]["success"]["misses"], row["why"] = ["exact"], []
+    text = text_of(changed, tmp_path)
+    (line,) = (line for line in text.splitlines() if line.startswith("Marked, and not explained"))
+    assert row["id"] in line
+    assert f"{row['cells']['success']['exact']:.1f} ▲" in text
+
+
+def test_where_nothing_is_predicted_the_report_says_why(results: dict[str, Any], tmp_path: Path) -> None:
+    changed = copy.deepcopy(results)
+    row = changed["experiments"][1]["rows"][0]
+    row["not_predicted"] = "it raises KeyError: 'x'"
+    assert f"Nothing is predicted of {row['id']}: it raises KeyError" in text_of(changed, tmp_path)
+
+
+def test_one_value_has_no_interval(tmp_path: Path) -> None:
+    experiments = chosen(catalogue("symbolic"), ["1/static"])
+    with Store(tmp_path / "trials") as store:
+        run_trials([experiments[0].rows[0].condition], range(1), WHERE, Here(), 1, store, lambda _: None)
+        trials = store.trials
+    one = results_of(experiments, trials, premises(), range(1), "symbolic", "")
+    steps = one["experiments"][0]["rows"][0]["cells"]["steps"]
+    assert (steps["low"], steps["high"], steps["misses"]) == (None, None, [])
+    (tmp_path / "report").mkdir()
+    assert f"| {steps['measured']:.2f} |" in text_of(one, tmp_path / "report")
+
+
+def test_the_boundary_is_drawn_of_what_was_measured(tmp_path: Path) -> None:
+    experiments = chosen(
+        catalogue("symbolic"), [f"8/flat/{task}/0.90" for task in ("fetch_object", "clean_table")]
+    )
+    with Store(tmp_path / "trials") as store:
+        conditions = [row.condition for row in experiments[0].rows]
+        run_trials(conditions, range(2), WHERE, Here(), 1, store, lambda _: None)
+        trials = store.trials
+    found = results_of(experiments, trials, premises(), range(2), "symbolic", "")
+    (mean,) = found["experiments"][0]["means"]
+    assert (mean["id"], mean["cell"]["of"]) == ("8/flat/*/0.90", 4)
+    assert mean["cell"]["exact"] == pytest.approx(10.0)
+    (tmp_path / "report").mkdir()
+    text_of(found, tmp_path / "report")
+    drawn = (tmp_path / "report" / "figures" / "experiment-8.svg").read_text(encoding="utf-8")
+    assert drawn.count("<circle") == 1
+    assert "flat pipeline" in drawn
