@@ -25,7 +25,9 @@ def boundary(one: Mapping[str, Any]) -> str:
         exact = [(float(mean["rate"]), mean["cell"]["exact"]) for mean in of]
         if None not in (value for _, value in exact):
             points = " ".join(f"{_x(rate):.1f},{_y(value):.1f}" for rate, value in exact)
-            parts.append(f'<polyline points="{points}" fill="none" stroke="{colour}"/>')
+            # Dashed now and then: of two that lie on each other both are seen.
+            dashes = f' stroke-dasharray="{4 + 2 * number}"' if number % 2 else ""
+            parts.append(f'<polyline points="{points}" fill="none" stroke="{colour}"{dashes}/>')
         # Side by side, as several of them may lie on each other.
         aside = 4 * (number - (len(variants) - 1) / 2)
         for mean in of:

@@ -7,15 +7,19 @@ from collections.abc import Iterable
 from aeros.experiments.report.document import Block, Cell, Figure, Heading, Table, Words
 
 
-def as_markdown(blocks: Iterable[Block], figures: str) -> str:
-    """The text; `figures`: the folder that its figures are in, as the text names it."""
-    return "\n\n".join(_block(block, figures) for block in blocks) + "\n"
+def as_markdown(blocks: Iterable[Block], figures: str, below: int = 0) -> str:
+    """The text.
+
+    figures: the folder that its figures are in, as the text names it.
+    below: the level of the heading that it stands under.
+    """
+    return "\n\n".join(_block(block, figures, below) for block in blocks) + "\n"
 
 
-def _block(block: Block, figures: str) -> str:
+def _block(block: Block, figures: str, below: int) -> str:
     match block:
         case Heading(level, text):
-            return f"{'#' * level} {text}"
+            return f"{'#' * (level + below)} {text}"
         case Words(text):
             return text
         case Table():

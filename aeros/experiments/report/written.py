@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,6 +14,18 @@ from aeros.experiments.report.markdown import as_markdown
 
 RESULTS: Final = "results.json"
 FIGURES: Final = "figures"
+
+
+def page_of_kept(folders: Iterable[Path]) -> str:
+    """One page of Markdown of the reports in `folders`, which it stands beside; of their results alone."""
+    parts = [
+        "# Results\n\nGenerated of the results beside it, and held to them by a test; what all of it means, "
+        "[experiments](experiments.md) says.\n"
+    ]
+    for folder in folders:
+        results = json.loads((folder / RESULTS).read_text(encoding="utf-8"))
+        parts.append(as_markdown(document(results), f"{folder.parent.name}/{folder.name}/{FIGURES}", below=1))
+    return "\n".join(parts)
 
 
 def write_report(results: Mapping[str, Any], folder: Path) -> None:

@@ -12,7 +12,7 @@ import pytest
 
 from aeros.experiments.catalogue import Entry, catalogue, chosen
 from aeros.experiments.report.results import results_of
-from aeros.experiments.report.written import write_report
+from aeros.experiments.report.written import page_of_kept, write_report
 from aeros.experiments.running import run_trials
 from aeros.experiments.store import Store
 from tests.unit.experiments.common import WHERE, Here, premises
@@ -190,3 +190,17 @@ def test_the_boundary_is_drawn_of_what_was_measured(tmp_path: Path) -> None:
     drawn = (tmp_path / "report" / "figures" / "experiment-8.svg").read_text(encoding="utf-8")
     assert drawn.count("<circle") == 1
     assert "flat pipeline" in drawn
+
+
+def test_a_page_of_kept_results_names_their_figures_beside_it(
+    results: dict[str, Any], tmp_path: Path
+) -> None:
+    kept = tmp_path / "results" / "symbolic"
+    kept.mkdir(parents=True)
+    write_report(results, kept)
+    page = page_of_kept([kept])
+    assert page.startswith("# Results\n")
+    assert "\n## Experiments on the symbolic plant\n" in page
+    named = re.findall(r"\]\((results/[^)]+\.svg)\)", page)
+    assert len(named) == 2
+    assert all((tmp_path / name).is_file() for name in named)
