@@ -63,6 +63,15 @@ def test_a_variant_leaves_out_what_it_says() -> None:
     assert not any(one["recoveries"] for one in retried)
 
 
+def test_an_agent_forgoes_retries_that_28_failures_have_made_hopeless_which_is_not_predicted() -> None:
+    changed = {"architecture": "aeros", "rate": "1"}
+    (found,) = trials(range(1), **changed)
+    assert 1 + found["replans"] + found["retries"] == 29
+    exact = KIND.expected(condition(**changed), premises())
+    assert not isinstance(exact, str)
+    assert 1 + exact["replans"] + exact["retries"] == 33
+
+
 @pytest.mark.parametrize(
     ("name", "why"), [("Raising", "ZeroDivisionError: mine"), ("Endless", "it does not end")]
 )
