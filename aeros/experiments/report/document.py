@@ -68,9 +68,28 @@ def document(results: Results) -> Iterator[Block]:
         "sampled. ▲ marks a value outside the interval of what was measured; of intervals of 95 % one in "
         "twenty misses."
     )
+    yield Words(_agreement(results))
     yield _environment(results)
     for one in results["experiments"]:
         yield from _experiment(one)
+
+
+def _agreement(results: Results) -> str:
+    """How many figures agree with what is exact, each condition's once."""
+    cells = {
+        (row["digest"], name): cell
+        for one in results["experiments"]
+        for row in one["rows"]
+        for name, cell in row["cells"].items()
+        if cell["exact"] is not None and cell["low"] is not None
+    }
+    shares = [cell for cell in cells.values() if "hits" in cell]
+    means = [cell for cell in cells.values() if "hits" not in cell]
+    told = [
+        f"{sum('exact' in cell['misses'] for cell in of)} of {len(of)} {what}"
+        for of, what in ((shares, "shares"), (means, "means"))
+    ]
+    return f"The exact value is outside the interval of {told[0]} and {told[1]}."
 
 
 def _environment(results: Results) -> Table:

@@ -112,6 +112,7 @@ def _row(
     }
     return {
         "id": row.id,
+        "digest": digest_of(row.condition, premises.digest),
         "labels": row.labels,
         "variant": row.variant,
         "task": row.task,

@@ -154,6 +154,19 @@ def test_what_is_marked_and_not_explained_is_said(results: dict[str, Any], tmp_p
     assert f"{row['cells']['success']['exact']:.1f} ▲" in text
 
 
+def test_how_much_agrees_is_counted_once_for_each_condition(results: dict[str, Any], tmp_path: Path) -> None:
+    changed = copy.deepcopy(results)
+    row = changed["experiments"][0]["rows"][0]
+    for cell in (
+        cell for one in changed["experiments"] for row_ in one["rows"] for cell in row_["cells"].values()
+    ):
+        cell["misses"] = []
+    row["cells"]["success"]["misses"] = ["exact"]
+    rows = {row["digest"] for one in changed["experiments"] for row in one["rows"]}
+    text = text_of(changed, tmp_path)
+    assert f"outside the interval of 1 of {len(rows)} shares and 0 of " in text
+
+
 def test_where_nothing_is_predicted_the_report_says_why(results: dict[str, Any], tmp_path: Path) -> None:
     changed = copy.deepcopy(results)
     row = changed["experiments"][1]["rows"][0]

@@ -112,6 +112,17 @@ def test_the_condition_is_named_by_all_that_decides_it() -> None:
     assert len(digests) == 8
 
 
+def test_what_a_worker_refuses_is_refused_here_and_what_is_finished_is_kept(tmp_path: Path) -> None:
+    unknown = Condition.of("task", "symbolic", {**condition().settings, "task": "make_dumpling"})
+    with Store(tmp_path) as store, executor_at(None, 1) as (executor, workers):
+        with pytest.raises(UserError) as refused:
+            run_trials([FETCH, unknown], range(2), WHERE, executor, workers, store, lambda _: None)
+        assert len(store.trials) == 2
+    (problem,) = refused.value.diagnostics
+    assert problem.headline == "no module has the task `make_dumpling`"
+    assert problem.help == ("did you mean `make_dumplings`?",)
+
+
 @pytest.mark.parametrize("address", ["ray://here", "dask"])
 def test_another_executor_is_refused(address: str) -> None:
     with pytest.raises(UserError) as refused:
