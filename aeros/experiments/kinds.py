@@ -27,6 +27,9 @@ RAM: Final = next((one for one in (Path("/dev/shm"),) if one.is_dir()), None)  #
 TIMES: Final = ("processor_s", "swap_s")
 """What may be found otherwise from one time to the next, s."""
 
+ALIKE: Final = "alike"
+"""Where a trial says so."""
+
 PREDICTED: Final = ("success", "invocations", "retries", "recoveries", "replans")
 """What is computed of a condition."""
 
@@ -36,6 +39,13 @@ class Kind(Protocol):
 
     def opened(self, condition: Condition, premises: Premises) -> AbstractContextManager[Trial]:
         """What is set up once for trials of many seeds, and taken down after them."""
+
+    def family(self, condition: Condition) -> tuple[str, float]:
+        """Conditions of one family differ in that number alone.
+
+        What a trial found may have `alike`, two numbers between which it would have found the same: then it
+        is not tried again for others of its family.
+        """
 
     def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
         """What is exactly to be expected, by name; in words why that is not to be had."""

@@ -13,7 +13,7 @@ from aeros.agent.supervisor import Judgement, judge, start_problem
 from aeros.agent.values import Kept, exact
 from aeros.agent.world import World, measured_world
 from aeros.experiments.architecture import MOST_ASKED, EndlessError
-from aeros.runtime.ports import Ended, Readings, Runtime, StepHandle, StepRequest, StepResult
+from aeros.runtime.ports import Ended, Readings, Runtime, StepHandle, StepRequest, StepResult, StepStatus
 from aeros.spec.errors import MisuseError
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.model import Ecm, Skill
@@ -22,19 +22,24 @@ from aeros.spec.model import Ecm, Skill
 class CountingRuntime:
     """A runtime that counts what is asked of it, whoever asks; in everything else the one that it is given.
 
-    watched: module and name of a skill whose outcomes are counted, too.
+    watched: module and name of a skill whose tries are counted, too, and where they are `judged` those that
+        failed.
     steps: skills that began; actions: those that the gate let begin; denied: those that it denied.
-    tries, failed_tries: of the skill that is watched.
+    tries, finished_tries, failed_tries: of the skill that is watched.
     """
 
-    def __init__(self, runtime: Runtime, watched: tuple[str, str] | None = None) -> None:
+    def __init__(
+        self, runtime: Runtime, watched: tuple[str, str] | None = None, *, judged: bool = False
+    ) -> None:
         self._runtime = runtime
         self._watched = watched
+        self._judged = judged
         self._under_way: set[StepHandle] = set()
         self.steps = 0
         self.actions = 0
         self.denied = 0
         self.tries = 0
+        self.finished_tries = 0
         self.failed_tries = 0
 
     def start(self, request: StepRequest) -> StepHandle | StepResult:
@@ -55,7 +60,9 @@ class CountingRuntime:
             if ended.step in self._under_way:
                 self._under_way.remove(ended.step)
                 self.tries += 1
-                self.failed_tries += self._has_failed(ended.result)
+                self.finished_tries += ended.result.status is StepStatus.FINISHED
+                if self._judged:
+                    self.failed_tries += self._has_failed(ended.result)
         return ended
 
     def _has_failed(self, result: StepResult) -> bool:

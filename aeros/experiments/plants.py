@@ -26,10 +26,14 @@ if TYPE_CHECKING:
 
 @dataclass
 class Opened:
-    """A plant, and what is counted of it."""
+    """A plant, and what is counted of it.
+
+    alike: where the rate is one of what the plant does, rates between which it would do the same.
+    """
 
     plant: Plant
     counts: dict[str, int] = field(default_factory=dict)
+    alike: Callable[[], tuple[float, float]] | None = None
 
 
 Plants = Callable[[int], AbstractContextManager[Opened]]
@@ -69,7 +73,9 @@ def physics_plants(configuration: Configuration, routed: Routed, faults: str, ra
         def told(one: Happening) -> None:
             found.counts["faults"] += one.event == "fault"
 
-        plant = make_plant(scene, seed, disturbance=Injector(happening, seed, told))
+        injector = Injector(happening, seed, told)
+        found.alike = lambda: injector.alike
+        plant = make_plant(scene, seed, disturbance=injector)
         try:
             found.plant = cast(Plant, _CountingPlant(plant, found.counts))
             yield found

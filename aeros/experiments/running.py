@@ -1,6 +1,7 @@
 """Runs trials on any `concurrent.futures.Executor`, and keeps each as soon as it is finished.
 
-What is finished already is not run again.  An interruption lets what is under way finish and be kept; a
+What is finished already is not run again, and neither is what a finished trial says would be the same
+(`kinds.Kind.family`).  An interruption lets what is under way finish and be kept; a
 second one does not wait.  Which worker runs what, and in which order, has no bearing on what is found.
 """
 
@@ -12,12 +13,12 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import Found, digest_of, kind_of
+from aeros.experiments.kinds import ALIKE, Found, Trial, digest_of, kind_of
 from aeros.experiments.premises import Where, premises_of
 from aeros.experiments.store import Kept, Store
 from aeros.spec.diagnostics import Diagnostic
@@ -31,15 +32,20 @@ _AHEAD: Final = 2
 
 
 class Chunk(NamedTuple):
-    """Trials of one condition, for one worker.
+    """Trials of one family of conditions, for one worker.
 
     premises: the digest that the worker's own must have.
+    wanted: seeds, each with the conditions that it is wanted of.
     """
 
     where: Where
     premises: str
-    condition: Condition
-    seeds: tuple[int, ...]
+    wanted: tuple[tuple[int, tuple[Condition, ...]], ...]
+
+    @property
+    def trials(self) -> int:
+        """How many are wanted."""
+        return sum(len(conditions) for _, conditions in self.wanted)
 
 
 @dataclass(slots=True)
@@ -57,17 +63,46 @@ class Progress:
         return spent * (self.total - self.done) / self.done if self.done else None
 
 
+_Answer = Future[list[tuple[Condition, int, Found]]]
+
+
 class OtherPremisesError(Exception):
     """A worker has other modules, another site or other code than whoever asked."""
 
 
-def run_chunk(chunk: Chunk) -> list[tuple[int, Found]]:
-    """What each trial of `chunk` found; what a worker runs."""
+def run_chunk(chunk: Chunk) -> list[tuple[Condition, int, Found]]:
+    """What each trial of `chunk` found; what a worker runs.
+
+    A condition of which a trial that has run says that it would have been the same is not tried again.
+    """
     premises = premises_of(chunk.where)
     if premises.digest != chunk.premises:
         raise OtherPremisesError("a worker has other modules, another site or another release of AEROS")
-    with kind_of(chunk.condition.kind).opened(chunk.condition, premises) as trial:
-        return [(seed, trial(seed)) for seed in chunk.seeds]
+    found: list[tuple[Condition, int, Found]] = []
+    with ExitStack() as stack:
+        trials: dict[Condition, Trial] = {}
+        for seed, conditions in chunk.wanted:
+            had: list[Found] = []
+            for condition in conditions:
+                one = _the_same(condition, had)
+                if one is None:
+                    if condition not in trials:
+                        opened = kind_of(condition.kind).opened(condition, premises)
+                        trials[condition] = stack.enter_context(opened)
+                    one = trials[condition](seed)
+                    had.append(one)
+                found.append((condition, seed, one))
+    return found
+
+
+def _the_same(condition: Condition, had: Iterable[Found]) -> Found | None:
+    """Of trials of the family with one seed, the one that would have been that of `condition`."""
+    _, number = kind_of(condition.kind).family(condition)
+    for one in had:
+        low, high = one.get(ALIKE, (number, number))
+        if low < number < high:
+            return one
+    return None
 
 
 def run_trials(
@@ -85,9 +120,9 @@ def run_trials(
     """
     premises = premises_of(where).digest
     chunks = list(_missing(dict.fromkeys(conditions), seeds, where, premises, store))
-    progress = Progress(0, sum(len(chunk.seeds) for chunk in chunks), time.monotonic())
+    progress = Progress(0, sum(chunk.trials for chunk in chunks), time.monotonic())
     tell(progress)
-    queue, running = iter(chunks), dict[Future[list[tuple[int, Found]]], Chunk]()
+    queue, running = iter(chunks), dict[_Answer, Chunk]()
     try:
         while True:
             while len(running) < _AHEAD * workers and (chunk := next(queue, None)) is not None:
@@ -108,7 +143,7 @@ def run_trials(
 
 
 def _keep_finished(
-    running: dict[Future[list[tuple[int, Found]]], Chunk],
+    running: dict[_Answer, Chunk],
     store: Store,
     progress: Progress,
     tell: Callable[[Progress], None],
@@ -117,8 +152,7 @@ def _keep_finished(
     for future in done:
         chunk = running.pop(future)
         found = future.result()
-        digest = digest_of(chunk.condition, chunk.premises)
-        store.keep(Kept(digest, seed, one) for seed, one in found)
+        store.keep(Kept(digest_of(condition, chunk.premises), seed, one) for condition, seed, one in found)
         progress.done += len(found)
     tell(progress)
 
@@ -126,12 +160,31 @@ def _keep_finished(
 def _missing(
     conditions: Iterable[Condition], seeds: Sequence[int], where: Where, premises: str, store: Store
 ) -> Iterator[Chunk]:
+    families: dict[tuple[str, str, str], list[Condition]] = {}
     for condition in conditions:
-        digest = digest_of(condition, premises)
-        left = [seed for seed in seeds if (digest, seed) not in store.trials]
-        size = AT_ONCE[condition.plant]
-        for first in range(0, len(left), size):
-            yield Chunk(where, premises, condition, tuple(left[first : first + size]))
+        key = condition.kind, condition.plant, kind_of(condition.kind).family(condition)[0]
+        families.setdefault(key, []).append(condition)
+    for (_, plant, _), family in families.items():
+        wanted = [(seed, tuple(left)) for seed in seeds if (left := _left(family, seed, premises, store))]
+        size = max(1, AT_ONCE[plant] // len(family))
+        for first in range(0, len(wanted), size):
+            yield Chunk(where, premises, tuple(wanted[first : first + size]))
+
+
+def _left(family: Sequence[Condition], seed: int, premises: str, store: Store) -> list[Condition]:
+    """Those of which no trial with that seed is there, nor one that says that it would be the same."""
+    digests = {condition: digest_of(condition, premises) for condition in family}
+    there = [one for digest in digests.values() if (one := store.trials.get((digest, seed))) is not None]
+    left = []
+    for condition, digest in digests.items():
+        if (digest, seed) in store.trials:
+            continue
+        same = _the_same(condition, there)
+        if same is None:
+            left.append(condition)
+        else:
+            store.keep([Kept(digest, seed, same)])
+    return left
 
 
 def processors() -> int:

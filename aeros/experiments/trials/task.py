@@ -22,15 +22,15 @@ from aeros.agent.routing import Routed
 from aeros.experiments.architecture import Model, Told, made
 from aeros.experiments.condition import Condition
 from aeros.experiments.exact import predicted
-from aeros.experiments.kinds import PREDICTED, RAM, Found, Trial
+from aeros.experiments.kinds import ALIKE, PREDICTED, RAM, Found, Trial
 from aeros.experiments.means import CountingRuntime, TrialMeans
 from aeros.experiments.open_gate import OpenGate, without_policy
 from aeros.experiments.plants import Plants, physics_plants, symbolic_plants
 from aeros.experiments.premises import Premises
 from aeros.runtime.audit import AuditError, AuditLog
 from aeros.runtime.executor import Executor
-from aeros.runtime.ports import Runtime
-from aeros.spec.closed_loop.chances import with_skill_probabilities
+from aeros.sim.outcomes import point_of
+from aeros.spec.closed_loop.chances import shares_of, with_skill_probabilities
 from aeros.spec.closed_loop.transition_system import NotExploredError
 from aeros.spec.errors import InternalError
 from aeros.spec.model import Durability, Ecm
@@ -60,13 +60,23 @@ class Tasks:
                     plants(seed) as opened,
                     Executor(configuration, gate, opened.plant, audit, premises.runs) as executor,
                 ):
-                    watched = (routed.module, settings["skill"]) if condition.plant == "physics" else None
-                    found = _pursued(executor, routed, settings, seed, watched)
-                    simulated = opened.plant.now()
-                    found |= {"simulated_s": simulated, **opened.counts}
+                    judged = condition.plant == "physics"
+                    counting = CountingRuntime(executor, (routed.module, settings["skill"]), judged=judged)
+                    found = _pursued(counting, routed, settings, seed)
+                    found |= {"simulated_s": opened.plant.now(), **opened.counts}
+                    if judged:
+                        found |= {"tries": counting.tries, "failed_tries": counting.failed_tries}
+                    alike = opened.alike() if opened.alike else _alike(counting, settings, routed, seed)
+                    found[ALIKE] = list(alike)
                 return {**found, "processor_s": time.process_time() - began}
 
             yield trial
+
+    def family(self, condition: Condition) -> tuple[str, float]:
+        """Conditions that differ in the rate alone: seeds draw the same numbers to compare it with."""
+        settings = condition.settings
+        rate = settings.pop("rate")
+        return Condition.of(condition.kind, condition.plant, settings).text, float(Fraction(rate))
 
     def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
         """From the manifest as it ran, by the architecture's own code or by what it says of itself."""
@@ -105,18 +115,31 @@ def plants_of(condition: Condition, premises: Premises) -> Plants:
     return symbolic_plants(premises.configuration.site, modules, routed.task)
 
 
-def _pursued(
-    runtime: Runtime,
-    routed: Routed,
-    settings: Mapping[str, Any],
-    seed: int,
-    watched: tuple[str, str] | None,
-) -> dict[str, Any]:
-    """What came of it, counted here; an architecture that raises has failed.
+def _alike(
+    counting: CountingRuntime, settings: Mapping[str, Any], routed: Routed, seed: int
+) -> tuple[float, float]:
+    """Rates between which the symbolic plant would have drawn the same outcomes.
 
-    watched: the skill whose attempts are counted, where that is no matter of definition.
+    The skill succeeds in one way and fails in one, in this order, or nothing is said: a try fails iff the
+    rate is at least what is left of 1 beyond where the draw falls.
     """
-    counting = CountingRuntime(runtime, watched)
+    ecm = failing(counting.active_modules()[routed.module], {**settings, "rate": "1/2"})
+    possible = [one for one, share in shares_of(ecm.skills[settings["skill"]].outcomes.values()) if share]
+    rate = float(Fraction(settings["rate"]))
+    if [one.failure for one in possible] != [False, True]:
+        return rate, rate
+    name = f"{routed.module}.{settings['skill']}"
+    left = [1.0 - float(point_of(seed, name, run)) for run in range(counting.finished_tries)]
+    return (
+        max((one for one in left if one <= rate), default=0.0),
+        min((one for one in left if one > rate), default=1.0),
+    )
+
+
+def _pursued(
+    counting: CountingRuntime, routed: Routed, settings: Mapping[str, Any], seed: int
+) -> dict[str, Any]:
+    """What came of it, counted here; an architecture that raises has failed."""
     means = TrialMeans(counting, routed, seed)
     architecture = made(settings["architecture"], settings["options"])
     try:
@@ -125,9 +148,7 @@ def _pursued(
         raise
     except Exception as error:
         told = Told(reason=f"{type(error).__name__}: {error}")
-    attempts = {"tries": counting.tries, "failed_tries": counting.failed_tries}
     return {
-        **(attempts if watched else {}),
         "reached": means.measures_the_goal(),
         **asdict(told),
         "steps": counting.steps,

@@ -70,6 +70,12 @@ class Injector(Undisturbed):
         self._acting: list[_Acting] = []
         self._under_way: Counter[str] = Counter()
 
+    @property
+    def alike(self) -> tuple[float, float]:
+        """Rates of all faults between which everything would be as it is; see `Draws.alike`."""
+        each = [draws.alike for draws in self._draws.values()]
+        return max((low for low, _ in each), default=0.0), min((high for _, high in each), default=1.0)
+
     def attach(self, stage: Stage) -> None:
         """See `Undisturbed`."""
         self._stage = stage

@@ -15,6 +15,7 @@ from typing import ParamSpec, TypeVar
 import pytest
 
 from aeros.experiments.condition import Condition
+from aeros.experiments.kinds import ALIKE, TIMES, Found, digest_of, kind_of
 from aeros.experiments.running import (
     Chunk,
     OtherPremisesError,
@@ -25,7 +26,7 @@ from aeros.experiments.running import (
 )
 from aeros.experiments.store import FILE, Store
 from aeros.spec.errors import UserError
-from tests.unit.experiments.common import ROOT, WHERE, Here, condition, premises
+from tests.unit.experiments.common import ROOT, WHERE, Here, condition, premises, settings
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
@@ -63,6 +64,60 @@ def test_what_is_finished_is_not_run_again(tmp_path: Path) -> None:
         assert {key: store.trials[key] for key in before} == before
 
 
+RATES = ("1/10", "3/10", "1/2", "7/10", "9/10")
+
+
+def alone(one: Condition, seed: int) -> dict[str, object]:
+    """The trial by itself, but for what may differ: its time, and where it would have been the same."""
+    with kind_of(one.kind).opened(one, premises()) as trial:
+        return told(trial(seed))
+
+
+def told(found: Found) -> dict[str, object]:
+    return {name: value for name, value in found.items() if name not in (ALIKE, *TIMES)}
+
+
+@pytest.mark.parametrize("architecture", ["flat", "behaviour_tree", "aeros"])
+@pytest.mark.parametrize("task", ["clean_table", "fetch_object"])
+def test_a_rate_at_which_a_trial_would_be_the_same_shares_it(
+    architecture: str, task: str, tmp_path: Path
+) -> None:
+    conditions = [condition(architecture=architecture, task=task, rate=rate) for rate in RATES]
+    with Store(tmp_path) as store:
+        run(store, conditions, 6)
+        assert len(store.trials) == 30
+        ran = {(seed, found["processor_s"]) for (_, seed), found in store.trials.items()}
+        assert len(ran) < 30
+        for one in conditions:
+            for seed in range(6):
+                assert told(store.trials[digest_of(one, premises().digest), seed]) == alone(one, seed)
+
+
+@pytest.mark.physics
+def test_physics_shares_trials_alike(tmp_path: Path) -> None:
+    faults = (ROOT / "aeros/experiments/data/faults/fetch_object.yaml").read_text()
+    made = settings("fetch_object", faults=faults)
+    rates = ("1/10", "3/10", "9/10")
+    conditions = [Condition.of("task", "physics", {**made, "rate": rate}) for rate in rates]
+    with Store(tmp_path) as store:
+        run(store, conditions, 1)
+        found = [store.trials[digest_of(one, premises().digest), 0] for one in conditions]
+    # With seed 0 the object is missed at the highest rate alone.
+    assert [one["failed_tries"] for one in found] == [0, 0, 1]
+    assert found[0]["processor_s"] == found[1]["processor_s"]
+    assert told(found[1]) == alone(conditions[1], 0)
+
+
+def test_a_later_run_shares_what_an_earlier_one_kept(tmp_path: Path) -> None:
+    low, high = (condition(task="fetch_object", rate=rate) for rate in ("1/1000", "1/500"))
+    with Store(tmp_path) as store:
+        run(store, [low], 3)
+        executor = Here()
+        run(store, [low, high], 3, executor)
+        assert executor.submitted == 0
+        assert len(store.trials) == 6
+
+
 class Interrupted(Here):
     """A process in which Ctrl-C comes with the second chunk."""
 
@@ -95,7 +150,7 @@ def test_processes_find_what_this_one_finds(tmp_path: Path) -> None:
 
 def test_a_worker_with_other_premises_refuses() -> None:
     with pytest.raises(OtherPremisesError, match="other modules"):
-        run_chunk(Chunk(WHERE, "another digest", FETCH, (0,)))
+        run_chunk(Chunk(WHERE, "another digest", ((0, (FETCH,)),)))
 
 
 def test_the_condition_is_named_by_all_that_decides_it() -> None:
