@@ -52,7 +52,7 @@ def symbolic_plants(site: Site, modules: Mapping[str, Ecm], task: Task) -> Plant
 
 
 def physics_plants(configuration: Configuration, routed: Routed, faults: str, rate: float) -> Plants:
-    """Plants in which every fault of the text `faults` happens at `rate`.
+    """Plants in which every fault of the text `faults` happens at `rate`, independently.
 
     Raises `UserError` where there is no physics, no such scene, or the text declares no faults.
     """
@@ -98,7 +98,7 @@ def _faults(text: str, rate: float, configuration: Configuration, scene: str) ->
         path.write_text(text, encoding="utf-8")
         declared = read_faults(str(path), around)
     independent = Process(share_bad=0.0, worsens=0.0, mends=1.0, within=rate, between=rate)
-    return tuple(replace(one, process=independent) for one in declared)
+    return tuple(replace(one, process=independent, at_most=None) for one in declared)
 
 
 class _CountingPlant:
