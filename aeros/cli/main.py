@@ -28,6 +28,7 @@ _COMMANDS = {
     "explain": "explain a diagnostic code",
     "graph": "draw a task's planning rules, its closed loop or a composition",
     "predict": "compute a task's success probability and expected work exactly",
+    "experiment": "try architectures in many seeded trials, beside what is exact",
     "memory": "show, search, export or forget what the agent remembers",
     "bundle": "pack a module into one file",
     "install": "keep a module on this robot",

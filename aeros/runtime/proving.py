@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Protocol
 
 from aeros.runtime.configuration import Configuration, configure
 from aeros.spec.backends.store import default_store
@@ -14,6 +15,21 @@ from aeros.spec.model import Block
 from aeros.spec.reports import Report
 from aeros.spec.verdicts import Conclusion
 from aeros.spec.verify import verify
+
+
+class Prove(Protocol):
+    """What `prove` is, for who may be given another."""
+
+    def __call__(
+        self,
+        paths: Iterable[Path],
+        site: Path,
+        *,
+        certified: bool,
+        blocks: Sequence[Block] = (),
+        active: Callable[[str], bool] = ...,
+    ) -> tuple[Configuration, Report]:
+        """See `prove`."""
 
 
 def prove(

@@ -17,11 +17,16 @@ def draw_outcome(
 
     Counter-based: SHA-256 of the key gives 64 uniform bits, so each probability is met to 2⁻⁶⁴.
     """
-    key = f"aeros/outcome/1\n{seed}\n{skill}\n{invocation}".encode()
-    point = Fraction(int.from_bytes(hashlib.sha256(key).digest()[:8], "big"), 2**64)
+    point = point_of(seed, skill, invocation)
     upper = Fraction(0)
     for outcome, share in shares:
         upper += share
         if point < upper:
             return outcome
     raise MisuseError(f"the outcomes of `{skill}` are not a distribution")
+
+
+def point_of(seed: int, skill: str, invocation: int) -> Fraction:
+    """Where in [0, 1) the draw falls, whatever the shares are."""
+    key = f"aeros/outcome/1\n{seed}\n{skill}\n{invocation}".encode()
+    return Fraction(int.from_bytes(hashlib.sha256(key).digest()[:8], "big"), 2**64)

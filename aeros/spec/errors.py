@@ -16,6 +16,10 @@ class UserError(Exception):
         self.diagnostics = tuple(diagnostics)
         super().__init__("; ".join(f"{found.code}: {found.headline}" for found in self.diagnostics))
 
+    def __reduce__(self) -> tuple[type[UserError], tuple[tuple[Diagnostic, ...]]]:
+        # By what it was made of, and not by its words: another process may have raised it.
+        return type(self), (self.diagnostics,)
+
 
 class UndecidedError(UserError):
     """What was asked for is refused because the solver could not decide whether it is safe."""

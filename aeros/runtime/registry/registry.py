@@ -21,7 +21,7 @@ from typing import Final
 
 from aeros.durable import replace_file
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.proving import prove
+from aeros.runtime.proving import Prove, prove
 from aeros.runtime.registry.bundle import bundle_digest, keep, module_files, sweep
 from aeros.runtime.registry.change_log import adopted, record_change
 from aeros.runtime.registry.lifecycle import State, Verb, after, before
@@ -41,9 +41,13 @@ _PATIENCE: Final = 30.0  # s that a change waits for motions of the old configur
 
 
 class Registry:
-    """The registry in the state folder `state` of one robot."""
+    """The registry in the state folder `state` of one robot.
 
-    def __init__(self, state: Path) -> None:
+    prove: proves its modules at each change, as `proving.prove` does.
+    """
+
+    def __init__(self, state: Path, prove: Prove = prove) -> None:
+        self._prove = prove
         self.folder = state / _FOLDER
         self._key = state / "audit.key"
         self._records = Records(self.folder)
@@ -212,7 +216,7 @@ class Registry:
             if one.name not in sources and bundle_digest(module_files(folders[one.name])) != one.digest:
                 raise _refused("AE965", f"the kept files of `{one.name}` are not what was installed")
         active = {name for name, one in new.modules.items() if one.state is State.ACTIVE}
-        configuration, report = prove(
+        configuration, report = self._prove(
             folders.values(), policy, certified=False, blocks=blocks, active=active.__contains__
         )
         for name, ecm in configuration.modules.items():

@@ -6,6 +6,7 @@ acts tick by tick, beside all others.  Nothing is ever placed anywhere, and no p
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -14,7 +15,7 @@ from numpy.random import Generator
 
 from aeros.sim.faults.effects import acting, seen
 from aeros.sim.faults.hindrance import UNHINDERED, Hindered, Hindrance
-from aeros.sim.faults.model import Fault, Misplace, Miss, OnLook, OnSkill, OnTime
+from aeros.sim.faults.model import Fault, Misplace, Miss, OnLook, OnSkill, OnTime, Opportunity
 from aeros.sim.faults.process import Draws
 from aeros.sim.randomness import Chance
 from aeros.sim.scenes.scene import Detected
@@ -67,6 +68,13 @@ class Injector(Undisturbed):
         self._tell = tell
         self._waiting: list[_Waiting] = []
         self._acting: list[_Acting] = []
+        self._under_way: Counter[str] = Counter()
+
+    @property
+    def alike(self) -> tuple[float, float]:
+        """Rates of all faults between which everything would be as it is; see `Draws.alike`."""
+        each = [draws.alike for draws in self._draws.values()]
+        return max((low for low, _ in each), default=0.0), min((high for _, high in each), default=1.0)
 
     def attach(self, stage: Stage) -> None:
         """See `Undisturbed`."""
@@ -76,6 +84,7 @@ class Injector(Undisturbed):
 
     def skill_began(self, skill: str) -> None:
         """Each fault on this skill has an opportunity."""
+        self._under_way[skill] += 1
         for fault in self._faults:
             on = fault.opportunity
             if isinstance(on, OnSkill) and on.skill == skill:
@@ -86,6 +95,7 @@ class Injector(Undisturbed):
 
     def skill_ended(self, skill: str) -> None:
         """What waited for a time in this invocation passes."""
+        self._under_way[skill] -= 1
         passed = [one for one in self._waiting if one.on.skill == skill]
         self._waiting = [one for one in self._waiting if one.on.skill != skill]
         for one in passed:
@@ -109,7 +119,7 @@ class Injector(Undisturbed):
         """Each fault on this camera has an opportunity; a miss hides whatever others made of it."""
         for fault in self._faults:
             kind = fault.kind
-            if isinstance(kind, Miss | Misplace) and fault.opportunity == OnLook(camera):
+            if isinstance(kind, Miss | Misplace) and self._is_look(fault.opportunity, camera):
                 source = self._draws[fault.name].next()
                 if source is not None:
                     self._say("fault", fault, self._number(fault), "happens")
@@ -117,6 +127,12 @@ class Injector(Undisturbed):
         return found
 
     # Inside.
+
+    def _is_look(self, on: Opportunity, camera: str) -> bool:
+        """Whether a picture that `camera` takes now is an opportunity."""
+        if not isinstance(on, OnLook) or on.camera != camera:
+            return False
+        return on.during is None or self._under_way[on.during] > 0
 
     def _begin_by_time(self) -> None:
         ticks = self._world.ticks

@@ -23,9 +23,10 @@ class OnSkill:
 
 @dataclass(frozen=True, slots=True)
 class OnLook:
-    """Each picture that `camera` takes."""
+    """Each picture that `camera` takes; where `during` names a skill, while that is under way."""
 
     camera: str
+    during: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

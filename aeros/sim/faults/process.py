@@ -24,6 +24,12 @@ class Draws:
         self._chance = chance
         self._is_bad = False
         self.count = 0
+        self._highest_taken, self._lowest_left = 0.0, 1.0
+
+    @property
+    def alike(self) -> tuple[float, float]:
+        """Rates between which independent draws without `at_most` would all have come out as they have."""
+        return self._highest_taken, self._lowest_left
 
     def next(self) -> Generator | None:
         """None where the next opportunity is not taken, else what the fault itself may draw from."""
@@ -38,6 +44,8 @@ class Draws:
         self.count += 1
         rate = self._process.within if self._is_bad else self._process.between
         if event >= rate or self._left <= 0:
+            self._lowest_left = min(self._lowest_left, event)
             return None
+        self._highest_taken = max(self._highest_taken, event)
         self._left -= 1
         return source

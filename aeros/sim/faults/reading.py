@@ -156,13 +156,19 @@ def _opportunity(at: declared.At, around: Surroundings, sink: Diagnostics) -> Op
     if waits is not None and word != "skill":
         sink.error("AE208", "`once` and `after` go with `skill` alone", waits.span)
         return None
+    if at.during is not None and word != "look":
+        sink.error("AE208", "`during` goes with `look` alone", at.during.span)
+        return None
     if at.skill is not None:
         if not _is_known(at.skill, around.skills, "skill of a loaded module", sink) or after is None:
             return None
         return OnSkill(at.skill.value, after, at.once is not None)
     if at.look is not None:
         known = _is_known(at.look, around.cameras, "camera of the scene", sink)
-        return OnLook(at.look.value) if known else None
+        if at.during is None:
+            return OnLook(at.look.value) if known else None
+        known = _is_known(at.during, around.skills, "skill of a loaded module", sink) and known
+        return OnLook(at.look.value, at.during.value) if known else None
     period = None if at.every is None else _ticks(at.every, sink)
     return None if period is None else OnTime(period)
 

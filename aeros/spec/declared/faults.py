@@ -31,6 +31,10 @@ class At:
     look: Identifier | None = field(
         default=None, metadata={"doc": "each picture that this camera takes, as in `look: mast`"}
     )
+    during: Annotated[Text, Pattern("dotted")] | None = field(
+        default=None,
+        metadata={"doc": "with `look`: while this skill runs, as in `during: fetch_object.detect`"},
+    )
     every: Text | None = field(
         default=None, metadata={"doc": "each such span of time on the plant's clock, as in `every: 1 s`"}
     )

@@ -35,6 +35,7 @@ from aeros.sim.randomness import Chance
 from aeros.sim.scenes.bare import Bare
 from aeros.sim.scenes.fetch import Fetch
 from aeros.sim.sensing import SensorModel
+from aeros.sim.sight import Sight
 from aeros.sim.world import World
 from aeros.skill import act
 from tests.unit.sim.acting import execute
@@ -240,6 +241,19 @@ def test_a_missed_or_misplaced_detection_is_of_what_the_camera_makes_of_its_pict
     misplaced = _looked(Misplace(0.06, None))
     assert misplaced["object_detected"]
     assert dist(misplaced["object_position"], seen["object_position"]) == pytest.approx(0.06)
+
+
+def test_a_look_is_an_opportunity_while_the_skill_that_is_named_runs() -> None:
+    injector = Injector((fault(Miss(), OnLook("mast", SKILL)),), 1, lambda one: None)
+    plant = PhysicsPlant(Cube(), 1, disturbance=injector)
+    found = Sight((1.0, 2.0, 3.0))
+    assert injector.seen("mast", found) == found
+    plant.skill_began(SKILL)
+    assert injector.seen("mast", found) is None
+    assert injector.seen("hand", found) == found
+    plant.skill_ended(SKILL, finished=True)
+    assert injector.seen("mast", found) == found
+    plant.close()
 
 
 def test_a_fault_waits_for_something_held_and_passes_with_its_skill(told: Make) -> None:

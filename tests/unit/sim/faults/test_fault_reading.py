@@ -46,6 +46,7 @@ faults:
   visited: {at: {every: 1 s}, rate: 1, enter: {path: [{at: [2 m, 0 m]}, {at: [1 m, 0 m], speed: 1 m/s}]}}
   missed: {at: {look: mast}, rate: 0.2, bursts: {mean_length: 4}, miss: {}}
   wrong: {at: {look: mast}, rate: 0.2, misplace: {by: 60 mm}}
+  hidden: {at: {look: mast, during: make_dumplings.wrap}, rate: 0.2, miss: {}}
 """
 
 
@@ -67,6 +68,7 @@ def test_every_kind_is_read_into_si_and_ticks() -> None:
     assert found["bumped"].kind == Bump("wrapper", 0.05, 12, (0.0, 1.0, 0.0))
     assert found["bumped"].process.rate == pytest.approx(0.3)
     assert found["slippery"].opportunity == OnTime(240)
+    assert found["hidden"].opportunity == OnLook("mast", "make_dumplings.wrap")
     assert found["slippery"].at_most == 3
     assert found["slippery"].kind == Slip(0.1, 120)
     assert found["loose"].kind == Loosen(0.0, 240)
@@ -92,6 +94,8 @@ def test_every_kind_is_read_into_si_and_ticks() -> None:
         (one(at="{}"), "AE208", "`at` needs exactly one of `skill`, `look`, `every`; it has none"),
         (one(at="{every: 1 s, look: mast}"), "AE208", "it has `look` and `every`"),
         (one(at="{every: 1 s, once: holding}"), "AE208", "`once` and `after` go with `skill` alone"),
+        (one(at="{every: 1 s, during: make_dumplings.wrap}"), "AE208", "`during` goes with `look` alone"),
+        (one(at="{look: mast, during: it}", rest="miss: {}"), "AE122", "`it` is no skill"),
         (one(at="{every: 1 ms}"), "AE111", "`1 ms` is shorter than a control tick"),
         (one(at="{every: 1 m}"), "AE204", "expected a value in s, found m"),
         (one(at="{skill: make_dumplings.warp}"), "AE122", "`make_dumplings.warp` is no skill"),

@@ -1,0 +1,1 @@
+"""Experiments: architectures in seeded trials, and what was measured beside what is exact."""

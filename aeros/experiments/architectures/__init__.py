@@ -1,0 +1,1 @@
+"""Architectures that come with AEROS: its own agent, and baselines as published."""

@@ -1,0 +1,41 @@
+"""ProgPrompt-style execution: step by step, and the full plan made anew where a step fails.
+
+After the paper's table of baseline faithfulness (`tab:faithfulness`): sequential execution, checks of the
+world's state in place of assertions, full-plan regeneration on failure, and planning rules in place of a
+language model, so that planners are alike over all architectures.
+"""
+
+from __future__ import annotations
+
+from aeros.experiments.architecture import Means, Told
+
+
+class ProgPrompt:
+    """Makes at most `plans` plans, each from what is measured then, and follows each to its first failure.
+
+    plans: the paper's k, taken as it is for the behaviour tree: so many attempts in all.
+    """
+
+    def __init__(self, plans: int = 3) -> None:
+        self._plans = plans
+
+    def pursue(self, means: Means) -> Told:
+        """See `Architecture`."""
+        reason = ""
+        for made in range(self._plans):
+            reason = _follow(means)
+            if means.is_reached():
+                return Told(replans=made)
+        return Told(replans=self._plans - 1, reason=reason)
+
+
+def _follow(means: Means) -> str:
+    """Follow a new plan; why it went no further."""
+    for step in means.plan():
+        # The assertion before the step: what it is for may hold already.
+        if step.unless is not None and means.world().evaluate(step.unless) is True:
+            continue
+        judged = means.run(step)
+        if judged.failed:
+            return f"{step.skill}: {judged.reason}"
+    return "the plan is exhausted, and the goal is not measured"

@@ -1,0 +1,207 @@
+"""The experiments there are: read from data, each a table of conditions and the metrics to look at."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+from typing import Any, Final
+
+from aeros.experiments.architecture import SHIPPED, class_of
+from aeros.experiments.condition import Condition
+from aeros.experiments.premises import digest_of_files
+from aeros.spec.diagnostics import Diagnostic, did_you_mean
+from aeros.spec.errors import UserError
+
+_DATA: Final = Path(__file__).parent / "data"
+
+PLANTS: Final = ("physics", "symbolic")
+
+
+@dataclass(frozen=True, slots=True)
+class Metric:
+    """What is looked at: a share (`of` the trials, or `hits` of what `of` counts) or a mean over trials.
+
+    exact: the name of what is computed of it, if anything is.
+    """
+
+    name: str
+    title: str
+    of: str = ""
+    hits: str = ""
+    mean: str = ""
+    exact: str = ""
+
+    @property
+    def is_share(self) -> bool:
+        """Whether it is a share, with an interval."""
+        return self.of != ""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A condition by its place in an experiment.
+
+    id: as in `4/flat/clean_table`; labels: the same for people.
+    variant, task, rate: those of them that there are; architecture: the variant's.
+    """
+
+    id: str
+    labels: tuple[str, ...]
+    condition: Condition
+    variant: str = ""
+    task: str = ""
+    rate: str = ""
+    architecture: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Experiment:
+    """A table of rows.
+
+    compared: pairs of variants whose success is compared task by task.
+    overhead: whether what a trial takes is shown for each variant, where the plant takes next to nothing.
+    """
+
+    number: int
+    title: str
+    metrics: tuple[Metric, ...]
+    rows: tuple[Row, ...]
+    variants: Mapping[str, str]
+    compared: tuple[tuple[str, str], ...] = ()
+    overhead: bool = False
+    figure: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """An architecture that somebody enters: `package.module:Class`, and its options."""
+
+    architecture: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """As rows have it."""
+        return self.architecture.rpartition(":")[2]
+
+
+def catalogue(plant: str, entries: Sequence[Entry] = ()) -> dict[int, Experiment]:
+    """Every experiment on `plant`, by number; those that take others' architectures with `entries`, too."""
+    data = read_data("experiments.toml")
+    metrics = {name: Metric(name, **one) for name, one in data["metric"].items()}
+    found = {}
+    for one in data["experiment"]:
+        entered = {entry.name: entry for entry in entries} if one.get("enter", False) else {}
+        titles = {name: data["variant"][name]["title"] for name in one.get("variants", ())}
+        titles |= {name: f"{entry.architecture} (entered)" for name, entry in entered.items()}
+        rows = _task_rows(one, data, plant, entered) if "tasks" in one else _listed_rows(one, data, plant)
+        found[one["number"]] = Experiment(
+            one["number"],
+            one["title"],
+            tuple(metrics[name] for name in one["metrics"]),
+            tuple(rows),
+            titles,
+            tuple((first, second) for first, second in one.get("compared", ())),
+            one.get("overhead", False) and plant == "symbolic",
+            one.get("figure", ""),
+        )
+    return dict(sorted(found.items()))
+
+
+def chosen(experiments: Mapping[int, Experiment], names: Iterable[str]) -> list[Experiment]:
+    """Those named: `all`, a number, or the beginning of a row's id; raises `UserError` for any other."""
+    wanted: dict[int, dict[str, Row]] = {}
+    for name in names:
+        rows = [
+            (number, row)
+            for number, one in experiments.items()
+            for row in one.rows
+            if name == "all" or f"{row.id}/".startswith(name.rstrip("/") + "/")
+        ]
+        if not rows:
+            ids = [str(number) for number in experiments]
+            ids += [row.id for one in experiments.values() for row in one.rows]
+            near = did_you_mean(name, ids)
+            help_ = f"did you mean `{near}`?" if near else "`aeros experiment list` shows all there are"
+            raise UserError([Diagnostic("AE130", f"there is no experiment `{name}`", help=(help_,))])
+        for number, row in rows:
+            wanted.setdefault(number, {})[row.id] = row
+    return [
+        replace(one, rows=tuple(row for row in one.rows if row.id in wanted[number]))
+        for number, one in experiments.items()
+        if number in wanted
+    ]
+
+
+@cache
+def read_data(name: str) -> dict[str, Any]:
+    """A file of the folder `data`."""
+    return tomllib.loads((_DATA / name).read_text(encoding="utf-8"))
+
+
+def _task_rows(
+    one: Mapping[str, Any], data: Mapping[str, Any], plant: str, entered: Mapping[str, Entry]
+) -> Iterator[Row]:
+    variants = {name: data["variant"][name] for name in one["variants"]}
+    for name, entry in entered.items():
+        variants[name] = {
+            "title": entry.architecture,
+            "architecture": entry.architecture,
+            "options": entry.options,
+        }
+    for variant, settings in variants.items():
+        for task in one["tasks"]:
+            failure = data["task"][task]
+            for rate in one.get("rates", [failure["rate"]]):
+                id_ = [str(one["number"]), variant, task, *([rate] if "rates" in one else [])]
+                labels = [settings["title"], failure["title"], f"{float(100 * Fraction(rate)):g} %"]
+                condition = Condition.of("task", plant, _task_settings(settings, task, failure, rate, plant))
+                architecture = settings["architecture"]
+                yield Row("/".join(id_), tuple(labels), condition, variant, task, rate, architecture)
+
+
+def _task_settings(
+    variant: Mapping[str, Any], task: str, failure: Mapping[str, Any], rate: str, plant: str
+) -> dict[str, Any]:
+    """Everything that decides these trials besides modules, site and the code of AEROS."""
+    settings = {
+        "task": task,
+        "architecture": variant["architecture"],
+        "options": dict(variant.get("options", {})),
+        "policy": variant.get("policy", True),
+        "skill": failure["skill"],
+        "outcome": failure["outcome"],
+        "rate": str(Fraction(rate)),
+    }
+    if variant["architecture"] not in SHIPPED:
+        settings["source"] = _source_digest(variant["architecture"])
+    if plant == "physics":
+        settings["faults"] = (_DATA / "faults" / failure["faults"]).read_text(encoding="utf-8")
+    return settings
+
+
+@cache
+def _source_digest(architecture: str) -> str:
+    """Of the file that an entered architecture is in: what else it imports is its author's to keep."""
+    import inspect
+
+    file = Path(inspect.getfile(class_of(architecture)))
+    return digest_of_files({file.name: file})
+
+
+def _listed_rows(one: Mapping[str, Any], data: Mapping[str, Any], plant: str) -> Iterator[Row]:
+    for row in one["row"]:
+        id_, labels = f"{one['number']}/{row['name']}", (row["title"],)
+        # What is in a file of its own decides the trials as well: all of its first list is in the condition.
+        listed = {name: next(iter(read_data(file).values())) for name, file in row.get("data", {}).items()}
+        tasks = {
+            name: _task_settings(data["variant"]["aeros"], task, failure, failure["rate"], plant)
+            for name, task in row.get("tasks", {}).items()
+            for failure in [data["task"][task]]
+        }
+        condition = Condition.of(one["kind"], plant, {**row.get("settings", {}), **listed, **tasks})
+        yield Row(id_, labels, condition, row["name"])

@@ -1,0 +1,30 @@
+"""A cluster of dask as an executor.  Sole importer of distributed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+
+from distributed import Client
+
+from aeros.spec.diagnostics import Diagnostic
+from aeros.spec.errors import UserError
+
+
+@contextmanager
+def cluster(address: str, patience: str = "10s") -> Iterator[tuple[Executor, int]]:
+    """Workers of the scheduler at `address`, and how many there are; they need the same AEROS and modules.
+
+    Raises `UserError` where nobody answers in `patience`, or there is no worker.
+    """
+    try:
+        client = Client(address, timeout=patience)
+    except (OSError, ValueError) as error:
+        raise UserError([Diagnostic("AE002", f"no scheduler answers at `{address}`: {error}")]) from error
+    with client:
+        workers = len(client.scheduler_info(n_workers=-1)["workers"])
+        if not workers:
+            raise UserError([Diagnostic("AE002", f"the scheduler at `{address}` has no worker")])
+        with client.get_executor() as executor:
+            yield executor, workers

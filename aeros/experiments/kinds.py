@@ -1,0 +1,77 @@
+"""Kinds of trials: a module for each, imported only where it is tried."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from functools import cache
+from pathlib import Path
+from typing import Any, Final, Protocol
+
+from aeros.experiments.condition import Condition
+from aeros.experiments.premises import Premises, digest_of_files
+
+Found = Mapping[str, Any]
+"""What one trial found: JSON values by name.
+
+`reached` (whether it succeeded) and `processor_s` are among them; `TIMES` may differ from time to time.
+"""
+
+Trial = Callable[[int], Found]
+"""Runs the trial of a seed."""
+
+RAM: Final = next((one for one in (Path("/dev/shm"),) if one.is_dir()), None)  # noqa: S108  kept by nobody
+"""Where trials keep what nobody keeps; None for wherever temporary files are."""
+
+TIMES: Final = ("processor_s", "swap_s")
+"""What may be found otherwise from one time to the next, s."""
+
+ALIKE: Final = "alike"
+"""Where a trial says so."""
+
+PREDICTED: Final = ("success", "invocations", "retries", "recoveries", "replans")
+"""What is computed of a condition."""
+
+
+class Kind(Protocol):
+    """What a module of trials has."""
+
+    def opened(self, condition: Condition, premises: Premises) -> AbstractContextManager[Trial]:
+        """What is set up once for trials of many seeds, and taken down after them."""
+
+    def family(self, condition: Condition) -> tuple[str, float]:
+        """Conditions of one family differ in that number alone.
+
+        What a trial found may have `alike`, two numbers between which it would have found the same: then it
+        is not tried again for others of its family.
+        """
+
+    def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
+        """What is exactly to be expected, by name; in words why that is not to be had."""
+
+
+KINDS: Final[Mapping[str, tuple[str, ...]]] = {
+    "hot_swap": ("hot_swap", "task"),
+    "requests": ("requests",),
+    "task": ("task",),
+}
+"""By kind, the module of `trials/` that has a `KIND`, and others that it stands on."""
+
+
+def kind_of(name: str) -> Kind:
+    """The kind of that name."""
+    kind: Kind = importlib.import_module(f"aeros.experiments.trials.{KINDS[name][0]}").KIND
+    return kind
+
+
+def digest_of(condition: Condition, premises: str) -> str:
+    """Names what decides the trials of `condition` but for their seed, on premises of that digest."""
+    return condition.digest(f"{premises} {_source_digest(condition.kind)}")
+
+
+@cache
+def _source_digest(name: str) -> str:
+    """Of the code of a kind; what all kinds share is among the premises."""
+    folder = Path(__file__).parent / "trials"
+    return digest_of_files({one: folder / f"{one}.py" for one in KINDS[name]})

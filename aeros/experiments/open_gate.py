@@ -1,0 +1,46 @@
+"""A gate that lets everything pass, and a site without policy: what an architecture does on its own.
+
+For simulations alone: whatever decides there, nothing here does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from aeros.runtime.beside import Begun
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.decision import Caller, Decision, Verdict
+from aeros.runtime.gate import Gate
+from aeros.runtime.ports import Readings
+from aeros.skill import Action
+
+
+class OpenGate(Gate):
+    """Allows every action as it is asked for, beside whatever is under way."""
+
+    def __init__(self, configuration: Configuration) -> None:
+        # Nothing is compiled, as nothing is decided.
+        self._site = configuration.site
+
+    def under(self, configuration: Configuration) -> OpenGate:
+        """See `Gate`."""
+        return OpenGate(configuration)
+
+    def decide(
+        self, caller: Caller, readings: Readings, action: Action, now: float, usage: Mapping[str, int]
+    ) -> Decision:
+        """ALLOW."""
+        return Decision(Verdict.ALLOW, action, ())
+
+    def decide_beside(
+        self, decision: Decision, readings: Readings, now: float, others: Sequence[Begun]
+    ) -> Decision:
+        """As it was."""
+        return decision
+
+
+def without_policy(configuration: Configuration) -> Configuration:
+    """The same modules at a site that has no rule to decide, to monitor or to plan motions by."""
+    site = replace(configuration.site, rules=(), joint=(), blocks=(), quotas=(), histories=(), motion=None)
+    return replace(configuration, site=site)

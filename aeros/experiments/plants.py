@@ -1,0 +1,119 @@
+"""The plants of trials, one for each seed: by declared probabilities, or physics with seeded faults."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from aeros.agent.routing import Routed
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.ports import Plan, Plant, Trajectory
+from aeros.sim.symbolic import SymbolicPlant
+from aeros.skill import Action
+from aeros.spec.diagnostics import Diagnostic
+from aeros.spec.doubles import as_doubles
+from aeros.spec.errors import UserError
+from aeros.spec.model import Ecm, Site, Task
+
+if TYPE_CHECKING:
+    from aeros.sim.faults.injector import Happening
+    from aeros.sim.faults.model import Fault
+
+
+@dataclass
+class Opened:
+    """A plant, and what is counted of it.
+
+    alike: where the rate is one of what the plant does, rates between which it would do the same.
+    """
+
+    plant: Plant
+    counts: dict[str, int] = field(default_factory=dict)
+    alike: Callable[[], tuple[float, float]] | None = None
+
+
+Plants = Callable[[int], AbstractContextManager[Opened]]
+"""Opens the plant of a seed."""
+
+
+def symbolic_plants(site: Site, modules: Mapping[str, Ecm], task: Task) -> Plants:
+    """Plants on which `modules` do as they declare."""
+    rested = SymbolicPlant(site, modules, 0, as_doubles(task.initial))
+
+    @contextmanager
+    def opened(seed: int) -> Iterator[Opened]:
+        yield Opened(rested.anew(seed))
+
+    return opened
+
+
+def physics_plants(configuration: Configuration, routed: Routed, faults: str, rate: float) -> Plants:
+    """Plants in which every fault of the text `faults` happens at `rate`, independently.
+
+    Raises `UserError` where there is no physics, no such scene, or the text declares no faults.
+    """
+    try:
+        from aeros.sim.faults.injector import Injector
+        from aeros.sim.physics import make_plant
+    except ImportError as error:
+        headline = f"the physics plant needs `pip install 'aeros[sim]'` ({error.name} is missing)"
+        help_ = ("or use `--plant symbolic`",)
+        raise UserError([Diagnostic("AE002", headline, help=help_)]) from error
+    scene = routed.task.scene or ""
+    happening = _faults(faults, rate, configuration, scene)
+
+    @contextmanager
+    def opened(seed: int) -> Iterator[Opened]:
+        found = Opened(cast(Plant, None), {"faults": 0, "ik_solutions": 0})
+
+        def told(one: Happening) -> None:
+            found.counts["faults"] += one.event == "fault"
+
+        injector = Injector(happening, seed, told)
+        found.alike = lambda: injector.alike
+        plant = make_plant(scene, seed, disturbance=injector)
+        try:
+            found.plant = cast(Plant, _CountingPlant(plant, found.counts))
+            yield found
+        finally:
+            plant.close()
+
+    return opened
+
+
+def _faults(text: str, rate: float, configuration: Configuration, scene: str) -> tuple[Fault, ...]:
+    from aeros.sim.faults.model import Process
+    from aeros.sim.faults.reading import Surroundings, read_faults
+    from aeros.sim.scenes import SCENES
+
+    known = SCENES[scene]()
+    skills = [f"{ecm.id}.{skill}" for ecm in configuration.modules.values() for skill in ecm.skills]
+    around = Surroundings(configuration.site.state, skills, known.things, known.cameras)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "faults.yaml"
+        path.write_text(text, encoding="utf-8")
+        declared = read_faults(str(path), around)
+    independent = Process(share_bad=0.0, worsens=0.0, mends=1.0, within=rate, between=rate)
+    return tuple(replace(one, process=independent, at_most=None) for one in declared)
+
+
+class _CountingPlant:
+    """A plant that counts the points of planned paths, each of which is a solution of inverse kinematics."""
+
+    def __init__(self, plant: Plant, counts: dict[str, int]) -> None:
+        self._plant = plant
+        self._counts = counts
+
+    def plan(self, action: Action) -> Plan:
+        """See `Plant`."""
+        plan = self._plant.plan(action)
+        if isinstance(plan, Trajectory):
+            self._counts["ik_solutions"] += sum(len(path) + 1 for path in plan.paths)
+        return plan
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._plant, name)

@@ -1,0 +1,238 @@
+"""Results → a document: headings, words, tables and figures, whichever form they are written in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from aeros.experiments.report.figures import boundary, intervals
+
+Results = Mapping[str, Any]
+
+_TIMES: Final = {"processor_s": "processor time", "swap_s": "loading the module"}
+
+
+@dataclass(frozen=True, slots=True)
+class Heading:
+    """Of an experiment or a part of it; `level` 1 is the document's."""
+
+    level: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """A paragraph."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """What a table says in one place; `is_off`: it is not where it was expected."""
+
+    text: str
+    is_off: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Rows under a head; `folded`: shown when somebody asks for it, where that can be."""
+
+    head: tuple[str, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    folded: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A drawing, SVG; `name`: of a file."""
+
+    name: str
+    title: str
+    svg: str
+
+
+Block = Heading | Words | Table | Figure
+
+
+def document(results: Results) -> Iterator[Block]:
+    """All of it, in order."""
+    yield Heading(1, f"Experiments on the {results['plant']} plant")
+    first, last = results["seeds"]
+    yield Words(
+        f"{results['trials']} trials of each condition, seeds {first} to {last}, the same for all: "
+        "trials of one seed are alike but for what their condition changes. Intervals are of 95 %, Wilson's "
+        "for shares. *Exact* is computed of the very manifests that ran, in fractions; nothing of it is "
+        "sampled. ▲ marks a value outside the interval of what was measured; of intervals of 95 % one in "
+        "twenty misses."
+    )
+    yield Words(_agreement(results))
+    yield _environment(results)
+    for one in results["experiments"]:
+        yield from _experiment(one)
+
+
+def _agreement(results: Results) -> str:
+    """How many figures agree with what is exact, each condition's once."""
+    cells = {
+        (row["digest"], name): cell
+        for one in results["experiments"]
+        for row in one["rows"]
+        for name, cell in row["cells"].items()
+        if cell["exact"] is not None and cell["low"] is not None
+    }
+    shares = [cell for cell in cells.values() if "hits" in cell]
+    means = [cell for cell in cells.values() if "hits" not in cell]
+    told = [
+        f"{sum('exact' in cell['misses'] for cell in of)} of {len(of)} {what}"
+        for of, what in ((shares, "shares"), (means, "means"))
+    ]
+    return f"The exact value is outside the interval of {told[0]} and {told[1]}."
+
+
+def _environment(results: Results) -> Table:
+    of = results["environment"]
+    rows = [
+        ("commit", of["commit"] or "not known"),
+        ("premises", results["premises"]),
+        ("Python", of["python"]),
+        ("platform", f"{of['platform']}, {of['processors']} processors"),
+        ("packages", ", ".join(f"{name} {release}" for name, release in of["packages"].items())),
+    ]
+    return _plain(("made with", ""), rows)
+
+
+def _experiment(one: Mapping[str, Any]) -> Iterator[Block]:
+    yield Heading(2, f"{one['number']} {one['title']}")
+    if one["label"] is not None:
+        yield Words(f"In the paper: {one['label']}.")
+    if one["means"]:
+        yield _means(one)
+    many = len(one["rows"]) > 20
+    yield Table(*_rows(one), folded=f"all {len(one['rows'])} conditions" if many else "")
+    for why in dict.fromkeys(text for row in (*one["rows"], *one["means"]) for text in row["why"]):
+        yield Words(why)
+    unexplained = [
+        row["id"] for row in one["rows"] if not row["why"] and any(c["misses"] for c in row["cells"].values())
+    ]
+    if unexplained:
+        yield Words("Marked, and not explained: " + ", ".join(unexplained) + ".")
+    for row in one["rows"]:
+        if row["not_predicted"]:
+            yield Words(f"Nothing is predicted of {row['id']}: {row['not_predicted']}.")
+    for test in one["tests"]:
+        yield from _test(test)
+    if one["figure"] == "boundary":
+        yield Figure(f"experiment-{one['number']}", one["title"], boundary(one))
+    elif one["figure"] == "intervals":
+        yield Figure(f"experiment-{one['number']}", one["title"], intervals(one))
+    if one["overhead"]:
+        yield _overhead(one["overhead"])
+    yield _timings(one["timings"])
+    yield Words("Again: " + f"`{one['rows'][0]['rerun']}`, and so with any other condition's name.")
+
+
+def _overhead(overhead: Sequence[Mapping[str, Any]]) -> Table:
+    """What a trial takes where no physics is computed, the runtime's every decision and record included."""
+    head = ("a trial without physics", "paper, ms", "measured, ms of processor")
+    rows = [
+        (one["title"], "" if one["paper"] is None else f"{one['paper']:g}", f"{one['measured']:.1f}")
+        for one in overhead
+    ]
+    return _plain(head, rows)
+
+
+def _timings(timings: Mapping[str, Mapping[str, float]]) -> Table:
+    """Times, which differ from one run to the next."""
+    names = list(dict.fromkeys(name for one in timings.values() for name in one))
+    rows = [
+        (id_, *(f"{1000 * one[name]:.2f}" if name in one else "" for name in names))
+        for id_, one in timings.items()
+    ]
+    head = ("condition", *(f"{_TIMES[name]}, ms a trial" for name in names))
+    return _plain(head, rows, "how long it took")
+
+
+def _means(one: Mapping[str, Any]) -> Table:
+    rows = []
+    has_rates = any(mean["rate"] for mean in one["means"])
+    for mean in one["means"]:
+        labels = [Cell(mean["title"]), *([Cell(f"{100 * float(mean['rate']):g} %")] if has_rates else [])]
+        rows.append((*labels, *_triple(mean["cell"], ("paper", "exact"))))
+    head = ("mean over tasks", *(["failing"] if has_rates else []), "paper, %", "exact, %", "measured, %")
+    return Table(head, tuple(rows))
+
+
+def _rows(one: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[tuple[Cell, ...], ...]]:
+    there = {
+        name: [
+            other
+            for other in ("paper", "exact")
+            if any(row["cells"][name][other] is not None for row in one["rows"] if name in row["cells"])
+        ]
+        for name in one["metrics"]
+        if any(name in row["cells"] for row in one["rows"])
+    }
+    head = ["condition", *[""] * (len(one["rows"][0]["labels"]))]
+    for name, others in there.items():
+        metric = one["metrics"][name]
+        unit = ", %" if metric["share"] else ""
+        head += [f"{metric['title']}{unit}: {other}" for other in (*others, "measured")]
+    rows = []
+    for row in one["rows"]:
+        cells = [Cell(row["id"]), *map(Cell, row["labels"])]
+        for name, others in there.items():
+            cell = row["cells"].get(name)
+            cells += [Cell("")] * (len(others) + 1) if cell is None else _triple(cell, others)
+        rows.append(tuple(cells))
+    return tuple(head), tuple(rows)
+
+
+def _triple(cell: Mapping[str, Any], others: Sequence[str]) -> list[Cell]:
+    """What the others have, each marked where it is off, and what was measured."""
+    digits = 1 if "hits" in cell else 2
+    found = [
+        Cell("" if cell[name] is None else _number(cell[name], digits), name in cell["misses"])
+        for name in others
+    ]
+    shown = _number(cell["measured"], digits)
+    if cell["low"] is not None:
+        shown += f" [{_number(cell['low'], digits)}, {_number(cell['high'], digits)}]"
+    return [*found, Cell(shown)]
+
+
+def _number(value: float, digits: int) -> str:
+    return f"{value:.{digits}f}" if value < 100 - 0.5 * 10**-digits or value > 100 else "100"
+
+
+def _test(test: Mapping[str, Any]) -> Iterator[Block]:
+    rows = [
+        (
+            one["task"],
+            "" if one["paper"] is None else f"{one['paper']:g}",
+            f"{one['one_sided']:.2g}",
+            f"{one['fisher']:.2g}",
+            f"{one['mcnemar']:.2g}",
+        )
+        for one in test["by_task"]
+    ]
+    if rows:
+        head = (
+            f"{test['first']} against {test['second']}",
+            "p, paper",
+            "p, Fisher's, one side",
+            "p, Fisher's",
+            "p, McNemar's",
+        )
+        yield _plain(head, rows)
+        yield Words(
+            "The paper's values are of Fisher's exact test with one side: 95 against 100 of 100 have 0.030, "
+            "and with both 0.059. As both ran the same seeds, McNemar's exact test, which compares seed by "
+            "seed, is the one that fits."
+        )
+
+
+def _plain(head: Sequence[str], rows: Sequence[Sequence[str]], folded: str = "") -> Table:
+    return Table(tuple(head), tuple(tuple(map(Cell, row)) for row in rows), folded)

@@ -1,0 +1,113 @@
+"""Figures as SVG: success against the rate of failure, and success of each condition with its interval."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from html import escape
+from typing import Any, Final
+
+_COLOURS: Final = ("#6d4c41", "#ef6c00", "#6a1b9a", "#1565c0", "#2e7d32", "#00838f", "#ad1457", "#455a64")
+
+_LEFT, _TOP, _WIDE, _HIGH = 60, 20, 640, 320
+_LABELS, _LINE = 470, 20
+
+
+def boundary(one: Mapping[str, Any]) -> str:
+    """Mean success over tasks against the rate: exact as lines, measured as points with intervals."""
+    means = [mean for mean in one["means"] if mean["rate"]]
+    variants = list(dict.fromkeys(mean["variant"] for mean in means))
+    parts = list(_grid())
+    for number, variant in enumerate(variants):
+        colour = _COLOURS[number % len(_COLOURS)]
+        of = sorted(
+            (mean for mean in means if mean["variant"] == variant), key=lambda mean: float(mean["rate"])
+        )
+        exact = [(float(mean["rate"]), mean["cell"]["exact"]) for mean in of]
+        if None not in (value for _, value in exact):
+            points = " ".join(f"{_x(rate):.1f},{_y(value):.1f}" for rate, value in exact)
+            # Dashed now and then: of two that lie on each other both are seen.
+            dashes = f' stroke-dasharray="{4 + 2 * number}"' if number % 2 else ""
+            parts.append(f'<polyline points="{points}" fill="none" stroke="{colour}"{dashes}/>')
+        # Side by side, as several of them may lie on each other.
+        aside = 4 * (number - (len(variants) - 1) / 2)
+        for mean in of:
+            cell, x = mean["cell"], _x(float(mean["rate"])) + aside
+            parts.append(_bar(x, _y(cell["low"]), x, _y(cell["high"]), colour))
+            parts.append(f'<circle cx="{x:.1f}" cy="{_y(cell["measured"]):.1f}" r="3" fill="{colour}"/>')
+            if cell["paper"] is not None:
+                parts.append(_diamond(x, _y(cell["paper"]), colour))
+        label_y = _TOP + 16 + 18 * number
+        parts.append(
+            f'<rect x="{_LEFT + _WIDE + 16}" y="{label_y - 9}" width="12" height="9" fill="{colour}"/>'
+        )
+        parts.append(_text(_LEFT + _WIDE + 34, label_y, of[0]["title"]))
+    parts.append(
+        _text(_LEFT + _WIDE / 2, _TOP + _HIGH + 38, "rate at which a try of the skill fails, %", "middle")
+    )
+    parts.append(_text(_LEFT, _TOP - 6, "success, mean over tasks, %; line: exact, ◇: paper"))
+    return _svg(_LEFT + _WIDE + 270, _TOP + _HIGH + 50, f"{one['title']}: success against failure", parts)
+
+
+def intervals(one: Mapping[str, Any]) -> str:
+    """Success of each condition: interval and point measured, exact as a line, the paper's as a diamond."""
+    rows = [row for row in one["rows"] if "success" in row["cells"]]
+    variants = list(dict.fromkeys(row["variant"] for row in rows))
+    high = _LINE * len(rows)
+    parts = []
+    for share in range(0, 101, 20):
+        x = _LABELS + _WIDE * share / 100
+        parts.append(_bar(x, 0, x, high, "#e0e0e0"))
+        parts.append(_text(x, high + 16, f"{share} %", "middle"))
+    for number, row in enumerate(rows):
+        cell, y = row["cells"]["success"], _LINE * (number + 0.5)
+        colour = _COLOURS[variants.index(row["variant"]) % len(_COLOURS)]
+        at = {name: _LABELS + _WIDE * cell[name] / 100 for name in ("low", "high", "measured")}
+        parts.append(_text(_LABELS - 10, y + 4, ", ".join(row["labels"]), "end"))
+        parts.append(_bar(at["low"], y, at["high"], y, colour))
+        parts.append(f'<circle cx="{at["measured"]:.1f}" cy="{y:.1f}" r="4" fill="{colour}"/>')
+        if cell["exact"] is not None:
+            exact = _LABELS + _WIDE * cell["exact"] / 100
+            parts.append(_bar(exact, y - 8, exact, y + 8, "#222"))
+        if cell["paper"] is not None:
+            parts.append(_diamond(_LABELS + _WIDE * cell["paper"] / 100, y, colour))
+    parts.append(_text(_LABELS, high + 34, "success; dot and bar: measured, 95 %; line: exact; ◇: paper"))
+    return _svg(_LABELS + _WIDE + 30, high + 44, f"{one['title']}: success", parts)
+
+
+def _grid() -> Iterator[str]:
+    for share in range(0, 101, 20):
+        yield _bar(_LEFT, _y(share), _LEFT + _WIDE, _y(share), "#e0e0e0")
+        yield _text(_LEFT - 8, _y(share) + 4, str(share), "end")
+    for tenth in range(1, 10):
+        yield _text(_x(tenth / 10), _TOP + _HIGH + 18, str(10 * tenth), "middle")
+
+
+def _x(rate: float) -> float:
+    return _LEFT + _WIDE * rate
+
+
+def _y(share: float) -> float:
+    return _TOP + _HIGH * (1 - share / 100)
+
+
+def _bar(x1: float, y1: float, x2: float, y2: float, colour: str) -> str:
+    return f'<line x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}" stroke="{colour}"/>'
+
+
+def _diamond(x: float, y: float, colour: str) -> str:
+    corners = ((x, y - 6), (x + 6, y), (x, y + 6), (x - 6, y))
+    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in corners)
+    return f'<polygon points="{points}" fill="#fff" fill-opacity="0.6" stroke="{colour}"/>'
+
+
+def _text(x: float, y: float, text: str, anchor: str = "start") -> str:
+    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{escape(text)}</text>'
+
+
+def _svg(width: float, height: float, title: str, parts: Iterable[str] | Sequence[str]) -> str:
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}" '
+        f'width="{width:.0f}" height="{height:.0f}" font-family="sans-serif" font-size="12" role="img">'
+        f"<title>{escape(title)}</title>"
+        '<rect width="100%" height="100%" fill="#fff"/>' + "".join(parts) + "</svg>"
+    )

@@ -1,0 +1,241 @@
+"""Trials → results: every row of every experiment as data: the paper's value, the exact one, the measured.
+
+Everything that a report shows is in it, so a report can be made of it again anywhere; intervals are of 95 %.
+What took how long is apart from the rest, which is the same for the same seeds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from math import sqrt
+from statistics import fmean, stdev
+from typing import Any, Final
+
+from aeros.experiments.catalogue import Experiment, Metric, Row, read_data
+from aeros.experiments.environment import environment
+from aeros.experiments.kinds import TIMES, Found, digest_of, kind_of
+from aeros.experiments.premises import Premises
+from aeros.experiments.statistics import fisher, mcnemar, wilson
+
+SCHEMA: Final = "aeros/experiments/1"
+
+Trials = Mapping[tuple[str, int], Found]
+"""Finished trials by condition's digest and seed."""
+
+_NORMAL_95: Final = 1.959964
+
+
+def results_of(
+    experiments: Iterable[Experiment],
+    trials: Trials,
+    premises: Premises,
+    seeds: Sequence[int],
+    plant: str,
+    ran_with: str,
+) -> dict[str, Any]:
+    """The results, JSON.
+
+    ran_with: options that a command to run a row again needs besides the row.
+    """
+    shown = [_experiment(one, trials, premises, seeds, ran_with) for one in experiments]
+    return {
+        "schema": SCHEMA,
+        "plant": plant,
+        "trials": len(seeds),
+        "seeds": [seeds[0], seeds[-1]],
+        "premises": premises.digest,
+        "environment": environment(),
+        "experiments": shown,
+    }
+
+
+def _experiment(
+    one: Experiment, trials: Trials, premises: Premises, seeds: Sequence[int], ran_with: str
+) -> dict[str, Any]:
+    paper = read_data("paper.toml")
+    of_rows = {row: _found(row, trials, premises, seeds) for row in one.rows}
+    rows = [_row(row, found, one.metrics, premises, ran_with) for row, found in of_rows.items()]
+    timings = {
+        row.id: {
+            name: fmean(trial[name] for trial in found)
+            for name in TIMES
+            if all(name in trial for trial in found)
+        }
+        for row, found in of_rows.items()
+    }
+    return {
+        "number": one.number,
+        "title": one.title,
+        "label": paper["source"].get(str(one.number), {}).get("label"),
+        "metrics": {metric.name: {"title": metric.title, "share": metric.is_share} for metric in one.metrics},
+        "rows": rows,
+        "means": _means(one, rows),
+        "tests": [_test(one, *pair, of_rows) for pair in one.compared],
+        "figure": one.figure,
+        "timings": timings,
+        "overhead": _overhead(one, timings) if one.overhead else [],
+    }
+
+
+def _overhead(one: Experiment, timings: Mapping[str, Mapping[str, float]]) -> list[dict[str, Any]]:
+    """Milliseconds of processor that a trial of each variant takes, mean over tasks."""
+    paper = read_data("paper.toml")["overhead"]
+    of = {
+        name: [timings[row.id]["processor_s"] for row in one.rows if row.variant == name]
+        for name in one.variants
+    }
+    return [
+        {"title": one.variants[name], "measured": 1000 * fmean(found), "paper": paper.get(name)}
+        for name, found in of.items()
+        if found
+    ]
+
+
+def _found(row: Row, trials: Trials, premises: Premises, seeds: Sequence[int]) -> list[Found]:
+    digest = digest_of(row.condition, premises.digest)
+    return [trials[digest, seed] for seed in seeds]
+
+
+def _row(
+    row: Row, found: Sequence[Found], metrics: Sequence[Metric], premises: Premises, ran_with: str
+) -> dict[str, Any]:
+    exact = kind_of(row.condition.kind).expected(row.condition, premises)
+    paper = read_data("paper.toml")["value"].get(row.id, {})
+    cells = {
+        one.name: _cell(
+            _measured(one, found),
+            None if isinstance(exact, str) else exact.get(one.exact),
+            paper.get(one.name),
+        )
+        for one in metrics
+        if _is_measured(one, found)
+    }
+    return {
+        "id": row.id,
+        "digest": digest_of(row.condition, premises.digest),
+        "labels": row.labels,
+        "variant": row.variant,
+        "task": row.task,
+        "rate": row.rate,
+        "trials": len(found),
+        "cells": cells,
+        "not_predicted": exact if isinstance(exact, str) else None,
+        "why": _why(row.id) if any(cell["misses"] for cell in cells.values()) else [],
+        "rerun": f"aeros experiment {row.id} {ran_with}",
+    }
+
+
+def _is_measured(metric: Metric, found: Sequence[Found]) -> bool:
+    names = [name for name in (metric.mean, metric.hits, metric.of) if name]
+    if not all(name in one for one in found for name in names):
+        return False
+    return not metric.hits or any(one[metric.of] for one in found)
+
+
+def _measured(metric: Metric, found: Sequence[Found]) -> dict[str, Any]:
+    """The value and its interval: Wilson's of a share in percent, by the normal distribution of a mean.
+
+    Where all values are alike a mean has an interval by the rule of three: what was met in none of n trials
+    has a chance of less than 3/n.  One value has none.
+    """
+    if metric.is_share:
+        hits = sum(one[metric.hits or metric.of] for one in found)
+        of = sum(one[metric.of] for one in found) if metric.hits else len(found)
+        return {"hits": hits, "of": of, **_share(hits, of)}
+    values = [one[metric.mean] for one in found]
+    middle = fmean(values)
+    if len(values) == 1:
+        return {"measured": middle, "low": None, "high": None}
+    spread = stdev(values)
+    half = _NORMAL_95 * spread / sqrt(len(values)) if spread else 3 / len(values)
+    return {"measured": middle, "low": max(0.0, middle - half), "high": middle + half}
+
+
+def _share(hits: int, of: int) -> dict[str, Any]:
+    low, high = wilson(hits, of)
+    return {"measured": 100 * hits / of, "low": 100 * low, "high": 100 * high}
+
+
+def _cell(measured: Mapping[str, Any], exact: float | None, paper: float | None) -> dict[str, Any]:
+    """One cell; `misses`: which of the other two are outside the interval."""
+    scaled = exact if exact is None or "hits" not in measured else 100 * exact
+    others = {"exact": scaled, "paper": paper}
+    return {
+        **measured,
+        **others,
+        "misses": [name for name, value in others.items() if _is_outside(measured, value)],
+    }
+
+
+def _is_outside(measured: Mapping[str, Any], value: float | None) -> bool:
+    if value is None or measured["low"] is None:
+        return False
+    # Rounding: a share of 1 has an interval that ends there.
+    return not measured["low"] - 1e-9 <= value <= measured["high"] + 1e-9
+
+
+def _why(id_: str) -> list[str]:
+    explanations = read_data("paper.toml")["explanation"]
+    return [one["text"] for one in explanations if any(id_.startswith(start) for start in one["rows"])]
+
+
+def _means(one: Experiment, rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Success over tasks, pooled: where each has as many trials that is the mean of the shares."""
+    found = []
+    for variant, rate in dict.fromkeys((row["variant"], row["rate"] * _has_rates(row)) for row in rows):
+        of = [
+            row
+            for row in rows
+            if row["variant"] == variant and rate in ("", row["rate"]) and "success" in row["cells"]
+        ]
+        if len(of) < 2:
+            continue
+        cells = [row["cells"]["success"] for row in of]
+        hits, trials = sum(cell["hits"] for cell in cells), sum(cell["of"] for cell in cells)
+        exact = [cell["exact"] for cell in cells]
+        id_ = "/".join([str(one.number), variant, "*", *([rate] if rate else [])])
+        paper = read_data("paper.toml")["value"].get(id_, {}).get("success")
+        middle = None if None in exact else fmean(exact) / 100
+        cell = _cell({"hits": hits, "of": trials, **_share(hits, trials)}, middle, paper)
+        found.append(
+            {
+                "id": id_,
+                "title": one.variants[variant],
+                "variant": variant,
+                "rate": rate,
+                "tasks": len(of),
+                "cell": cell,
+                "why": _why(id_) if cell["misses"] else [],
+            }
+        )
+    return found
+
+
+def _has_rates(row: Mapping[str, Any]) -> bool:
+    """Whether the rate is part of the row's place."""
+    return str(row["id"]).count("/") > 2
+
+
+def _test(one: Experiment, first: str, second: str, of_rows: Mapping[Row, Sequence[Found]]) -> dict[str, Any]:
+    """Whether two variants succeed as often, task by task: as the paper tests it, and in pairs of a seed."""
+    paper = read_data("paper.toml")["fisher"] if (first, second) == ("aeros", "behaviour_tree") else {}
+    by_place = {(row.variant, row.task): found for row, found in of_rows.items()}
+    compared = []
+    for task in dict.fromkeys(row.task for row in of_rows):
+        pair = by_place.get((first, task)), by_place.get((second, task))
+        if pair[0] is None or pair[1] is None:
+            continue
+        hits = [[bool(trial["reached"]) for trial in found] for found in pair if found is not None]
+        counts = [(sum(reached), len(reached)) for reached in hits]
+        alone = [a and not b for a, b in zip(*hits, strict=True)]
+        other = [b and not a for a, b in zip(*hits, strict=True)]
+        compared.append(
+            {
+                "task": task,
+                "fisher": fisher(*counts),
+                "one_sided": fisher(*counts, one_sided=True),
+                "mcnemar": mcnemar(sum(alone), sum(other)),
+                "paper": paper.get(task),
+            }
+        )
+    return {"first": one.variants[first], "second": one.variants[second], "by_task": compared}

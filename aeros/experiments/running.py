@@ -1,0 +1,228 @@
+"""Runs trials on any `concurrent.futures.Executor`, and keeps each as soon as it is finished.
+
+What is finished already is not run again, and neither is what a finished trial says would be the same
+(`kinds.Kind.family`).  An interruption lets what is under way finish and be kept; a
+second one does not wait.  Which worker runs what, and in which order, has no bearing on what is found.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+from aeros.experiments.condition import Condition
+from aeros.experiments.kinds import ALIKE, Found, Trial, digest_of, kind_of
+from aeros.experiments.premises import Where, premises_of
+from aeros.experiments.store import Kept, Store
+from aeros.spec.diagnostics import Diagnostic
+from aeros.spec.errors import UserError
+
+AT_ONCE: Final[Mapping[str, int]] = {"symbolic": 20, "physics": 1}
+"""Trials that a worker runs for one answer: those of one take seconds on physics, those of the other none."""
+
+_AHEAD: Final = 2
+"""Chunks given out for each worker: one that it runs and one that waits."""
+
+
+class Chunk(NamedTuple):
+    """Trials of one family of conditions, for one worker.
+
+    premises: the digest that the worker's own must have.
+    wanted: seeds, each with the conditions that it is wanted of.
+    """
+
+    where: Where
+    premises: str
+    wanted: tuple[tuple[int, tuple[Condition, ...]], ...]
+
+    @property
+    def trials(self) -> int:
+        """How many are wanted."""
+        return sum(len(conditions) for _, conditions in self.wanted)
+
+
+@dataclass(slots=True)
+class Progress:
+    """How far it has come: trials done of so many, and when it began."""
+
+    done: int
+    total: int
+    began: float
+
+    @property
+    def seconds_left(self) -> float | None:
+        """At the pace so far."""
+        spent = time.monotonic() - self.began
+        return spent * (self.total - self.done) / self.done if self.done else None
+
+
+_Answer = Future[list[tuple[Condition, int, Found]]]
+
+
+class OtherPremisesError(Exception):
+    """A worker has other modules, another site or other code than whoever asked."""
+
+
+def run_chunk(chunk: Chunk) -> list[tuple[Condition, int, Found]]:
+    """What each trial of `chunk` found; what a worker runs.
+
+    A condition of which a trial that has run says that it would have been the same is not tried again.
+    """
+    premises = premises_of(chunk.where)
+    if premises.digest != chunk.premises:
+        raise OtherPremisesError("a worker has other modules, another site or another release of AEROS")
+    found: list[tuple[Condition, int, Found]] = []
+    with ExitStack() as stack:
+        trials: dict[Condition, Trial] = {}
+        for seed, conditions in chunk.wanted:
+            had: list[Found] = []
+            for condition in conditions:
+                one = _the_same(condition, had)
+                if one is None:
+                    if condition not in trials:
+                        opened = kind_of(condition.kind).opened(condition, premises)
+                        trials[condition] = stack.enter_context(opened)
+                    one = trials[condition](seed)
+                    had.append(one)
+                found.append((condition, seed, one))
+    return found
+
+
+def _the_same(condition: Condition, had: Iterable[Found]) -> Found | None:
+    """Of trials of the family with one seed, the one that would have been that of `condition`."""
+    _, number = kind_of(condition.kind).family(condition)
+    for one in had:
+        low, high = one.get(ALIKE, (number, number))
+        if low < number < high:
+            return one
+    return None
+
+
+def run_trials(
+    conditions: Iterable[Condition],
+    seeds: Sequence[int],
+    where: Where,
+    executor: Executor,
+    workers: int,
+    store: Store,
+    tell: Callable[[Progress], None],
+) -> None:
+    """Run whatever the store does not have of `conditions` for `seeds`.
+
+    tell: hears whenever trials were kept.  Raises KeyboardInterrupt once what was under way is kept.
+    """
+    premises = premises_of(where).digest
+    chunks = list(_missing(dict.fromkeys(conditions), seeds, where, premises, store))
+    progress = Progress(0, sum(chunk.trials for chunk in chunks), time.monotonic())
+    tell(progress)
+    queue, running = iter(chunks), dict[_Answer, Chunk]()
+    try:
+        while True:
+            while len(running) < _AHEAD * workers and (chunk := next(queue, None)) is not None:
+                running[executor.submit(run_chunk, chunk)] = chunk
+            if not running:
+                return
+            _keep_finished(running, store, progress, tell)
+    except KeyboardInterrupt:
+        for future in list(running):
+            if future.cancel():
+                del running[future]
+        while running:
+            _keep_finished(running, store, progress, tell)
+        raise
+    finally:
+        for future in running:
+            future.cancel()
+
+
+def _keep_finished(
+    running: dict[_Answer, Chunk],
+    store: Store,
+    progress: Progress,
+    tell: Callable[[Progress], None],
+) -> None:
+    done, _ = wait(running, return_when=FIRST_COMPLETED)
+    for future in done:
+        chunk = running.pop(future)
+        found = future.result()
+        store.keep(Kept(digest_of(condition, chunk.premises), seed, one) for condition, seed, one in found)
+        progress.done += len(found)
+    tell(progress)
+
+
+def _missing(
+    conditions: Iterable[Condition], seeds: Sequence[int], where: Where, premises: str, store: Store
+) -> Iterator[Chunk]:
+    families: dict[tuple[str, str, str], list[Condition]] = {}
+    for condition in conditions:
+        key = condition.kind, condition.plant, kind_of(condition.kind).family(condition)[0]
+        families.setdefault(key, []).append(condition)
+    for (_, plant, _), family in families.items():
+        wanted = [(seed, tuple(left)) for seed in seeds if (left := _left(family, seed, premises, store))]
+        size = max(1, AT_ONCE[plant] // len(family))
+        for first in range(0, len(wanted), size):
+            yield Chunk(where, premises, tuple(wanted[first : first + size]))
+
+
+def _left(family: Sequence[Condition], seed: int, premises: str, store: Store) -> list[Condition]:
+    """Those of which no trial with that seed is there, nor one that says that it would be the same."""
+    digests = {condition: digest_of(condition, premises) for condition in family}
+    there = [one for digest in digests.values() if (one := store.trials.get((digest, seed))) is not None]
+    left = []
+    for condition, digest in digests.items():
+        if (digest, seed) in store.trials:
+            continue
+        same = _the_same(condition, there)
+        if same is None:
+            left.append(condition)
+        else:
+            store.keep([Kept(digest, seed, same)])
+    return left
+
+
+def processors() -> int:
+    """Those that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextmanager
+def local(workers: int) -> Iterator[tuple[Executor, int]]:
+    """Processes on this machine, and how many."""
+    pool = ProcessPoolExecutor(workers, initializer=_serve, initargs=(os.getpid(),))
+    try:
+        yield pool, workers
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _serve(parent: int) -> None:
+    """Leave interruptions to whoever keeps what is found, and end where that has ended without a word."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_after, args=(parent,), daemon=True).start()
+
+
+def _end_after(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(1.0)
+    os._exit(1)
+
+
+def executor_at(address: str | None, workers: int) -> AbstractContextManager[tuple[Executor, int]]:
+    """The processes of this machine, or those of a cluster at `dask://HOST:PORT`.  Raises `UserError`."""
+    if address is None:
+        return local(workers)
+    if not address.startswith("dask://"):
+        raise UserError([Diagnostic("AE002", f"`{address}` is no executor; expected `dask://HOST:PORT`")])
+    try:
+        from aeros.experiments.cluster import cluster
+    except ImportError as error:
+        headline = f"`{address}` needs `pip install 'aeros[distributed]'` ({error.name} is missing)"
+        raise UserError([Diagnostic("AE002", headline)]) from error
+    return cluster("tcp://" + address.removeprefix("dask://"))

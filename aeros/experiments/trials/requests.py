@@ -1,0 +1,127 @@
+"""Trials of the gate: requests for actions, some to be allowed and some to be denied, each decided once.
+
+Settings of a condition: `policy`, whether the gate decides; `requests`, each with `name`, what is asked for
+(`module`, `skill`, `kind`, `parameters`), whether it is `allowed`, and `why` not.  Of a parameter,
+`[low, high]` is drawn evenly by the trial's seed, and a list of three has them one by one.  A request may say
+`risk`: that of its skill is then raised to it; or `blocked`: the operator blocks its skill.
+
+Requests are decided on what is measured where nothing has happened yet, so a denial is for what is asked for.
+On each plant it is the same: nothing moves.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from random import Random
+from typing import Any, Final
+
+from aeros.experiments.condition import Condition
+from aeros.experiments.kinds import Found, Trial
+from aeros.experiments.open_gate import OpenGate
+from aeros.experiments.premises import Premises
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.decision import Caller, Verdict
+from aeros.runtime.gate import Gate
+from aeros.runtime.ports import Readings
+from aeros.sim.symbolic import SymbolicPlant
+from aeros.skill import Action
+from aeros.spec.doubles import as_doubles
+from aeros.spec.model import Block, Risk
+
+Request = Mapping[str, Any]
+
+
+class Requests:
+    """See `kinds.Kind`."""
+
+    @contextmanager
+    def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
+        """All requests of a trial in turn, by the gate itself."""
+        settings = condition.settings
+        requests: list[Request] = settings["requests"]
+        configuration = _with_what_is_said(premises.configuration, requests)
+        gate = Gate(configuration) if settings["policy"] else OpenGate(configuration)
+        measured = {one["module"]: _measured(configuration, one["module"]) for one in requests}
+
+        def trial(seed: int) -> Found:
+            began = time.process_time()
+            allowed = {
+                one["name"]: _is_allowed(gate, configuration, one, measured[one["module"]], seed)
+                for one in requests
+            }
+            valid = [allowed[one["name"]] for one in requests if one["allowed"]]
+            invalid = [allowed[one["name"]] for one in requests if not one["allowed"]]
+            wrong = [one["name"] for one in requests if allowed[one["name"]] is not one["allowed"]]
+            return {
+                "reached": not wrong,
+                "wrong": wrong,
+                "valid": len(valid),
+                "rejected": valid.count(False),
+                "invalid": len(invalid),
+                "blocked": invalid.count(False),
+                "accepted": invalid.count(True),
+                "processor_s": time.process_time() - began,
+            }
+
+        yield trial
+
+    def family(self, condition: Condition) -> tuple[str, float]:
+        """Each condition is one of its own."""
+        return condition.text, 0.0
+
+    def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
+        """By what the requests are: a policy that is enforced blocks each that it does not allow."""
+        is_on = float(condition.settings["policy"])
+        return {"blocked": is_on, "accepted": 1.0 - is_on, "rejected": 0.0}
+
+
+def _with_what_is_said(configuration: Configuration, requests: list[Request]) -> Configuration:
+    """The configuration in which some skills carry the risk, and some are blocked, that requests say."""
+    modules = dict(configuration.modules)
+    blocks = []
+    for one in requests:
+        if "risk" in one:
+            ecm = modules[one["module"]]
+            riskier = replace(ecm.skills[one["skill"]], risk=Risk[one["risk"].upper()])
+            modules[ecm.id] = replace(ecm, skills={**ecm.skills, riskier.id: riskier})
+        if one.get("blocked", False):
+            blocks.append(Block(one["name"], "an experiment", one["module"], one["skill"], None))
+    return replace(configuration, site=configuration.site.with_blocks(blocks), modules=modules)
+
+
+def _measured(configuration: Configuration, module: str) -> Readings:
+    """What is measured where the tasks of `module` begin; of a module that is not there, where none does."""
+    ecm = configuration.modules.get(module)
+    initial = {} if ecm is None else {k: v for one in ecm.tasks.values() for k, v in one.initial.items()}
+    return SymbolicPlant(configuration.site, configuration.modules, 0, as_doubles(initial)).observe()
+
+
+def _is_allowed(
+    gate: Gate, configuration: Configuration, one: Request, measured: Readings, seed: int
+) -> bool:
+    random = Random(f"{seed} {one['name']}")  # noqa: S311  no secret
+    parameters = {name: _drawn(value, random) for name, value in one["parameters"].items()}
+    unused = {quota.id: 0 for quota in configuration.site.quotas if one["kind"] in quota.kinds}
+    caller = Caller(one["module"], one["skill"], {})
+    decision = gate.decide(caller, measured, Action(one["kind"], parameters), 0.0, unused)
+    return decision.verdict is not Verdict.DENY
+
+
+def _drawn(value: Any, random: Random) -> Any:
+    match value:
+        case [low, high]:
+            return random.uniform(low, high)
+        case [x, y, z]:
+            return (_drawn(x, random), _drawn(y, random), _drawn(z, random))
+        case "nan":
+            return float("nan")
+        case int():
+            return float(value)
+        case _:
+            return value
+
+
+KIND: Final = Requests()

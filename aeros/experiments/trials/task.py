@@ -1,0 +1,160 @@
+"""Trials of one task: an architecture pursues it, one of its skills fails at the condition's rate.
+
+Settings of a condition: `task`; `architecture`, `options`; `skill`, `outcome` and `rate`, the failure;
+`policy`, whether the gate decides; `faults`, on physics the faults file whose every fault has that rate.
+
+On the symbolic plant the outcome's declared probability is the rate, and no other declared failure happens.
+On physics nothing is declared: the faults happen at that rate, and outcomes are measured.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, Final
+
+from aeros.agent.routing import Routed
+from aeros.experiments.architecture import Model, Told, made
+from aeros.experiments.condition import Condition
+from aeros.experiments.exact import predicted
+from aeros.experiments.kinds import ALIKE, PREDICTED, RAM, Found, Trial
+from aeros.experiments.means import CountingRuntime, TrialMeans
+from aeros.experiments.open_gate import OpenGate, without_policy
+from aeros.experiments.plants import Plants, physics_plants, symbolic_plants
+from aeros.experiments.premises import Premises
+from aeros.runtime.audit import AuditError, AuditLog
+from aeros.runtime.executor import Executor
+from aeros.sim.outcomes import point_of
+from aeros.spec.closed_loop.chances import shares_of, with_skill_probabilities
+from aeros.spec.closed_loop.transition_system import NotExploredError
+from aeros.spec.errors import InternalError
+from aeros.spec.model import Durability, Ecm
+
+
+class Tasks:
+    """See `kinds.Kind`."""
+
+    @contextmanager
+    def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
+        """One trial after the other, all in one audit log that nobody keeps."""
+        settings = condition.settings
+        routed = premises.routed(settings["task"])
+        configuration, gate = premises.configuration, premises.gate
+        if not settings["policy"]:
+            configuration = without_policy(configuration)
+            gate = OpenGate(configuration)
+        plants = plants_of(condition, premises)
+        with (
+            tempfile.TemporaryDirectory(dir=RAM) as folder,
+            AuditLog(Path(folder) / "audit.jsonl", durability=Durability.BATCHED) as audit,
+        ):
+
+            def trial(seed: int) -> Found:
+                began = time.process_time()
+                with (
+                    plants(seed) as opened,
+                    Executor(configuration, gate, opened.plant, audit, premises.runs) as executor,
+                ):
+                    judged = condition.plant == "physics"
+                    counting = CountingRuntime(executor, (routed.module, settings["skill"]), judged=judged)
+                    found = _pursued(counting, routed, settings, seed)
+                    found |= {"simulated_s": opened.plant.now(), **opened.counts}
+                    if judged:
+                        found |= {"tries": counting.tries, "failed_tries": counting.failed_tries}
+                    alike = opened.alike() if opened.alike else _alike(counting, settings, routed, seed)
+                    found[ALIKE] = list(alike)
+                return {**found, "processor_s": time.process_time() - began}
+
+            yield trial
+
+    def family(self, condition: Condition) -> tuple[str, float]:
+        """Conditions that differ in the rate alone: seeds draw the same numbers to compare it with."""
+        settings = condition.settings
+        rate = settings.pop("rate")
+        return Condition.of(condition.kind, condition.plant, settings).text, float(Fraction(rate))
+
+    def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
+        """From the manifest as it ran, by the architecture's own code or by what it says of itself."""
+        settings = condition.settings
+        routed = premises.routed(settings["task"])
+        ecm = failing(premises.configuration.modules[routed.module], settings)
+        model = Model(ecm, replace(routed.task, invariants=()), premises.configuration.site)
+        try:
+            found = predicted(lambda: made(settings["architecture"], settings["options"]), model)
+        except NotExploredError as why:
+            return str(why)
+        exact = {name: float(getattr(found, name)) for name in PREDICTED}
+        return {**exact, "attempt": float(Fraction(settings["rate"]))}
+
+
+def failing(ecm: Ecm, settings: Mapping[str, Any]) -> Ecm:
+    """The module where one skill fails at the condition's rate and no other declared failure happens."""
+    chances: dict[str, dict[str, Fraction]] = {}
+    for skill in ecm.skills.values():
+        failures = {one.id: Fraction(0) for one in skill.outcomes.values() if one.failure}
+        if skill.id == settings["skill"]:
+            failures[settings["outcome"]] = Fraction(settings["rate"])
+        chances[skill.id] = failures
+    return with_skill_probabilities(ecm, chances)
+
+
+def plants_of(condition: Condition, premises: Premises) -> Plants:
+    """What opens the plants of a condition's trials."""
+    settings = condition.settings
+    routed = premises.routed(settings["task"])
+    if condition.plant == "physics":
+        rate = float(Fraction(settings["rate"]))
+        return physics_plants(premises.configuration, routed, settings["faults"], rate)
+    modules = dict(premises.configuration.modules)
+    modules[routed.module] = failing(modules[routed.module], settings)
+    return symbolic_plants(premises.configuration.site, modules, routed.task)
+
+
+def _alike(
+    counting: CountingRuntime, settings: Mapping[str, Any], routed: Routed, seed: int
+) -> tuple[float, float]:
+    """Rates between which the symbolic plant would have drawn the same outcomes.
+
+    The skill succeeds in one way and fails in one, in this order, or nothing is said: a try fails iff the
+    rate is at least what is left of 1 beyond where the draw falls.
+    """
+    ecm = failing(counting.active_modules()[routed.module], {**settings, "rate": "1/2"})
+    possible = [one for one, share in shares_of(ecm.skills[settings["skill"]].outcomes.values()) if share]
+    rate = float(Fraction(settings["rate"]))
+    if [one.failure for one in possible] != [False, True]:
+        return rate, rate
+    name = f"{routed.module}.{settings['skill']}"
+    left = [1.0 - float(point_of(seed, name, run)) for run in range(counting.finished_tries)]
+    return (
+        max((one for one in left if one <= rate), default=0.0),
+        min((one for one in left if one > rate), default=1.0),
+    )
+
+
+def _pursued(
+    counting: CountingRuntime, routed: Routed, settings: Mapping[str, Any], seed: int
+) -> dict[str, Any]:
+    """What came of it, counted here; an architecture that raises has failed."""
+    means = TrialMeans(counting, routed, seed)
+    architecture = made(settings["architecture"], settings["options"])
+    try:
+        told = architecture.pursue(means)
+    except (AuditError, InternalError, KeyboardInterrupt):
+        raise
+    except Exception as error:
+        told = Told(reason=f"{type(error).__name__}: {error}")
+    return {
+        "reached": means.measures_the_goal(),
+        **asdict(told),
+        "steps": counting.steps,
+        "actions": counting.actions,
+        "denied": counting.denied,
+    }
+
+
+KIND: Final = Tasks()

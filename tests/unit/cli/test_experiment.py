@@ -1,0 +1,102 @@
+"""`aeros experiment`: what it lists, runs, leaves and refuses."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from aeros.cli.exit_codes import Exit
+from aeros.cli.main import main
+from aeros.experiments.store import FILE
+
+ECMS = str(Path(__file__).parents[3] / "ecms")
+ONE = "4/flat/fetch_object"
+
+
+def run(out: Path, *arguments: str) -> int:
+    common = ("--plant", "symbolic", "--trials", "4", "--workers", "1", "--ecms", ECMS)
+    return main(["experiment", *common, "--out", str(out), *arguments])
+
+
+def test_the_list_has_every_condition_by_its_name(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["experiment", "list"]) == Exit.PROVED
+    lines = capsys.readouterr().out.splitlines()
+    assert "4  Comparison with published baselines" in lines
+    assert [line.split()[0] for line in lines if line.startswith("    8/aeros/clean_table/0.9")] == [
+        "8/aeros/clean_table/0.90"
+    ]
+
+
+def test_a_run_leaves_trials_and_reports(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(tmp_path, ONE) == Exit.PROVED
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "figures",
+        "report.html",
+        "report.md",
+        "results.json",
+        FILE,
+    }
+    said = capsys.readouterr().out
+    assert "1 conditions, 1 of them different, 4 trials of each" in said
+    results = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
+    (row,) = results["experiments"][0]["rows"]
+    assert row["rerun"].startswith(f"aeros experiment {ONE} --plant symbolic --trials 4")
+
+
+def test_trials_that_are_there_are_taken_only_where_that_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(tmp_path, ONE) == Exit.PROVED
+    before = (tmp_path / FILE).read_bytes()
+    assert run(tmp_path, ONE) == Exit.REJECTED
+    assert "go on with --resume" in capsys.readouterr().err
+    assert run(tmp_path, "--resume", "--trials", "5", ONE) == Exit.PROVED
+    after = (tmp_path / FILE).read_bytes()
+    assert after.startswith(before)
+    assert after.count(b"\n") == 5
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["44"], "there is no experiment `44`"),
+        (["4", "--enter", "flatt"], "there is no architecture `flatt`"),
+        (["4", "--executor", "ray://"], "expected `dask://HOST:PORT`"),
+    ],
+)
+def test_what_there_is_not_is_refused(
+    arguments: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    common = ("--plant", "symbolic", "--trials", "4", "--ecms", ECMS, "--out", str(tmp_path))
+    assert main(["experiment", *common, *arguments]) == Exit.REJECTED
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("package", "said"),
+    [
+        ("scipy.stats", "experiments need `pip install"),
+        ("py_trees.behaviour", "`behaviour_tree` needs `pip install"),
+    ],
+)
+def test_what_is_not_installed_is_said_before_anything_is_tried(
+    package: str,
+    said: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for name in [name for name in sys.modules if name.startswith("aeros.experiments")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, package, None)
+    assert run(tmp_path, "4/behaviour_tree") == Exit.REJECTED
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / FILE).exists()
+
+
+def test_to_resume_takes_a_folder(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["experiment", "1", "--resume"]) == Exit.REJECTED
+    assert "--out FOLDER" in capsys.readouterr().err

@@ -1,0 +1,60 @@
+"""Architectures of somebody else's, as they could be entered."""
+
+from __future__ import annotations
+
+from random import Random
+
+from aeros.agent.graph import Step
+from aeros.experiments.architecture import Means, Told
+
+
+class Stubborn:
+    """Does the first step of a new plan, again and again."""
+
+    def __init__(self, patience: int = 12) -> None:
+        self._patience = patience
+
+    def pursue(self, means: Means) -> Told:
+        for made in range(self._patience):
+            if means.is_reached():
+                return Told(replans=made)
+            needed = [step for step in means.plan() if means.world().evaluate(_unless(step)) is not True]
+            means.run(needed[0])
+        return Told(replans=self._patience, reason="patience is over")
+
+
+def _unless(step: Step):  # type: ignore[no-untyped-def]
+    assert step.unless is not None
+    return step.unless
+
+
+class Dicey:
+    """Chooses by chance what to do, and by other than what it is given."""
+
+    _random = Random(1)  # noqa: S311
+
+    def pursue(self, means: Means) -> Told:
+        for step in means.plan():
+            for _ in range(self._random.randint(1, 4)):
+                means.run(step)
+        return Told()
+
+
+class Endless:
+    """Never gives up."""
+
+    def pursue(self, means: Means) -> Told:
+        while not means.is_reached():
+            means.run(Step(means.routed.module, "recover"))
+        return Told()
+
+
+class Raising:
+    """Has a fault."""
+
+    def pursue(self, means: Means) -> Told:
+        raise ZeroDivisionError("mine")
+
+
+class NoArchitecture:
+    """Cannot pursue anything."""

@@ -1,0 +1,118 @@
+"""The data says what there is, and every value of the paper has its place in it."""
+
+from __future__ import annotations
+
+import pytest
+
+from aeros.experiments.architecture import SHIPPED, class_of, made
+from aeros.experiments.catalogue import Entry, catalogue, chosen, read_data
+from aeros.experiments.condition import Condition
+from aeros.experiments.kinds import KINDS, digest_of, kind_of
+from aeros.spec.errors import MisuseError, UserError
+from tests.unit.experiments.common import premises
+
+EXPERIMENTS = catalogue("symbolic")
+ROWS = {row.id: (one, row) for one in EXPERIMENTS.values() for row in one.rows}
+
+
+def test_every_row_has_a_name_of_its_own() -> None:
+    assert len(ROWS) == sum(len(one.rows) for one in EXPERIMENTS.values())
+
+
+def test_every_condition_is_one_that_can_be_tried() -> None:
+    tasks = {one.id for ecm in premises().configuration.modules.values() for one in ecm.tasks.values()}
+    for _, row in ROWS.values():
+        if row.condition.kind == "task":
+            settings = row.condition.settings
+            assert settings["task"] in tasks
+            made(settings["architecture"], settings["options"])
+        assert row.condition.kind in KINDS
+
+
+def test_every_value_of_the_paper_has_its_row_and_metric() -> None:
+    for id_, values in read_data("paper.toml")["value"].items():
+        if "*" in id_:
+            number, variant, _, *rate = id_.split("/")
+            assert values.keys() == {"success"}
+            of = [row for row in EXPERIMENTS[int(number)].rows if row.variant == variant]
+            assert of
+            assert not rate or rate[0] in {row.rate for row in of}
+            continue
+        one, _ = ROWS[id_]
+        assert values.keys() <= {metric.name for metric in one.metrics}, id_
+
+
+def test_every_explanation_is_of_rows_that_there_are() -> None:
+    for one in read_data("paper.toml")["explanation"]:
+        assert all(any(id_.startswith(start) for id_ in ROWS) for start in one["rows"])
+
+
+def test_identical_conditions_are_one() -> None:
+    assert ROWS["1/static/make_dumplings"][1].condition == ROWS["5/static/make_dumplings"][1].condition
+    assert ROWS["4/aeros/clean_table"][1].condition == ROWS["8/aeros/clean_table/0.40"][1].condition
+
+
+@pytest.mark.parametrize(
+    ("names", "count"),
+    [
+        (["all"], len(ROWS)),
+        (["1"], 2),
+        (["4/flat"], 3),
+        (["4/flat", "4"], 15),
+        (["8/aeros/clean_table/0.90"], 1),
+    ],
+)
+def test_what_is_named_is_chosen_once(names: list[str], count: int) -> None:
+    assert sum(len(one.rows) for one in chosen(EXPERIMENTS, names)) == count
+
+
+@pytest.mark.parametrize("name", ["", "0", "4/flaat", "4/fla", "list"])
+def test_what_there_is_not_is_refused(name: str) -> None:
+    with pytest.raises(UserError) as refused:
+        chosen(EXPERIMENTS, [name])
+    assert f"there is no experiment `{name}`" in refused.value.diagnostics[0].headline
+
+
+def test_an_entered_architecture_takes_part_where_architectures_are_compared() -> None:
+    entry = Entry("tests.unit.experiments.entered:Stubborn")
+    entered = catalogue("symbolic", [entry])
+    more = {n: len(entered[n].rows) - len(one.rows) for n, one in EXPERIMENTS.items()}
+    assert {n: count for n, count in more.items() if count} == {4: 3, 8: 27}
+    row = next(row for row in entered[8].rows if row.variant == "Stubborn")
+    assert row.condition.settings["source"]
+    assert row.labels[0] == entry.architecture
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_what_is_shipped_can_be_made(name: str) -> None:
+    assert callable(class_of(name)().pursue)
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("flatt", "there is no architecture `flatt`"),
+        ("no.such:Thing", "No module named 'no'"),
+        ("tests.unit.experiments.entered:Nothing", "Nothing"),
+        ("tests.unit.experiments.entered:NoArchitecture", "has no method `pursue`"),
+    ],
+)
+def test_what_is_no_architecture_is_refused(name: str, why: str) -> None:
+    with pytest.raises(MisuseError, match=why):
+        class_of(name)
+
+
+def test_options_that_it_does_not_take_are_refused() -> None:
+    with pytest.raises(MisuseError, match="does not take the options"):
+        made("flat", {"tries": 3})
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_every_kind_is_there(name: str) -> None:
+    assert callable(kind_of(name).opened)
+
+
+def test_a_condition_is_known_by_the_code_of_its_kind() -> None:
+    task, swap = (Condition.of(kind, "symbolic", {}) for kind in ("task", "hot_swap"))
+    assert digest_of(task, "a") != task.digest("a")
+    assert len({digest_of(one, premises) for one in (task, swap) for premises in ("a", "b")}) == 4

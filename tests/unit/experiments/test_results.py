@@ -1,0 +1,219 @@
+"""Results: the same for the same seeds, marked where they do not agree, and whole in every form."""
+
+from __future__ import annotations
+
+import copy
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.experiments.catalogue import Entry, catalogue, chosen
+from aeros.experiments.report.results import results_of
+from aeros.experiments.report.written import page_of_kept, write_report
+from aeros.experiments.running import run_trials
+from aeros.experiments.store import Store
+from tests.unit.experiments.common import WHERE, Here, premises
+
+ENTRY = Entry("tests.unit.experiments.entered:Stubborn")
+TRIALS = 6
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    return made(tmp_path_factory.mktemp("out"), ["1", "4"])
+
+
+def made(folder: Path, names: list[str]) -> dict[str, Any]:
+    experiments = chosen(catalogue("symbolic", [ENTRY]), names)
+    conditions = [row.condition for one in experiments for row in one.rows]
+    with Store(folder) as store:
+        run_trials(conditions, range(TRIALS), WHERE, Here(), 1, store, lambda _: None)
+        trials = store.trials
+    return results_of(experiments, trials, premises(), range(TRIALS), "symbolic", "--plant symbolic")
+
+
+def test_a_third_partys_class_runs_through_all_conditions_unchanged(results: dict[str, Any]) -> None:
+    (four,) = (one for one in results["experiments"] if one["number"] == 4)
+    entered = [row for row in four["rows"] if row["variant"] == "Stubborn"]
+    assert [row["task"] for row in entered] == ["make_dumplings", "clean_table", "fetch_object"]
+    for row in entered:
+        cell = row["cells"]["success"]
+        assert cell["of"] == TRIALS
+        assert cell["hits"] > 0
+        assert cell["exact"] > 99
+
+
+def test_the_same_seeds_give_the_same_tables(results: dict[str, Any], tmp_path: Path) -> None:
+    again = made(tmp_path, ["1", "4"])
+    before = copy.deepcopy(results)
+    for one in (*again["experiments"], *before["experiments"]):
+        one.pop("timings")
+        one.pop("overhead")
+    assert again == before
+
+
+def test_rows_have_the_papers_value_the_exact_one_and_the_measured(results: dict[str, Any]) -> None:
+    rows = {row["id"]: row for one in results["experiments"] for row in one["rows"]}
+    cell = rows["1/static/make_dumplings"]["cells"]["success"]
+    assert (cell["paper"], cell["exact"]) == (70.0, pytest.approx(70.0))
+    assert cell["low"] < cell["measured"] <= cell["high"]
+    # prepare, wrap, in 7 of 10 boil, and in 5 of 95 the wrapper has to be aligned before
+    assert rows["1/static/make_dumplings"]["cells"]["steps"]["exact"] == pytest.approx(2.7 + 5 / 95)
+    assert rows["1/dynamic/make_dumplings"]["rerun"] == (
+        "aeros experiment 1/dynamic/make_dumplings --plant symbolic"
+    )
+
+
+def test_a_value_outside_the_interval_is_marked_and_explained(results: dict[str, Any]) -> None:
+    row = next(
+        row
+        for one in results["experiments"]
+        for row in one["rows"]
+        if row["id"] == "1/dynamic/make_dumplings"
+    )
+    # five plans a trial, as the paper counts them
+    assert "paper" in row["cells"]["replans"]["misses"]
+    assert any("counts a plan for each step" in why for why in row["why"])
+
+
+def test_means_over_tasks_are_pooled(results: dict[str, Any]) -> None:
+    (four,) = (one for one in results["experiments"] if one["number"] == 4)
+    flat = next(mean for mean in four["means"] if mean["variant"] == "flat")
+    rows = [row["cells"]["success"] for row in four["rows"] if row["variant"] == "flat"]
+    assert flat["cell"]["hits"] == sum(cell["hits"] for cell in rows)
+    assert flat["cell"]["exact"] == pytest.approx(65.0)
+    assert flat["cell"]["paper"] == 67.7
+
+
+def test_pairs_are_tested_task_by_task(results: dict[str, Any]) -> None:
+    (four,) = (one for one in results["experiments"] if one["number"] == 4)
+    first = four["tests"][0]
+    assert [one["paper"] for one in first["by_task"]] == [0.03, 0.001, 0.007]
+    assert all(0 < one["fisher"] <= 1 and 0 < one["mcnemar"] <= 1 for one in first["by_task"])
+
+
+def test_what_a_trial_takes_stands_beside_what_the_paper_says(results: dict[str, Any]) -> None:
+    one, four = results["experiments"]
+    assert one["overhead"] == []
+    assert [(row["title"], row["paper"]) for row in four["overhead"][:2]] == [
+        ("flat pipeline", 24),
+        ("behaviour tree (retry = 3)", 19),
+    ]
+    assert all(row["measured"] > 0 for row in four["overhead"])
+
+
+def test_the_report_is_whole_and_needs_no_network(results: dict[str, Any], tmp_path: Path) -> None:
+    write_report(results, tmp_path)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert not re.search(r"(?:src|href)\s*=|url\(|<script|<link", page)
+    assert re.findall(r"https?://[^\"' <]+", page) == ["http://www.w3.org/2000/svg"] * page.count("<svg")
+    text = (tmp_path / "report.md").read_text(encoding="utf-8")
+    for one in results["experiments"]:
+        for row in one["rows"]:
+            assert row["id"] in page
+            assert f"| {row['id']} |" in text
+    assert all((tmp_path / name).is_file() for name in re.findall(r"\]\((figures/[^)]+)\)", text))
+    assert json.loads((tmp_path / "results.json").read_text(encoding="utf-8")) == json.loads(
+        json.dumps(results)
+    )
+
+
+def test_what_a_report_says_comes_from_the_results_alone(results: dict[str, Any], tmp_path: Path) -> None:
+    kept = json.loads(json.dumps(results))
+    (tmp_path / "one").mkdir()
+    (tmp_path / "other").mkdir()
+    write_report(results, tmp_path / "one")
+    write_report(kept, tmp_path / "other")
+    for name in ("report.html", "report.md"):
+        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "other" / name).read_bytes()
+
+
+def test_what_somebody_else_named_is_text(results: dict[str, Any], tmp_path: Path) -> None:
+    hostile = copy.deepcopy(results)
+    hostile["experiments"][0]["rows"][0]["labels"] = ["<script>alert(1)</script>", "a|b", "c"]
+    write_report(hostile, tmp_path)
+    assert "<script>" not in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "a\\|b" in (tmp_path / "report.md").read_text(encoding="utf-8")
+
+
+def text_of(results: dict[str, Any], folder: Path) -> str:
+    write_report(results, folder)
+    return (folder / "report.md").read_text(encoding="utf-8")
+
+
+def test_what_is_marked_and_not_explained_is_said(results: dict[str, Any], tmp_path: Path) -> None:
+    changed = copy.deepcopy(results)
+    row = changed["experiments"][1]["rows"][0]
+    row["cells"]["success"]["misses"], row["why"] = ["exact"], []
+    text = text_of(changed, tmp_path)
+    (line,) = (line for line in text.splitlines() if line.startswith("Marked, and not explained"))
+    assert row["id"] in line
+    assert f"{row['cells']['success']['exact']:.1f} ▲" in text
+
+
+def test_how_much_agrees_is_counted_once_for_each_condition(results: dict[str, Any], tmp_path: Path) -> None:
+    changed = copy.deepcopy(results)
+    row = changed["experiments"][0]["rows"][0]
+    for cell in (
+        cell for one in changed["experiments"] for row_ in one["rows"] for cell in row_["cells"].values()
+    ):
+        cell["misses"] = []
+    row["cells"]["success"]["misses"] = ["exact"]
+    rows = {row["digest"] for one in changed["experiments"] for row in one["rows"]}
+    text = text_of(changed, tmp_path)
+    assert f"outside the interval of 1 of {len(rows)} shares and 0 of " in text
+
+
+def test_where_nothing_is_predicted_the_report_says_why(results: dict[str, Any], tmp_path: Path) -> None:
+    changed = copy.deepcopy(results)
+    row = changed["experiments"][1]["rows"][0]
+    row["not_predicted"] = "it raises KeyError: 'x'"
+    assert f"Nothing is predicted of {row['id']}: it raises KeyError" in text_of(changed, tmp_path)
+
+
+def test_one_value_has_no_interval(tmp_path: Path) -> None:
+    experiments = chosen(catalogue("symbolic"), ["1/static"])
+    with Store(tmp_path / "trials") as store:
+        run_trials([experiments[0].rows[0].condition], range(1), WHERE, Here(), 1, store, lambda _: None)
+        trials = store.trials
+    one = results_of(experiments, trials, premises(), range(1), "symbolic", "")
+    steps = one["experiments"][0]["rows"][0]["cells"]["steps"]
+    assert (steps["low"], steps["high"], steps["misses"]) == (None, None, [])
+    (tmp_path / "report").mkdir()
+    assert f"| {steps['measured']:.2f} |" in text_of(one, tmp_path / "report")
+
+
+def test_the_boundary_is_drawn_of_what_was_measured(tmp_path: Path) -> None:
+    experiments = chosen(
+        catalogue("symbolic"), [f"8/flat/{task}/0.90" for task in ("fetch_object", "clean_table")]
+    )
+    with Store(tmp_path / "trials") as store:
+        conditions = [row.condition for row in experiments[0].rows]
+        run_trials(conditions, range(2), WHERE, Here(), 1, store, lambda _: None)
+        trials = store.trials
+    found = results_of(experiments, trials, premises(), range(2), "symbolic", "")
+    (mean,) = found["experiments"][0]["means"]
+    assert (mean["id"], mean["cell"]["of"]) == ("8/flat/*/0.90", 4)
+    assert mean["cell"]["exact"] == pytest.approx(10.0)
+    (tmp_path / "report").mkdir()
+    text_of(found, tmp_path / "report")
+    drawn = (tmp_path / "report" / "figures" / "experiment-8.svg").read_text(encoding="utf-8")
+    assert drawn.count("<circle") == 1
+    assert "flat pipeline" in drawn
+
+
+def test_a_page_of_kept_results_names_their_figures_beside_it(
+    results: dict[str, Any], tmp_path: Path
+) -> None:
+    kept = tmp_path / "results" / "symbolic"
+    kept.mkdir(parents=True)
+    write_report(results, kept)
+    page = page_of_kept([kept])
+    assert page.startswith("# Results\n")
+    assert "\n## Experiments on the symbolic plant\n" in page
+    named = re.findall(r"\]\((results/[^)]+\.svg)\)", page)
+    assert len(named) == 2
+    assert all((tmp_path / name).is_file() for name in named)

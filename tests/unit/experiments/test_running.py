@@ -1,0 +1,244 @@
+"""Trials run once, wherever they run, and survive interruptions."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from pathlib import Path
+from typing import ParamSpec, TypeVar
+
+import pytest
+
+from aeros.experiments.condition import Condition
+from aeros.experiments.kinds import ALIKE, TIMES, Found, digest_of, kind_of
+from aeros.experiments.running import (
+    Chunk,
+    OtherPremisesError,
+    Progress,
+    executor_at,
+    run_chunk,
+    run_trials,
+)
+from aeros.experiments.store import FILE, Store
+from aeros.spec.errors import UserError
+from tests.unit.experiments.common import ROOT, WHERE, Here, condition, premises, settings
+
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+
+FETCH = condition(task="fetch_object")
+
+
+def run(
+    store: Store, conditions: list[Condition], trials: int, executor: Here | None = None
+) -> list[Progress]:
+    told: list[Progress] = []
+
+    def tell(progress: Progress) -> None:
+        told.append(Progress(progress.done, progress.total, progress.began))
+
+    run_trials(conditions, range(trials), WHERE, executor or Here(), 1, store, tell)
+    return told
+
+
+def test_conditions_that_are_equal_share_their_trials(tmp_path: Path) -> None:
+    with Store(tmp_path) as store:
+        told = run(store, [FETCH, condition(task="fetch_object")], 3)
+        assert len(store.trials) == 3
+    assert (told[0].done, told[-1].done, told[-1].total) == (0, 3, 3)
+
+
+def test_what_is_finished_is_not_run_again(tmp_path: Path) -> None:
+    with Store(tmp_path) as store:
+        run(store, [FETCH], 3)
+        before = dict(store.trials)
+        executor = Here()
+        assert run(store, [FETCH], 3, executor)[-1].total == 0
+        assert executor.submitted == 0
+        assert run(store, [FETCH], 5, executor)[-1].total == 2
+        assert {key: store.trials[key] for key in before} == before
+
+
+RATES = ("1/10", "3/10", "1/2", "7/10", "9/10")
+
+
+def alone(one: Condition, seed: int) -> dict[str, object]:
+    """The trial by itself, but for what may differ: its time, and where it would have been the same."""
+    with kind_of(one.kind).opened(one, premises()) as trial:
+        return told(trial(seed))
+
+
+def told(found: Found) -> dict[str, object]:
+    return {name: value for name, value in found.items() if name not in (ALIKE, *TIMES)}
+
+
+@pytest.mark.parametrize("architecture", ["flat", "behaviour_tree", "aeros"])
+@pytest.mark.parametrize("task", ["clean_table", "fetch_object"])
+def test_a_rate_at_which_a_trial_would_be_the_same_shares_it(
+    architecture: str, task: str, tmp_path: Path
+) -> None:
+    conditions = [condition(architecture=architecture, task=task, rate=rate) for rate in RATES]
+    with Store(tmp_path) as store:
+        run(store, conditions, 6)
+        assert len(store.trials) == 30
+        ran = {(seed, found["processor_s"]) for (_, seed), found in store.trials.items()}
+        assert len(ran) < 30
+        for one in conditions:
+            for seed in range(6):
+                assert told(store.trials[digest_of(one, premises().digest), seed]) == alone(one, seed)
+
+
+@pytest.mark.physics
+def test_physics_shares_trials_alike(tmp_path: Path) -> None:
+    faults = (ROOT / "aeros/experiments/data/faults/fetch_object.yaml").read_text()
+    made = settings("fetch_object", faults=faults)
+    rates = ("1/10", "3/10", "9/10")
+    conditions = [Condition.of("task", "physics", {**made, "rate": rate}) for rate in rates]
+    with Store(tmp_path) as store:
+        run(store, conditions, 1)
+        found = [store.trials[digest_of(one, premises().digest), 0] for one in conditions]
+    # With seed 0 the object is missed at the highest rate alone.
+    assert [one["failed_tries"] for one in found] == [0, 0, 1]
+    assert found[0]["processor_s"] == found[1]["processor_s"]
+    assert told(found[1]) == alone(conditions[1], 0)
+
+
+def test_a_later_run_shares_what_an_earlier_one_kept(tmp_path: Path) -> None:
+    low, high = (condition(task="fetch_object", rate=rate) for rate in ("1/1000", "1/500"))
+    with Store(tmp_path) as store:
+        run(store, [low], 3)
+        executor = Here()
+        run(store, [low, high], 3, executor)
+        assert executor.submitted == 0
+        assert len(store.trials) == 6
+
+
+class Interrupted(Here):
+    """A process in which Ctrl-C comes with the second chunk."""
+
+    def submit(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
+        if self.submitted == 1:
+            raise KeyboardInterrupt
+        return super().submit(fn, *args, **kwargs)
+
+
+def test_an_interruption_keeps_what_was_under_way(tmp_path: Path) -> None:
+    with Store(tmp_path) as store:
+        with pytest.raises(KeyboardInterrupt):
+            run(store, [FETCH], 45, Interrupted())
+        assert len(store.trials) == 20
+    with Store(tmp_path) as store:
+        assert run(store, [FETCH], 45)[-1].total == 25
+
+
+def test_processes_find_what_this_one_finds(tmp_path: Path) -> None:
+    with Store(tmp_path / "here") as store:
+        run(store, [FETCH], 4)
+        here = dict(store.trials)
+    with Store(tmp_path / "there") as store, executor_at(None, 2) as (executor, workers):
+        run_trials([FETCH], range(4), WHERE, executor, workers, store, lambda _: None)
+        there = dict(store.trials)
+    assert here.keys() == there.keys()
+    for key, found in here.items():
+        assert {**found, "processor_s": 0} == {**there[key], "processor_s": 0}
+
+
+def test_a_worker_with_other_premises_refuses() -> None:
+    with pytest.raises(OtherPremisesError, match="other modules"):
+        run_chunk(Chunk(WHERE, "another digest", ((0, (FETCH,)),)))
+
+
+def test_the_condition_is_named_by_all_that_decides_it() -> None:
+    digests = {
+        one.digest(known)
+        for one in (
+            FETCH,
+            condition(),
+            condition(rate="1/2"),
+            Condition.of("task", "physics", FETCH.settings),
+        )
+        for known in (premises().digest, "another")
+    }
+    assert len(digests) == 8
+
+
+def test_what_a_worker_refuses_is_refused_here_and_what_is_finished_is_kept(tmp_path: Path) -> None:
+    unknown = Condition.of("task", "symbolic", {**condition().settings, "task": "make_dumpling"})
+    with Store(tmp_path) as store, executor_at(None, 1) as (executor, workers):
+        with pytest.raises(UserError) as refused:
+            run_trials([FETCH, unknown], range(2), WHERE, executor, workers, store, lambda _: None)
+        assert len(store.trials) == 2
+    (problem,) = refused.value.diagnostics
+    assert problem.headline == "no module has the task `make_dumpling`"
+    assert problem.help == ("did you mean `make_dumplings`?",)
+
+
+@pytest.mark.parametrize("address", ["ray://here", "dask"])
+def test_another_executor_is_refused(address: str) -> None:
+    with pytest.raises(UserError) as refused:
+        executor_at(address, 1)
+    assert "expected `dask://HOST:PORT`" in refused.value.diagnostics[0].headline
+
+
+def _alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return Path(f"/proc/{pid}/stat").read_text().split(")")[-1].split()[0] != "Z"
+
+
+def _children(pid: int) -> list[int]:
+    return [int(one) for one in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def _begun(tmp_path: Path) -> tuple[subprocess.Popen[str], list[int]]:
+    """A long run that has finished some trials, and its workers."""
+    command = [sys.executable, "-m", "aeros", "experiment", "4", "--plant", "symbolic", "--workers", "1"]
+    process = subprocess.Popen(
+        [*command, "--trials", "1000", "--out", str(tmp_path)],
+        cwd=ROOT,
+        env={**os.environ, "AEROS_CACHE": ""},
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    log, latest = tmp_path / FILE, time.monotonic() + 120
+    while not (log.exists() and log.stat().st_size) and time.monotonic() < latest:
+        time.sleep(0.05)
+    workers = _children(process.pid)
+    assert workers
+    return process, workers
+
+
+def test_a_worker_that_is_killed_ends_the_run_and_leaves_whole_trials(tmp_path: Path) -> None:
+    process, workers = _begun(tmp_path)
+    os.kill(workers[0], signal.SIGKILL)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert "a worker ended without a word" in said
+    assert f"go on with --out {tmp_path} --resume" in said
+    with Store(tmp_path) as store:
+        assert len(store.trials) % 20 == 0
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
+def test_a_run_that_is_ended_leaves_whole_trials_and_no_worker(how: signal.Signals, tmp_path: Path) -> None:
+    process, workers = _begun(tmp_path)
+    latest = time.monotonic() + 60
+    process.send_signal(how)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == (-signal.SIGKILL if how is signal.SIGKILL else 130)
+    assert "Traceback" not in said
+    if how is signal.SIGINT:
+        assert f"go on with --out {tmp_path} --resume" in said
+    while any(map(_alive, workers)) and time.monotonic() < latest:
+        time.sleep(0.05)
+    assert not any(map(_alive, workers))
+    with Store(tmp_path) as store:
+        assert 0 < len(store.trials) < 15_000
+        assert len(store.trials) % 20 == 0

@@ -1,0 +1,31 @@
+"""Intervals and tests, by values of textbooks and of the paper."""
+
+from __future__ import annotations
+
+import pytest
+
+from aeros.experiments.statistics import fisher, mcnemar, wilson
+
+
+@pytest.mark.parametrize(
+    ("hits", "interval"),
+    [(57, (0.472, 0.663)), (95, (0.888, 0.978)), (100, (0.963, 1.0)), (0, (0.0, 0.037))],
+)
+def test_wilsons_interval_is_the_papers(hits: int, interval: tuple[float, float]) -> None:
+    assert wilson(hits, 100) == pytest.approx(interval, abs=6e-4)
+
+
+@pytest.mark.parametrize(("hits", "p"), [(95, 0.030), (93, 0.007)])
+def test_the_papers_p_is_of_fishers_test_with_one_side(hits: int, p: float) -> None:
+    assert fisher((100, 100), (hits, 100), one_sided=True) == pytest.approx(p, abs=5e-4)
+    assert fisher((100, 100), (hits, 100)) == pytest.approx(2 * p, abs=1e-3)
+
+
+def test_fishers_test_of_the_same_is_1() -> None:
+    assert fisher((50, 100), (50, 100)) == pytest.approx(1.0)
+
+
+def test_mcnemars_test_counts_pairs_that_differ() -> None:
+    assert mcnemar(5, 0) == pytest.approx(2 * 0.5**5)
+    assert mcnemar(0, 0) == 1.0
+    assert mcnemar(3, 3) == 1.0

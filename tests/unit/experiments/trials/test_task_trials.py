@@ -1,0 +1,81 @@
+"""Trials of tasks: what is measured is what is exact, within chance, and the same for the same seed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import pytest
+
+from aeros.experiments.kinds import Found
+from aeros.experiments.statistics import wilson
+from aeros.experiments.trials.task import KIND
+from tests.unit.experiments.common import condition, premises
+
+
+def trials(seeds: range, **changed: Any) -> list[Found]:
+    with KIND.opened(condition(**changed), premises()) as trial:
+        return [trial(seed) for seed in seeds]
+
+
+def told(found: list[Found]) -> list[Mapping[str, Any]]:
+    return [{name: value for name, value in one.items() if name != "processor_s"} for one in found]
+
+
+@pytest.mark.parametrize("architecture", ["flat", "behaviour_tree", "progprompt", "aeros"])
+def test_what_is_measured_agrees_with_what_is_exact(architecture: str) -> None:
+    changed = {"architecture": architecture, "task": "fetch_object"}
+    found = trials(range(60), **changed)
+    exact = KIND.expected(condition(**changed), premises())
+    assert not isinstance(exact, str)
+    low, high = wilson(sum(one["reached"] for one in found), len(found))
+    assert low <= exact["success"] <= high
+    steps = sum(one["steps"] for one in found) / len(found)
+    assert steps == pytest.approx(exact["invocations"], rel=0.1)
+
+
+def test_the_same_seed_finds_the_same_whatever_ran_before() -> None:
+    both = trials(range(6), architecture="aeros")
+    assert told(trials(range(3, 6), architecture="aeros")) == told(both)[3:]
+
+
+def test_architectures_have_the_same_luck_in_a_seed() -> None:
+    flat, tree = (trials(range(20), architecture=name) for name in ("flat", "behaviour_tree"))
+    for one, other in zip(flat, tree, strict=True):
+        assert one["reached"] <= other["reached"]
+        assert one["reached"] == (other["retries"] == 0)
+
+
+def test_a_gate_that_lets_everything_pass_changes_nothing_where_nothing_is_denied() -> None:
+    governed, open_ = (trials(range(5), architecture="aeros", policy=policy) for policy in (True, False))
+    assert told(governed) == told(open_)
+    assert all(one["denied"] == 0 for one in governed)
+
+
+def test_a_variant_leaves_out_what_it_says() -> None:
+    variant = {"task": "clean_table", "architecture": "aeros"}
+    single = trials(range(12), **variant, options={"retries": 0, "recovery": False, "replans": 0})
+    assert {(one["retries"], one["recoveries"], one["replans"]) for one in single} == {(0, 0, 0)}
+    assert any(not one["reached"] and "after 0 re-plans" in one["reason"] for one in single)
+    retried = trials(range(12), **variant, options={"recovery": False})
+    assert all(one["reached"] for one in retried)
+    assert any(one["retries"] for one in retried)
+    assert not any(one["recoveries"] for one in retried)
+
+
+def test_an_agent_forgoes_retries_that_28_failures_have_made_hopeless_which_is_not_predicted() -> None:
+    changed = {"architecture": "aeros", "rate": "1"}
+    (found,) = trials(range(1), **changed)
+    assert 1 + found["replans"] + found["retries"] == 29
+    exact = KIND.expected(condition(**changed), premises())
+    assert not isinstance(exact, str)
+    assert 1 + exact["replans"] + exact["retries"] == 33
+
+
+@pytest.mark.parametrize(
+    ("name", "why"), [("Raising", "ZeroDivisionError: mine"), ("Endless", "it does not end")]
+)
+def test_an_architecture_that_raises_or_does_not_end_has_failed(name: str, why: str) -> None:
+    (found,) = trials(range(1), architecture=f"tests.unit.experiments.entered:{name}")
+    assert found["reached"] is False
+    assert why in found["reason"]
