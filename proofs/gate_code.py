@@ -11,7 +11,9 @@ by itself.  Formulas of one part speak of the others by the same names, so that 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
 from types import ModuleType, SimpleNamespace
 from typing import Any, Final
 
@@ -22,7 +24,7 @@ from aeros.spec.errors import InternalError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
 from aeros.spec.theorems.exploring import Ask, Diagram, Symbol, explore
-from aeros.spec.theorems.formulas import application, literal
+from aeros.spec.theorems.formulas import application, conjunction, implication, literal
 from aeros.spec.theorems.shipped import Code, put_in_place
 
 GATE: Final = "aeros.runtime.gate"
@@ -31,20 +33,45 @@ RULES: Final = ("rule.a", "rule.b")
 
 ASKED: Final = "asked"
 
+
+@dataclass(frozen=True)
+class Variant:
+    """The configuration that a gate is made for, where that is not arbitrary.
+
+    rules: what Φ says of the kind.
+    compiled: whether the gate is compiled; None for either.
+    certified: whether there is a certificate that may call something proved; what it calls so has
+        names that begin with `under`.
+    modules: those that are active, in their order; `m` is the one that asks.
+    """
+
+    rules: tuple[str, ...] = RULES
+    compiled: bool | None = None
+    certified: bool = True
+    under: str = ""
+    modules: tuple[str, ...] = ("m",)
+
+
+ANY: Final = Variant()
+
 _LESS: Final = {("rule.a",): "less.a", ("rule.b",): "less.b", RULES: "less.ab"}
 """What reduces an action, by the rules that stand in its way."""
 
 REDUCED: Final = tuple(f"({less} state asked)" for less in _LESS.values())
 """Every action other than the one asked for that could be forwarded."""
 
+CANDIDATES: Final = (ASKED, *REDUCED)
+
 _READS: Final[Mapping[str, tuple[str, ...]]] = {
     "envelope": ("inputs.i", "s", "p"),
     "permission": ("inputs.i", "s", "p"),
     **dict.fromkeys(RULES, ("s", "p")),
+    "other.envelope": ("inputs.i", "s", "p"),
+    "other.permission": ("inputs.i", "s", "p"),
 }
 """The scalar variables that each condition is about: input, state and parameters."""
 
-_EVERYTHING: Final = "-".join(_READS)
+_EVERYTHING: Final = "residue"
 
 DECLARATIONS: Final = (
     "(declare-sort Value 0)",
@@ -53,9 +80,13 @@ DECLARATIONS: Final = (
     "(declare-const asked Value)",
     *(f"(declare-fun {name} ({' '.join(['Value'] * len(read))}) Bool)" for name, read in _READS.items()),
     *(f"(declare-fun {less} (Value Value) Value)" for less in _LESS.values()),
-    "(declare-const permission-declared Bool)",
+    *(f"(declare-const {whose}permission-declared Bool)" for whose in ("", "other.")),
     "(declare-const compiled Bool)",
-    *(f"(declare-const proved.{name} Bool)" for name in ("permission", *RULES)),
+    *(
+        f"(declare-const {under}proved.{name} Bool)"
+        for under in ("", "fewer.", "other.")
+        for name in ("permission", *RULES)
+    ),
     *(f"(declare-fun gives-up.{name} (Value) Bool)" for name in (*_READS, _EVERYTHING)),
     *(f"(declare-const attenuates.{rule} Bool)" for rule in RULES),
     "(declare-const request-formed Bool)",
@@ -85,17 +116,23 @@ A module that declares no permission for a kind has none.  `passes`: no layer ob
 """
 
 
-def residue(action: str) -> dict[str, str]:
+def residue(action: str, under: str = "") -> dict[str, str]:
     """What install-time proofs say of `action`: what the certificate claims, holds inside the envelope.
 
     As assumptions, by name.  A proof is about values of their declared forms.
     """
     claims = {"permission": "permitted", "rule.a": "obeys-a", "rule.b": "obeys-b"}
     return {
-        f"proof-of.{name}": f"(=> (and proved.{name} (well-formed {action}) (inside {action}))"
+        f"{under}proof-of.{name}": f"(=> (and {under}proved.{name} (well-formed {action}) (inside {action}))"
         f" ({claim} {action}))"
         for name, claim in claims.items()
     }
+
+
+SOLVER_DECIDES: Final = implication(
+    "(not compiled)", conjunction(f"(not (gives-up.{name} asked))" for name in (*_READS, _EVERYTHING))
+)
+"""A gate that asks Z3 each time gets an answer about the action asked for."""
 
 
 class _Condition:
@@ -133,24 +170,24 @@ class _Proved:
 
     _CLAIMS: Final = {f"safety/k/a/{rule}": rule for rule in RULES} | {"permission/k/a": "permission"}
 
-    def __init__(self, ask: Ask) -> None:
-        self._ask = ask
+    def __init__(self, ask: Ask, under: str) -> None:
+        self._ask, self._under = ask, under
 
     def __contains__(self, obligation: str) -> bool:
-        return self._ask(f"proved.{self._CLAIMS[obligation]}")
+        return self._ask(f"{self._under}proved.{self._CLAIMS[obligation]}")
 
 
 class _Permission:
     """What a module may ask for, by action kind; it may say nothing of the kind."""
 
-    def __init__(self, ask: Ask) -> None:
-        self._ask = ask
+    def __init__(self, ask: Ask, whose: str) -> None:
+        self._ask, self._whose = ask, whose
 
     def __contains__(self, _: str) -> bool:
-        return self._ask("permission-declared")
+        return self._ask(f"{self._whose}permission-declared")
 
     def __getitem__(self, _: str) -> Any:
-        return SimpleNamespace(term=_variable("permission"))
+        return SimpleNamespace(term=variable(f"{self._whose}permission"))
 
 
 class _Attenuations:
@@ -167,21 +204,27 @@ class _Attenuations:
         return default
 
 
-def _variable(name: str) -> t.Variable:
+def holds(ask: Ask, term: t.Term) -> bool:
+    """Whether a condition that code has made of uninterpreted ones holds of the action asked for."""
+    return _Condition(ask, term, certain=True).decide(_values(ask)) is Truth.HOLDS
+
+
+def variable(name: str) -> t.Variable:
+    """The uninterpreted condition of that name, as a term."""
     return t.Variable(name, BOOL, t.Role.PARAMETER)
 
 
-def _configuration(ask: Ask, quotas: tuple[Any, ...]) -> Any:
-    """A configuration of one active module `m`, whose skill `k` may ask for actions of the kind `a`."""
+def _configuration(ask: Ask, variant: Variant, quotas: tuple[Any, ...]) -> Any:
+    """A configuration of active modules, each of whose skill `k` may ask for actions of the kind `a`."""
     rules = tuple(
         SimpleNamespace(
             id=rule,
             text=rule,
             rationale=rule,
-            terms={"a": _variable(rule)},
+            terms={"a": variable(rule)},
             attenuations=_Attenuations(ask, rule),
         )
-        for rule in RULES
+        for rule in variant.rules
     )
     site = SimpleNamespace(
         observed={"s": SimpleNamespace(name="s")},
@@ -189,43 +232,54 @@ def _configuration(ask: Ask, quotas: tuple[Any, ...]) -> Any:
         rules_on=lambda _: rules,
         quotas=quotas,
     )
-    skill = SimpleNamespace(
-        id="k",
-        inputs={"i": SimpleNamespace(name="inputs.i")},
-        envelope={"a": SimpleNamespace(term=_variable("envelope"))},
-    )
-    ecm = SimpleNamespace(id="m", skills={"k": skill}, permission=_Permission(ask))
-    return SimpleNamespace(site=site, modules={"m": ecm}, proved=lambda _: _Proved(ask))
+    modules: dict[str, Any] = {}
+    for module in variant.modules:
+        whose = "" if module == "m" else "other."
+        skill = SimpleNamespace(
+            id="k",
+            inputs={"i": SimpleNamespace(name="inputs.i")},
+            envelope={"a": SimpleNamespace(term=variable(f"{whose}envelope"))},
+        )
+        modules[module] = SimpleNamespace(id=module, skills={"k": skill}, permission=_Permission(ask, whose))
+
+    def proved(module: str) -> Any:
+        under = variant.under if module == "m" else "other."
+        return _Proved(ask, under) if variant.certified else frozenset()
+
+    return SimpleNamespace(site=site, modules=modules, proved=proved)
 
 
-def _decider(gate: ModuleType, ask: Ask, compiled: bool, quotas: tuple[Any, ...] = (), **stubs: Any) -> Any:
+def _decider(
+    gate: ModuleType, ask: Ask, variant: Variant = ANY, quotas: tuple[Any, ...] = (), **stubs: Any
+) -> Any:
     """The decider of the configuration, by this copy of the gate with what it calls put aside."""
 
     def finite_objections(*_: Any) -> Iterator[Reason]:
         if not ask("finite-layers-pass"):
             yield Reason("AE710", "block", "")
 
-    put_in_place(
-        gate,
-        {
-            "CompiledCondition": lambda term, _: _Condition(ask, term, certain=True),
-            "SolverCondition": lambda term, *_: _Condition(ask, term, certain=False),
-            "JointRules": lambda *_, **__: None,
-            "compile_truths": lambda terms, _: tuple(terms),
-            "compile_straight": lambda criteria, **_: criteria,
-            "forms_of": lambda declared: {one.name: one.name for one in declared.values()},
-            "ranges_of": lambda _: {},
-            "finite_objections": finite_objections,
-            **stubs,
-        },
-    )
-    return gate._Decider(_configuration(ask, quotas), compiled)
+    put_in_place(gate, {**_putting_aside(ask), "finite_objections": finite_objections, **stubs})
+    compiled = ask("compiled") if variant.compiled is None else variant.compiled
+    return gate._Decider(_configuration(ask, variant, quotas), compiled)
 
 
-def _request(ask: Ask) -> tuple[Caller, dict[str, Any], Action]:
+def _putting_aside(ask: Ask) -> dict[str, Any]:
+    """What stands for all that compiles conditions and forms."""
+    return {
+        "CompiledCondition": lambda term, _: _Condition(ask, term, certain=True),
+        "SolverCondition": lambda term, *_: _Condition(ask, term, certain=False),
+        "JointRules": lambda *_, **__: None,
+        "compile_truths": lambda terms, _: tuple(terms),
+        "compile_straight": lambda criteria, **_: criteria,
+        "forms_of": lambda declared: {one.name: one.name for one in declared.values()},
+        "ranges_of": lambda _: {},
+    }
+
+
+def _request(ask: Ask, about: str = ASKED) -> tuple[Caller, dict[str, Any], Action]:
     """What is decided: who asks, what is measured, and for what."""
     caller = Caller("m", "k", {"i": Symbol("input", ask)})
-    return caller, {"s": Symbol("state", ask)}, Action("a", {"p": Symbol(ASKED, ask)})
+    return caller, {"s": Symbol("state", ask)}, Action("a", {"p": Symbol(about, ask)})
 
 
 # `_Decider._objections`: every layer, and what the proof stands in for.
@@ -241,8 +295,18 @@ _CLASSES: Final[Mapping[tuple[str, ...], str]] = {
 }
 
 
-def explore_objections(code: Code) -> Diagram:
-    """What `_objections` finds against the action `asked`: a term of sort Objections."""
+def class_of(found: Sequence[Reason]) -> str:
+    """Which class of objections these are."""
+    if any(reason.code != "AE750" for reason in found):
+        return "others"
+    return _CLASSES[tuple(dict.fromkeys(reason.rule for reason in found))]
+
+
+@cache
+def explore_objections(
+    code: Code, variant: Variant = ANY, told: Callable[[Sequence[Reason]], str] = class_of
+) -> Diagram:
+    """What `_objections` finds against the action `asked`: as `told`, a term of sort Objections."""
     gate = code.module(GATE)
 
     def run(ask: Ask) -> str:
@@ -265,11 +329,8 @@ def explore_objections(code: Code) -> Diagram:
             else:
                 yield Reason("AE704", name, "")
 
-        decider = _decider(gate, ask, ask("compiled"), take_given=take_given, take_readings=take_readings)
-        found = decider._objections(*_request(ask), 0.0, {}, {})
-        if any(reason.code != "AE750" for reason in found):
-            return "others"
-        return _CLASSES[tuple(dict.fromkeys(reason.rule for reason in found))]
+        decider = _decider(gate, ask, variant, take_given=take_given, take_readings=take_readings)
+        return told(decider._objections(*_request(ask), 0.0, {}, {}))
 
     return explore(run)
 
@@ -283,7 +344,8 @@ CRITERIA: Final = (
 """Whether it may allow at all, and whether what it evaluates beside the envelope holds of `asked`."""
 
 
-def explore_criteria(code: Code) -> Diagram:
+@cache
+def explore_criteria(code: Code, variant: Variant = ANY) -> Diagram:
     """What `_compile` gives the short way: a term of sort Criteria."""
     gate = code.module(GATE)
 
@@ -294,14 +356,11 @@ def explore_criteria(code: Code) -> Diagram:
             if usage["q"] >= _QUOTA.at_most:
                 yield Reason("AE742", "q", "")
 
-        decider = _decider(gate, ask, ask("compiled"), (_QUOTA,), finite_objections=finite_objections)
-        if not decider._straight:
+        decider = _decider(gate, ask, variant, (_QUOTA,), finite_objections=finite_objections)
+        criteria = decider._straight.get(("m", "k", "a"))
+        if criteria is None:
             return "no-short-way"
-        ((at, criteria),) = decider._straight.items()
-        if at != ("m", "k", "a"):
-            return "no-short-way"
-        left = _Condition(ask, criteria.left, certain=True).decide(_values(ask)) is Truth.HOLDS
-        return application("criteria", literal(criteria.allows), literal(left))
+        return application("criteria", literal(criteria.allows), literal(holds(ask, criteria.left)))
 
     return explore(run)
 
@@ -321,17 +380,25 @@ DECISION: Final = (
     "(declare-datatypes ((ShortWay 0)) (((short-allows) (short-denies) (short-leaves) (short-silent))))",
     "(declare-fun objections (Value) Objections)",
     "(declare-fun unmet (Value) Objections)",
-    "(declare-const short-way ShortWay)",
+    "(declare-fun short-way (Value) ShortWay)",
 )
 """What is decided, by what objects and what the short way says; `wrong` is anything that is no decision."""
 
 
-def explore_decision(code: Code) -> Diagram:
-    """What `decide` does about the action `asked`: a term of sort Decision."""
+def _less(rules: Any, _: str, asked: Mapping[str, Any], __: Any) -> dict[str, Any]:
+    """Stands for `attenuated`."""
+    less = _LESS[tuple(rule.id for rule in rules)]
+    return {"p": Symbol(application(less, "state", asked["p"].term), asked["p"].ask)}
+
+
+@cache
+def explore_decision(code: Code, about: str = ASKED) -> Diagram:
+    """What `decide` does about the action `about`: a term of sort Decision."""
     gate = code.module(GATE)
 
     def run(ask: Ask) -> str:
-        caller, readings, action = _request(ask)
+        caller, readings, action = _request(ask, about)
+        short = application("short-way", about)
 
         def objecting(function: str, asked: Action) -> list[Reason]:
             term = application(function, asked.parameters["p"].term)
@@ -341,15 +408,11 @@ def explore_decision(code: Code) -> Diagram:
             return [Reason("AE730", "a", "")]
 
         def decide_straight(*_: Any) -> Decision | dict[str, Any] | None:
-            if ask("(= short-way short-allows)"):
+            if ask(f"(= {short} short-allows)"):
                 return Decision(Verdict.ALLOW, action, ())
-            if ask("(= short-way short-denies)"):
+            if ask(f"(= {short} short-denies)"):
                 return Decision(Verdict.DENY, None, (Reason("AE750", "rule.a", ""),))
-            return {} if ask("(= short-way short-leaves)") else None
-
-        def attenuated(rules: Any, _: str, asked: Mapping[str, Any], __: Any) -> dict[str, Any]:
-            less = _LESS[tuple(rule.id for rule in rules)]
-            return {"p": Symbol(application(less, "state", asked["p"].term), ask)}
+            return {} if ask(f"(= {short} short-leaves)") else None
 
         def unless(question: str) -> Callable[..., Reason | None]:
             return lambda *_: None if ask(question) else Reason("AE701", "request", "")
@@ -357,9 +420,8 @@ def explore_decision(code: Code) -> Diagram:
         decider = _decider(
             gate,
             ask,
-            ask("compiled"),
             decide_straight=decide_straight,
-            attenuated=attenuated,
+            attenuated=_less,
             request_fault=unless("request-formed"),
             check_now=unless("time-formed"),
         )
@@ -369,6 +431,51 @@ def explore_decision(code: Code) -> Diagram:
         return _decided(decider.decide(caller, readings, action, 0.0, {}))
 
     return explore(run)
+
+
+# `_Decider.decide` of what the configuration does not know.
+
+STRANGERS: Final = tuple(
+    f"(declare-const {name} Bool)" for name in ("module-active", "skill-exists", "kind-known", "in-envelope")
+)
+"""What a caller names that there may not be."""
+
+
+def explore_strangers(code: Code) -> Diagram:
+    """What `decide` does, whoever asks for whatever kind of action: a term of sort Decision."""
+    gate = code.module(GATE)
+
+    def run(ask: Ask) -> str:
+        known = {name: ask(name) for name in ("module-active", "skill-exists", "kind-known", "in-envelope")}
+        caller, readings, action = _request(ask)
+
+        def finite_objections(*_: Any) -> Iterator[Reason]:
+            if not (known["module-active"] and known["skill-exists"] and known["kind-known"]):
+                yield Reason("AE720", "stranger", "")
+
+        put_in_place(gate, {"finite_objections": finite_objections, **_putting_aside(ask)})
+
+        def take(_: Any, given: Mapping[str, Any], *more: Any) -> Iterator[Reason]:
+            more[-1].update(given)
+            return iter(())
+
+        taking = {"take_given": take, "take_readings": take, "attenuated": _less}
+        silent = {name: lambda *_: None for name in ("request_fault", "check_now", "decide_straight")}
+        put_in_place(gate, {**taking, **silent})
+        configuration = _configuration(ask, ANY, ())
+        module = configuration.modules["m"]
+        if not known["kind-known"]:
+            configuration.site.kinds = {}
+        if not (known["in-envelope"] and known["kind-known"]):
+            module.skills["k"].envelope = {}
+        if not known["skill-exists"]:
+            module.skills = {}
+        if not known["module-active"]:
+            configuration.modules = {}
+        decider = gate._Decider(configuration, True)
+        return _decided(decider.decide(caller, readings, action, 0.0, {}))
+
+    return explore(run, raising="wrong")
 
 
 def _decided(decision: Decision) -> str:

@@ -8,9 +8,9 @@ number of them, and their ranges for any: the code treats each variable by itsel
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import partial
+from functools import cache, partial
 from types import ModuleType, SimpleNamespace
 from typing import Any, Final, cast
 
@@ -470,7 +470,7 @@ _SHORT: Final = (
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Shape:
     """What a skill and a kind declare: a part of all types, as every value doubles the ways through.
 
@@ -507,24 +507,45 @@ _SHAPES: Final = (
 )
 
 
-def short_way_obligations() -> dict[str, Callable[[Code], Obligation]]:
-    """Where the short way speaks, all is well-formed; where it allows, all that it evaluates holds."""
-    return {f"short-way-{shape.name}": partial(_short_way_obligation, shape) for shape in _SHAPES}
+def short_way_obligations(
+    claim: Callable[[_Shape], Obligation],
+) -> dict[str, Callable[[Code], Obligation]]:
+    """What `claim` says of the short way of each shape; `found` is what that says."""
+
+    def made(shape: _Shape, code: Code) -> Obligation:
+        return replace(claim(shape), tables=(Table("found", "ShortWay", _explore_short_way(code, shape)),))
+
+    return {f"short-way-{shape.name}": partial(made, shape) for shape in _SHAPES}
 
 
-def _short_way_obligation(shape: _Shape, code: Code) -> Obligation:
+_HOLDS: Final = f"(and allows (< (number used) {_QUOTA.at_most}) envelope left)"
+"""What the short way has to decide by."""
+
+
+def allows_only_what_holds(shape: _Shape) -> Obligation:
+    """Where it speaks, all is well-formed; where it allows, all that it evaluates holds."""
     return Obligation(
         "The function that `compile_straight` writes answers only where everything is well-formed, and\n"
         "allows only what is asked for, where quotas are left and envelope and residue hold.",
         (*DECLARATIONS, *SPECIFICATION, _SHORT),
         "(and (not (= found wrong))"
         f" (or (= found short-silent) (and {' '.join(shape.formed)}))"
-        f" (=> (= found short-allows) (and allows (< (number used) {_QUOTA.at_most}) envelope left)))",
-        tables=(Table("found", "ShortWay", _explore_short_way(code, shape)),),
+        f" (=> (= found short-allows) {_HOLDS}))",
         assumptions=rounding(),
     )
 
 
+def allows_what_holds(_: _Shape) -> Obligation:
+    """Where it speaks, it allows what it finds to hold."""
+    return Obligation(
+        "The function that `compile_straight` writes is silent, or allows, where quotas are left and\n"
+        "envelope and residue hold.",
+        (*DECLARATIONS, *SPECIFICATION, _SHORT),
+        f"(=> {_HOLDS} (or (= found short-allows) (= found short-silent)))",
+    )
+
+
+@cache
 def _explore_short_way(code: Code, shape: _Shape) -> Diagram:
     """What the function that `compile_straight` writes says of any request: a term of sort ShortWay."""
     answers: list[Ask] = []

@@ -7,6 +7,7 @@ two quotas and two actuators stand for any number: the code treats each by itsel
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, Final
 
@@ -58,8 +59,19 @@ TOGETHER: Final = (
 """What each layer comes to, and all of them."""
 
 
-def explore_together(code: Code, result: Callable[[list[Reason]], str]) -> Diagram:
-    """What `finite_objections` yields, of which `result` makes a term."""
+@dataclass(frozen=True)
+class Site:
+    """The overrides and quotas that a site has."""
+
+    blocks: tuple[str, ...] = _BLOCKS
+    quotas: tuple[str, ...] = _QUOTAS
+
+
+_WHOLE: Final = Site()
+
+
+def explore_together(code: Code, result: Callable[[list[Reason]], str], with_: Site = _WHOLE) -> Diagram:
+    """What `finite_objections` yields under such a site, of which `result` makes a term."""
     layers = code.module(LAYERS)
 
     def run(ask: Ask) -> str:
@@ -83,9 +95,9 @@ def explore_together(code: Code, result: Callable[[list[Reason]], str]) -> Diagr
             kinds=_Known(ask, "kind-known", "kind"),
             blocks=[
                 SimpleNamespace(id=one, reason="", matches=lambda *_, one=one: ask(f"{one}.matches"))
-                for one in _BLOCKS
+                for one in with_.blocks
             ],
-            quotas=[SimpleNamespace(id=one, kinds=_Member(ask, f"{one}.governs")) for one in _QUOTAS],
+            quotas=[SimpleNamespace(id=one, kinds=_Member(ask, f"{one}.governs")) for one in with_.quotas],
         )
         ecm = SimpleNamespace(skills=_Known(ask, "skill-exists", "skill"))
         configuration = SimpleNamespace(site=site, modules=_Known(ask, "module-active", ecm))
@@ -117,7 +129,12 @@ class _Member:
 
 def passing(found: Iterable[Reason]) -> str:
     """Whether there is no objection, as a term."""
-    return str(not list(found)).lower()
+    return literal(not list(found))
+
+
+def telling(code: str) -> Callable[[list[Reason]], str]:
+    """Whether there is an objection of this code, as a term."""
+    return lambda found: literal(any(one.code == code for one in found))
 
 
 def _together(code: Code) -> Obligation:

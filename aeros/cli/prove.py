@@ -23,6 +23,7 @@ from aeros.spec.theorems.folder import (
     theorem_folders,
     write,
 )
+from aeros.spec.theorems.shipped import Code
 from aeros.spec.verdicts import Verdict
 
 if TYPE_CHECKING:
@@ -67,11 +68,11 @@ def _command(arguments: argparse.Namespace) -> Exit:
     update = arguments.update or os.environ.get("AEROS_UPDATE_GOLDEN") == "1"
     if update and arguments.solver != "both":
         raise UsageError("what is written is what both solvers say: `--update` goes with `--solver both`")
-    solvers = _solvers(arguments.solver)
+    solvers, shipped = _solvers(arguments.solver), Code()
     found: list[dict[str, Any]] = []
     worst = Exit.PROVED
     for name, folder in folders.items():
-        outcome = _outcome(folder, solvers)
+        outcome = _outcome(folder, shipped, solvers)
         rewritten = write(outcome, folder) if update else []
         problems = [*_problems(outcome), *([] if update else stale(outcome, folder))]
         worst = _worse(worst, outcome, problems)
@@ -109,7 +110,7 @@ def _solvers(which: str) -> Solvers:
     return Solvers(z3=which != "cvc5", second=second)
 
 
-def _outcome(folder: Path, solvers: Solvers) -> Outcome:
+def _outcome(folder: Path, shipped: Code, solvers: Solvers) -> Outcome:
     begun = time.monotonic()
     theorem = load_theorem(folder)
 
@@ -117,7 +118,7 @@ def _outcome(folder: Path, solvers: Solvers) -> Outcome:
         if sys.stderr.isatty():
             print(f"\r\x1b[Kproving {folder.name}: {what} …", end="\r", file=sys.stderr, flush=True)
 
-    checked = check_theorem(theorem, solvers, progress)
+    checked = check_theorem(theorem, shipped, solvers, progress)
     mutants = check_mutants(theorem, solvers, progress)
     return Outcome(theorem, solvers.names, tuple(checked), tuple(mutants), time.monotonic() - begun)
 

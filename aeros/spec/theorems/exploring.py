@@ -98,6 +98,9 @@ class Symbol:
     def __neg__(self) -> Symbol:
         return self._with("-", self)
 
+    def __abs__(self) -> Symbol:
+        return self._with("ite", Symbol(f"(<= 0 {self.term})", self.ask), self, -self)
+
 
 def term_of(value: Any) -> str:
     """The term of a symbol or of a constant."""
@@ -110,16 +113,17 @@ def term_of(value: Any) -> str:
     raise InternalError(f"a symbolic value met {value!r}, which no formula speaks of")
 
 
-def explore(run: Callable[[Ask], str]) -> Diagram:
+def explore(run: Callable[[Ask], str], raising: str | None = None) -> Diagram:
     """What `run` does for every way in which its questions can be answered.
 
     run: is given what answers its questions, and returns its result as an SMT-LIB term.
+    raising: the result where it raises; None where nobody expects that, and it ends everything.
     """
     explored: list[tuple[tuple[tuple[str, bool], ...], str]] = []
     forced: list[tuple[str, bool]] = []
     for _ in range(_MOST_RUNS):
         path = _Path(forced)
-        result = run(path)
+        result = _result(run, path, raising)
         explored.append((tuple(path.asked.items()), result))
         forced = list(path.asked.items())
         while forced and not forced[-1][1]:
@@ -128,6 +132,17 @@ def explore(run: Callable[[Ask], str]) -> Diagram:
             return _Diagrams().of(explored, 0)
         forced[-1] = (forced[-1][0], False)
     raise InternalError(f"more than {_MOST_RUNS} runs do not end it")
+
+
+def _result(run: Callable[[Ask], str], path: Ask, raising: str | None) -> str:
+    try:
+        return run(path)
+    except InternalError:
+        raise
+    except Exception:
+        if raising is None:
+            raise
+        return raising
 
 
 class _Path:

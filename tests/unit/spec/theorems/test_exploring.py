@@ -52,6 +52,15 @@ def test_code_that_asks_otherwise_the_second_time_is_noticed() -> None:
         explore(lambda ask: str(ask(f"p{next(number)}") and ask("q")))
 
 
+def test_what_raises_has_a_result_where_it_is_expected() -> None:
+    def run(ask: Ask) -> str:
+        return ["fine"][not ask("p")]
+
+    assert explore(run, raising="raises") == Node("p", "fine", "raises")
+    with pytest.raises(IndexError):
+        explore(run)
+
+
 def test_symbols_become_formulas() -> None:
     asked: list[str] = []
 
