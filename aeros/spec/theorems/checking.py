@@ -108,13 +108,17 @@ class Solvers:
             first, second = (f"{name} says {one.value}" for name, one in decided.items())
             raise DisagreementError(name, script, first, second)
         witness = _witness(name, obligation) if found.result is Result.SAT else None
-        if Verdict.PROVED in decided.values() and not self._can_hold(obligation.premises()):
-            verdicts = dict.fromkeys(verdicts, Verdict.VACUOUS)
+        if Verdict.PROVED in decided.values():
+            holding = self._premises(obligation)
+            if holding is not Result.SAT:
+                verdicts = dict.fromkeys(verdicts, _OF_PREMISES[holding])
         return Checked(name, obligation, verdicts, found.core, found.spent, witness, "; ".join(reasons))
 
-    def _can_hold(self, premises: str) -> bool:
-        answer = _answer_of_z3(premises) if self._second is None else self._second.answer(premises)
-        return answer.result is Result.SAT
+    def _premises(self, obligation: Obligation) -> Result:
+        """Whether the assumptions can hold, by the first solver that is asked."""
+        if self._z3 or self._second is None:
+            return _answer_of_z3(obligation.premises()).result
+        return self._second.answer(obligation.premises()).result
 
 
 _VERDICTS: Mapping[Result, Verdict] = {
@@ -122,6 +126,9 @@ _VERDICTS: Mapping[Result, Verdict] = {
     Result.UNSAT: Verdict.PROVED,
     Result.UNKNOWN: Verdict.UNKNOWN,
 }
+
+
+_OF_PREMISES: Mapping[Result, Verdict] = {Result.UNSAT: Verdict.VACUOUS, Result.UNKNOWN: Verdict.UNKNOWN}
 
 
 def _answer_of_z3(script: str) -> TextAnswer:

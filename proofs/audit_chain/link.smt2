@@ -1,0 +1,22 @@
+; `_check` takes a line exactly where it ends with the hash of its body, which is a record, has the
+; number of its place, and the hash of the record before it; the head is then its own hash.
+; unsat: proved
+(set-logic ALL)
+(declare-sort Hash 0)
+(declare-sort Body 0)
+(declare-fun hash (Body) Hash)
+(declare-fun is-record (Body) Bool)
+(declare-fun sequence (Body) Int)
+(declare-fun previous (Body) Hash)
+(declare-datatypes ((Read 0)) (((sound (records Int) (head Hash)) (bad))))
+(declare-const log.place Int)
+(declare-const log.head Hash)
+(declare-const log.body Body)
+(declare-const log.ends-with-its-hash Bool)
+(define-fun read.0 () Read (ite (not (= (previous log.body) log.head)) bad (sound (+ log.place 1) (hash log.body))))
+(define-fun read.1 () Read (ite (not (= (sequence log.body) log.place)) bad read.0))
+(define-fun read.2 () Read (ite (is-record log.body) read.1 bad))
+(define-fun read.3 () Read (ite log.ends-with-its-hash read.2 bad))
+(define-fun read () Read read.3)
+(assert (! (not (= read (ite (and log.ends-with-its-hash (is-record log.body) (= (sequence log.body) log.place) (= (previous log.body) log.head)) (sound (+ log.place 1) (hash log.body)) bad))) :named negated-conclusion))
+(check-sat)

@@ -1,0 +1,17 @@
+; `scan` finds a log sound only if every line is whole and follows those before it.
+; unsat: proved
+(set-logic ALL)
+(declare-const first.is-ended Bool)
+(declare-const first.has-a-hole Bool)
+(declare-const first.follows Bool)
+(declare-const second.is-ended Bool)
+(declare-const second.has-a-hole Bool)
+(declare-const second.follows Bool)
+(define-fun sound.0 () Bool (ite second.follows true false))
+(define-fun sound.1 () Bool (ite second.has-a-hole false sound.0))
+(define-fun sound.2 () Bool (ite second.is-ended sound.1 false))
+(define-fun sound.3 () Bool (ite first.follows sound.2 false))
+(define-fun sound.4 () Bool (ite first.is-ended sound.3 false))
+(define-fun sound () Bool sound.4)
+(assert (! (not (=> sound (and first.is-ended first.follows second.is-ended second.follows (not second.has-a-hole)))) :named negated-conclusion))
+(check-sat)
