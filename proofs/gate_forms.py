@@ -174,8 +174,11 @@ class _Given:
 
 
 def _given_term(value: Any) -> str:
-    if isinstance(value, _Given):
-        return value.name
+    return value.name if isinstance(value, _Given) else _constant(value)
+
+
+@cache
+def _constant(value: float) -> str:
     return "not-a-number" if value != value else f"(a-double {literal(Fraction(value))})"
 
 

@@ -7,6 +7,7 @@ every machine.  Enum members are integers by their order, constrained to the set
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from typing import Any, cast
@@ -46,8 +47,13 @@ def answer_text(script: str, rlimit: int = DEFAULT_RLIMIT) -> TextAnswer:
     if outcome == z3.unknown:
         return TextAnswer(Result.UNKNOWN, {}, 0, spent, solver.reason_unknown())
     model = solver.model()
-    constants = [one for one in model.decls() if one.arity() == 0 and "!" not in one.name()]
+    # Z3 takes what is defined, and names of assertions, for constants of the model, too.
+    declared = set(_DECLARED.findall(script))
+    constants = [one for one in model.decls() if one.name() in declared]
     return TextAnswer(Result.SAT, {one.name(): model[one].sexpr() for one in constants}, 0, spent)
+
+
+_DECLARED = re.compile(r"^\(declare-const (\S+) ", re.MULTILINE)
 
 
 class Session:

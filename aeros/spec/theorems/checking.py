@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Protocol
 
 from aeros.spec.backends.answers import Answer, Result, TextAnswer
 from aeros.spec.errors import DisagreementError, InternalError
@@ -143,14 +142,10 @@ def _witness(name: str, obligation: Obligation) -> Witness:
     answer = _answer_of_z3(script)
     if answer.result is not Result.SAT:
         raise InternalError(f"the witness against `{name}` is not found again: {answer.reason}")
-    model = answer.model
-    answers = {question: model.get(constant) == "true" for constant, question in by_constant.items()}
+    model = dict(answer.model)
+    answers = {question: model.pop(constant, "") == "true" for constant, question in by_constant.items()}
     ways = {table.name: way_through(table.diagram, answers) for table in obligation.tables}
-    declared = _CONSTANT.findall("\n".join(obligation.declarations))
-    return Witness({name: model[name] for name in sorted(declared) if name in model}, ways)
-
-
-_CONSTANT: Final = re.compile(r"^\(declare-const (\S+) ", re.MULTILINE)
+    return Witness(dict(sorted(model.items())), ways)
 
 
 def check_theorem(
