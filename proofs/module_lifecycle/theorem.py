@@ -248,6 +248,7 @@ def _commit(code: Code) -> Obligation:
 
         live = SimpleNamespace(
             publish=publish,
+            is_still=lambda _: ask("older-is-still"),
             wait_until_still=lambda *_: step("wait", lambda: setattr(world, "still", True)),
         )
 
@@ -293,6 +294,7 @@ def _commit(code: Code) -> Obligation:
             "(declare-datatypes ((Left 0))"
             " (((left (ended Ended) (recorded Bool) (told Bool) (kept Bool) (still Bool)))))",
             *(f"(declare-const killed-before.{one} Bool)" for one in (*names, "publish-1", "publish-2")),
+            "(declare-const older-is-still Bool)",
             *(f"(declare-const {how}.{one} Bool)" for one in names for how in ("fails", "done-all-the-same")),
         ),
         "(and (=> (kept world) (and (recorded world) (told world)))"

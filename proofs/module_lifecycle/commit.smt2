@@ -10,6 +10,7 @@
 (declare-const killed-before.wait Bool)
 (declare-const killed-before.publish-1 Bool)
 (declare-const killed-before.publish-2 Bool)
+(declare-const older-is-still Bool)
 (declare-const fails.record Bool)
 (declare-const done-all-the-same.record Bool)
 (declare-const fails.replace Bool)
