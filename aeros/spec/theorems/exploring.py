@@ -56,6 +56,9 @@ class Symbol:
     def __repr__(self) -> str:
         return self.term
 
+    def __format__(self, _: str) -> str:
+        return self.term  # in what is said to people
+
     def _with(self, operator: str, *parts: Any) -> Symbol:
         return Symbol(application(operator, *map(term_of, parts)), self.ask)
 

@@ -80,6 +80,10 @@ def test_symbols_become_formulas() -> None:
     ]
 
 
+def test_a_symbol_in_a_message_is_its_term() -> None:
+    assert f"{Symbol('x', lambda _: True):.3g} s" == "x s"
+
+
 def test_a_symbol_is_neither_hashed_nor_compared_with_what_no_formula_speaks_of() -> None:
     x = Symbol("x", lambda _: True)
     with pytest.raises(TypeError):
