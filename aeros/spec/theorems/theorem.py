@@ -31,6 +31,7 @@ class Obligation:
     tables: what explored code does; defined after the declarations.
     lemmas: definitions over all of these.
     assumptions: by name; cores are counted in them.
+    logic: of SMT-LIB; one that is named lets a solver choose what it is best at.
     """
 
     says: str
@@ -39,17 +40,18 @@ class Obligation:
     tables: Sequence[Table] = ()
     lemmas: Sequence[str] = ()
     assumptions: Mapping[str, str] = field(default_factory=dict)
+    logic: str = "ALL"
 
     def script(self) -> str:
         """The question, as SMT-LIB 2.6: `unsat` is a proof."""
         lines = [f"; {line}" for line in self.says.splitlines()]
-        lines += ["; unsat: proved", "(set-logic ALL)", *self._premises()]
+        lines += ["; unsat: proved", f"(set-logic {self.logic})", *self._premises()]
         lines += [f"(assert (! {negation(self.conclusion)} :named negated-conclusion))", "(check-sat)"]
         return "\n".join(lines) + "\n"
 
     def premises(self) -> str:
         """Whether the assumptions can hold at all: `unsat` would make anything provable."""
-        return "\n".join(["(set-logic ALL)", *self._premises(), "(check-sat)"]) + "\n"
+        return "\n".join([f"(set-logic {self.logic})", *self._premises(), "(check-sat)"]) + "\n"
 
     def watched(self) -> tuple[str, dict[str, str]]:
         """`script`, with a constant for each question of the tables; the questions by constant."""
