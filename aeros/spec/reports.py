@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from aeros.spec.certificate import Certificate, Lock, certificate_for
 from aeros.spec.diagnostics import Diagnostic, Diagnostics, Severity
@@ -173,10 +173,25 @@ def _lock(
     """The certificate of a module that is PROVED; `digest` is that of its text, where it was kept."""
 
     def certify() -> Certificate:
-        verdicts = {told.id: told.verdict.value if told.guard is None else "GUARDED" for told in claims}
-        return certificate_for(presence, site, verdicts)
+        return certificate_for(presence, site, verdicts_of(claims))
 
     return Lock(certify, digest) if conclusion is Conclusion.PROVED else None
+
+
+def verdicts_of(claims: Iterable[Told]) -> dict[str, str]:
+    """What a certificate has of each claim of a module that is PROVED, by id.
+
+    Authors and operators give names, so two claims may come to one id; then that counts which the proof left
+    to the gate.
+    """
+    verdicts: dict[str, str] = {}
+    for told in claims:
+        if verdicts.get(told.id) != _GUARDED:
+            verdicts[told.id] = told.verdict.value if told.guard is None else _GUARDED
+    return verdicts
+
+
+_GUARDED: Final = "GUARDED"
 
 
 def report_on_configuration(modules: Sequence[Presence], site: SitePresence) -> SubjectReport | None:
