@@ -34,6 +34,27 @@ class Program:
     steps: Sequence[tuple[int, str, str, int]]
     ends: Mapping[int, str]
 
+    def merged(self, fact: Callable[[Way], Iterable[str]]) -> Program:
+        """The same, with one place for all of which `fact` says the same and that the same follows."""
+        leading: dict[int, list[tuple[str, str, int]]] = {}
+        for at, what, answer, to in self.steps:
+            leading.setdefault(at, []).append((what, answer, to))
+        same: dict[int, int] = {}
+        known: dict[object, int] = {}
+        # Each place comes after the places on the way to it, so what follows one is merged before it.
+        for at in sorted(range(len(self.ways)), key=lambda one: -len(self.ways[one])):
+            follows = tuple((what, answer, same[to]) for what, answer, to in leading.get(at, ()))
+            key = (tuple(fact(self.ways[at])), follows, self.ends.get(at))
+            same[at] = known.setdefault(key, at)
+        kept = {old: new for new, old in enumerate(dict.fromkeys(same[at] for at in range(len(self.ways))))}
+        steps = {
+            (kept[same[at]], what, answer, kept[same[to]]): None
+            for at, what, answer, to in self.steps
+            if same[at] == at
+        }
+        ends = {kept[same[at]]: result for at, result in self.ends.items()}
+        return Program(tuple(self.ways[old] for old in kept), tuple(steps), ends)
+
     def moves(self, pc: str, effect: Callable[[str, str, int], str]) -> str:
         """That it does one step: the formula over `pc` and the state before, `pc~` and the state after.
 
