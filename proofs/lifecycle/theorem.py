@@ -406,7 +406,7 @@ def _writes(way: Way) -> int:
 
 
 THEOREM = Theorem(
-    "no skill of a module that is not active is dispatched, nothing revoked moves on, and changes are whole",
+    "only skills of active modules are dispatched, and nothing revoked moves once a change has returned",
     {
         "history-base": _history_base,
         "history-step": _history_step,
