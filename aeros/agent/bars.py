@@ -7,7 +7,7 @@ until what is measured excludes each of its successes.  Unknown excludes nothing
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from aeros.agent.values import plain
@@ -20,6 +20,15 @@ class Bars:
 
     def __init__(self) -> None:
         self._barred: set[str] = set()
+
+    @property
+    def kept(self) -> tuple[str, ...]:
+        """What is barred, as a checkpoint holds it."""
+        return tuple(sorted(self._barred))
+
+    def restore(self, kept: Iterable[str]) -> None:
+        """Bar what an earlier session had barred."""
+        self._barred.update(kept)
 
     def bar(self, module: str, skill: str, inputs: Mapping[str, Any]) -> None:
         """From now on it is begun only where it has measurably not succeeded."""

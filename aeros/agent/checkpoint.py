@@ -28,7 +28,7 @@ from aeros.agent.written import Writing
 from aeros.durable import replace_file
 from aeros.runtime.ports import Head
 
-SCHEMA: Final = 1
+SCHEMA: Final = 2
 
 _FILE: Final = "checkpoint.json"
 _PREVIOUS: Final = "checkpoint.previous.json"
@@ -46,6 +46,7 @@ class Checkpoint:
     world: the predicates as measured last, for people; a resumed agent measures anew.
     replans, waited: how much of its budgets is used up; until: plant seconds when its time is over.
     denied, avoided: requests and skills that the gate denied for good; rejected: problems of the last plan.
+    barred: what may have happened already (`bars.py`).
     planned_in: predicates as measured where plans were made.
     steps: what was run so far.
     plan: the plan that is followed, and how far; None where one is to be made.
@@ -63,6 +64,7 @@ class Checkpoint:
     until: float | None
     denied: tuple[str, ...]
     avoided: tuple[tuple[str, str], ...]
+    barred: tuple[str, ...]
     rejected: tuple[str, ...]
     planned_in: tuple[Mapping[str, Any], ...]
     steps: tuple[StepRecord, ...]

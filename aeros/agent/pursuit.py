@@ -109,6 +109,8 @@ class Pursuit:
         self._until = self._engine.until = inf if kept.until is None else kept.until
         self._engine.denied = set(kept.denied)
         self._attempts.restore(kept.steps, kept.planned_in, kept.avoided)
+        # The record since this checkpoint may not reach back to what an earlier crash interrupted.
+        self._attempts.bars.restore(kept.barred)
         progress = kept.progress()
         modules, world = self._runtime.active_modules(), self._attempts.world
         recovery = Recovery(modules, world, self._attempts.bars, self._journal)
@@ -137,6 +139,7 @@ class Pursuit:
                 until=None if self._until == inf else self._until,
                 denied=tuple(sorted(self._engine.denied)),
                 avoided=tuple(sorted(attempts.dispatcher.denied)),
+                barred=attempts.bars.kept,
                 rejected=tuple(self._rejected),
                 planned_in=tuple(attempts.planned_in),
                 steps=tuple(attempts.records),

@@ -73,21 +73,25 @@ class Live:
         finally:
             fcntl.flock(lock, fcntl.LOCK_UN)
 
+    def is_still(self, generation: int) -> bool:
+        """Whether no action moves that was decided under `generation`, or any other one of its lock."""
+        # A file of its own: the locks of one open file do not exclude each other.
+        lock = _opened(self._folder / f"motion-{generation % 2}.lock")
+        try:
+            return _taken(lock)
+        finally:
+            os.close(lock)
+
     def wait_until_still(self, generation: int, patience: float) -> None:
         """Return when no action that was decided under `generation` moves.
 
         patience: seconds; raises `StillMovingError` after them.
         """
-        # A file of its own: the locks of one open file do not exclude each other.
-        lock = _opened(self._folder / f"motion-{generation % 2}.lock")
         latest = time.monotonic() + patience
-        try:
-            while not _taken(lock):
-                if time.monotonic() > latest:
-                    raise StillMovingError(f"after {patience:g} s")
-                time.sleep(_LOOK_EVERY)
-        finally:
-            os.close(lock)
+        while not self.is_still(generation):
+            if time.monotonic() > latest:
+                raise StillMovingError(f"after {patience:g} s")
+            time.sleep(_LOOK_EVERY)
 
     def close(self) -> None:
         """Release the page and the locks; safe to call twice."""
@@ -112,7 +116,9 @@ def ask(folder: Path, command: Command) -> None:
     with Live(folder) as live:
         live.ask(command)
         if command is not Command.RUN:
-            live.wait_until_still(live.generation, _PATIENCE)
+            # Under the lock of the next one, too, an action of an earlier one may move.
+            for generation in (live.generation, live.generation + 1):
+                live.wait_until_still(generation, _PATIENCE)
 
 
 def _opened(path: Path) -> int:

@@ -244,6 +244,9 @@ class Registry:
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         record_change(self.folder, self._key, old, new, said, configuration.digest)
         with Live(self.folder) as live:
+            # Where the last change was killed, or gave up waiting, an action may move that is older than
+            # `old`.  Its lock is also that of the new generation.
+            is_older_still = live.is_still(new.generation)
             live.publish(new.generation)
             try:
                 self._records.replace(new)
@@ -252,6 +255,8 @@ class Registry:
                 raise
             try:
                 live.wait_until_still(old.generation, _PATIENCE)
+                if not is_older_still:
+                    live.wait_until_still(new.generation, _PATIENCE)
             except StillMovingError as late:
                 raise _refused(
                     "AE966",

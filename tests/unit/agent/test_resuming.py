@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
+from itertools import count
 from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -78,6 +80,21 @@ class Mortal(FakeRuntime):
         if self.lived == self.dying:
             self.under_way.clear()  # what nobody decides on any more stops
             raise Killed
+
+
+class Unlucky(Mortal):
+    """Dies a second time, `again` instants after it died first."""
+
+    def __init__(self, dying: float, again: float, modules: Mapping[str, Ecm]) -> None:
+        super().__init__(dying, modules)
+        self.again = again
+
+    def live(self) -> None:
+        try:
+            super().live()
+        except Killed:
+            self.dying, self.again = self.dying + self.again, inf
+            raise
 
 
 class Given:
@@ -179,6 +196,23 @@ def test_what_cannot_be_measured_is_not_done_twice(tmp_path: Path) -> None:
             assert "does not exclude that `salted` happened" in str(report.reason)
     # Where it died amid the salting nobody knows, and it says so; else it goes on.
     assert ends == {True, False}
+
+
+def test_what_cannot_be_measured_is_not_done_after_a_second_death_either(tmp_path: Path) -> None:
+    plan, modules = Given(do("salt"), do("prepare")), {"dumpling": WITH_SALT}
+
+    def salted_and_dead(instant: int) -> bool:
+        runtime = Mortal(instant, modules)
+        with suppress(Killed), awake(tmp_path / str(instant), "chef", runtime, plan) as agent:
+            agent.run("dumplings")
+        return runtime.done == ["salt"] and runtime.said[-1].event == "step-began"
+
+    first = next(filter(salted_and_dead, count(1)))
+    for again in range(1, 20):
+        runtime = Unlucky(first, again, modules)
+        _, deaths = survive(tmp_path / f"again-{again}", runtime, plan)
+        assert deaths == 2
+        assert runtime.done.count("salt") == 1
 
 
 def test_what_may_be_done_twice_is_done_again(tmp_path: Path) -> None:

@@ -25,6 +25,7 @@ from aeros.runtime.registry.registry import Registry
 from aeros.runtime.skill_run import run_in_process
 from aeros.sim.fake import FakePlant
 from aeros.sim.symbolic_state import initial_values
+from aeros.spec.errors import UserError
 from aeros.spec.model import Block
 from tests.unit.runtime.registry.conftest import BASE, Author
 
@@ -121,6 +122,23 @@ def test_nothing_revoked_moves_after_the_change_returns(robot: Robot, change: st
     assert [call[0] for call in robot.plant.calls].count("skill_ended") == 1
     again = robot.executor.submit(StepRequest("tidy", "rest", {}))
     assert (again.status in (StepStatus.REFUSED, StepStatus.DENIED)) == (change != "another policy")
+
+
+def test_a_change_waits_for_what_an_unfinished_one_left_moving(
+    registry: Registry, write: Author, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def killed(*_: Any) -> None:
+        raise SystemExit
+
+    registry.install(write())
+    monkeypatch.setattr("aeros.runtime.registry.registry._PATIENCE", 0.01)
+    with Live(registry.folder) as live, live.acting(live.generation):
+        with monkeypatch.context() as patched:
+            patched.setattr(Live, "wait_until_still", killed)
+            with pytest.raises(SystemExit):
+                registry.configure("tidy")
+        with pytest.raises(UserError, match="still moves"):
+            registry.activate("tidy")
 
 
 def test_a_change_between_loading_and_the_first_look_is_followed(
