@@ -1,5 +1,6 @@
 ; Step: a module is active exactly where it was activated, after it was configured, and neither was
-; undone since; no verb moves another module, and an active module cannot be removed.
+; undone since; no verb moves another module, an active module cannot be removed or configured, and
+; what is absent can only be installed.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((State 0)) (((absent) (installed) (configured) (active))))
@@ -26,5 +27,5 @@
 (define-fun moved.13 () Moved (ite (= state installed) moved.4 moved.12))
 (define-fun moved.14 () Moved (ite (= state absent) moved.0 moved.13))
 (define-fun moved () Moved moved.14)
-(assert (! (not (=> (and (invariant state was-configured was-activated) (not (= moved refused))) (and ((_ is to) moved) (not (and was-activated (= verb remove))) (invariant (reached moved) (ite (= verb configure) true (ite (= verb remove) false was-configured)) (ite (= verb activate) true (ite (or (= verb deactivate) (= verb remove)) false was-activated)))))) :named negated-conclusion))
+(assert (! (not (=> (and (invariant state was-configured was-activated) (not (= moved refused))) (and ((_ is to) moved) (not (and was-activated (or (= verb remove) (= verb configure)))) (=> (= state absent) (= verb install)) (invariant (reached moved) (ite (= verb configure) true (ite (= verb remove) false was-configured)) (ite (= verb activate) true (ite (or (= verb deactivate) (= verb remove)) false was-activated)))))) :named negated-conclusion))
 (check-sat)

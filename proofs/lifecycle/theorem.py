@@ -16,6 +16,7 @@ from aeros.spec.theorems.formulas import application, literal
 from aeros.spec.theorems.shipped import Code, Mutant
 from aeros.spec.theorems.theorem import Obligation, Table, Theorem
 from aeros.spec.verdicts import Conclusion
+from proofs.changing import GOVERNING, changing_obligations
 from proofs.protocol import Do, Way, changed, later, program, variables
 from proofs.revocation import LIVE, RECORDS, REGISTRY, revocation_obligations
 
@@ -118,10 +119,12 @@ def _history_base(code: Code) -> Obligation:
 def _history_step(code: Code) -> Obligation:
     return Obligation(
         "Step: a module is active exactly where it was activated, after it was configured, and neither was\n"
-        "undone since; no verb moves another module, and an active module cannot be removed.",
+        "undone since; no verb moves another module, an active module cannot be removed or configured, and\n"
+        "what is absent can only be installed.",
         _MODULE,
         "(=> (and (invariant state was-configured was-activated) (not (= moved refused)))"
-        " (and ((_ is to) moved) (not (and was-activated (= verb remove)))"
+        " (and ((_ is to) moved) (not (and was-activated (or (= verb remove) (= verb configure))))"
+        " (=> (= state absent) (= verb install))"
         " (invariant (reached moved)"
         " (ite (= verb configure) true (ite (= verb remove) false was-configured))"
         " (ite (= verb activate) true"
@@ -158,7 +161,7 @@ def _in_force(code: Code) -> Obligation:
             bundle_digest=lambda _: "digest" if ask("as-installed") else "other",
         )
         one = registry.Registry.__new__(registry.Registry)
-        one.folder = _Folder()
+        one.folder, one._prove = _Folder(), proving.prove
         kept = {
             "m": records.Installed.kept("m", "1", "digest", state),
             "n": records.Installed.kept("n", "1", "digest", _chosen(ask, "needed", lifecycle.State)),
@@ -253,11 +256,12 @@ def _begins(code: Code) -> Obligation:
         one = executor.Executor.__new__(executor.Executor)
         one._governor = SimpleNamespace(generation=generation, command=command, acting=acting)
         one._configuration = SimpleNamespace(modules=_Known(ask, "active", now))
-        one._acting = executor.ExitStack()
-        one._unheld = lambda _: None
+        looks = iter(("unheld", "unheld-now"))
+        one._acting = None
+        one._unheld = lambda _: "ending" if ask(next(looks)) else None
         one._is_held_back = lambda: ask("held-back")
         one._follow = lambda: Symbol("followed", ask)
-        one._moving = lambda: ["motion"] if ask("moving") else []
+        one._is_moving = lambda: ask("moving")
         one._act_now = lambda *_: began.append("begins")
         step = SimpleNamespace(ecm=ecm, asked="action" if ask("asked-before") else None)
 
@@ -268,17 +272,27 @@ def _begins(code: Code) -> Obligation:
         one._act(step)
         return literal(bool(began))
 
-    flags = ("in-force", "stopped", "active", "held-back", "moving", "asked-before")
+    flags = (
+        "in-force",
+        "stopped",
+        "active",
+        "held-back",
+        "moving",
+        "asked-before",
+        "unheld",
+        "unheld-now",
+    )
     numbers = ("latest", "followed", "manifest", "manifest-now", "code", "code-now")
     return Obligation(
         "`Executor._act` begins an action only where the module is in force with the same manifest and\n"
-        "code, nobody stops it, and the configuration followed is the latest: asked while it holds the lock.",
+        "code, nobody stops it, what it is to be held to is measured, and the configuration followed is the\n"
+        "latest: asked while it holds the lock.",
         (
             *(f"(declare-const {one} Bool)" for one in flags),
             *(f"(declare-const {one} Int)" for one in numbers),
         ),
         "(=> begins (and active (= manifest manifest-now) (= code code-now) (not stopped)"
-        " (ite moving (= followed latest) in-force)))",
+        " (not unheld) (not unheld-now) (ite moving (= followed latest) in-force)))",
         tables=(Table("begins", "Bool", explore(run)),),
     )
 
@@ -293,7 +307,7 @@ def _follows(code: Code) -> Obligation:
         one._governor = SimpleNamespace(
             generation=Symbol("latest", ask), configuration=lambda: (Symbol("told", ask), new)
         )
-        one._moving = lambda: ["motion"] if ask("moving") else []
+        one._is_moving = lambda: ask("moving")
         one._deciding = SimpleNamespace(follow=lambda _: None)
         one._resources = SimpleNamespace(under=lambda _: None)
         one._audit = SimpleNamespace(append=lambda *_: 0)
@@ -415,6 +429,8 @@ THEOREM = Theorem(
         "follows": _follows,
         "begins": _begins,
         "transaction": _transaction,
+        **changing_obligations(),
+        **changing_obligations(),
         **revocation_obligations(),
     },
     (
@@ -451,8 +467,22 @@ THEOREM = Theorem(
             "takes-over-under-what-moves",
             "follows",
             EXECUTOR,
-            "(followed == self._governor.generation or self._moving())",
+            "(followed == self._governor.generation or self._is_moving())",
             "followed == self._governor.generation",
+        ),
+        Mutant(
+            "goes-on-while-a-module-is-kept",
+            "goes-on",
+            GOVERNING,
+            "if one is None or one.state is not State.ACTIVE:",
+            "if one is None:",
+        ),
+        Mutant(
+            "keeps-what-it-has-not-recorded",
+            "commit",
+            REGISTRY,
+            "        record_change(self.folder, self._key, old, new, said, configuration.digest)\n",
+            "",
         ),
         Mutant(
             "writes-before-the-transaction",
