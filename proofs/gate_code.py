@@ -19,6 +19,7 @@ from typing import Any, Final
 
 from aeros.runtime.conditions import Truth
 from aeros.runtime.decision import Caller, Decision, Reason, Verdict
+from aeros.runtime.ports import Moment, Names, Reading
 from aeros.skill import Action
 from aeros.spec.errors import InternalError
 from aeros.spec.expr import terms as t
@@ -89,7 +90,9 @@ DECLARATIONS: Final = (
     ),
     *(f"(declare-fun gives-up.{name} (Value) Bool)" for name in (*_READS, _EVERYTHING)),
     *(f"(declare-const attenuates.{rule} Bool)" for rule in RULES),
-    "(declare-const request-formed Bool)",
+    "(declare-const readings-made Bool)",
+    "(declare-const rest-formed Bool)",
+    "(define-fun request-formed () Bool (and readings-made rest-formed))",
     "(declare-const time-formed Bool)",
     "(declare-fun parameters-formed (Value) Bool)",
     "(declare-const inputs-formed Bool)",
@@ -271,6 +274,7 @@ def _putting_aside(ask: Ask) -> dict[str, Any]:
         "JointRules": lambda *_, **__: None,
         "compile_truths": lambda terms, _: tuple(terms),
         "compile_straight": lambda criteria, **_: criteria,
+        "MomentTaker": lambda _: None,
         "forms_of": lambda declared: {one.name: one.name for one in declared.values()},
         "ranges_of": lambda _: {},
     }
@@ -280,6 +284,29 @@ def _request(ask: Ask, about: str = ASKED) -> tuple[Caller, dict[str, Any], Acti
     """What is decided: who asks, what is measured, and for what."""
     caller = Caller("m", "k", {"i": Symbol("input", ask)})
     return caller, {"s": Symbol("state", ask)}, Action("a", {"p": Symbol(about, ask)})
+
+
+class _Given:
+    """Readings in either way in which they can be given, and what they are one by one."""
+
+    def __init__(self, ask: Ask) -> None:
+        self._state = Symbol("state", ask)
+        self._is_made = ask("readings-made")
+        self.readings: Any = None
+        if ask("given-as-moment"):
+            moment = Moment(Names(["s"]), (self._state,), _NOW)
+            self.readings = moment if self._is_made else object.__new__(Moment)
+        elif self._is_made:
+            self.readings = {"s": Reading(self._state, _NOW)}
+
+    def look(self, readings: Any) -> None:
+        """What the long way is given: raises where it is not these readings, one by one."""
+        ((name, (value, time)),) = readings.items()
+        if type(readings) is not dict or name != "s" or value is not self._state or time is not _NOW:
+            raise ValueError(readings)
+
+
+_NOW: Final = 0.0
 
 
 # `_Decider._objections`: every layer, and what the proof stands in for.
@@ -381,6 +408,7 @@ DECISION: Final = (
     "(declare-fun objections (Value) Objections)",
     "(declare-fun unmet (Value) Objections)",
     "(declare-fun short-way (Value) ShortWay)",
+    "(declare-const given-as-moment Bool)",
 )
 """What is decided, by what objects and what the short way says; `wrong` is anything that is no decision."""
 
@@ -397,7 +425,8 @@ def explore_decision(code: Code, about: str = ASKED) -> Diagram:
     gate = code.module(GATE)
 
     def run(ask: Ask) -> str:
-        caller, readings, action = _request(ask, about)
+        caller, _, action = _request(ask, about)
+        given = _Given(ask)
         short = application("short-way", about)
 
         def objecting(function: str, asked: Action) -> list[Reason]:
@@ -417,20 +446,28 @@ def explore_decision(code: Code, about: str = ASKED) -> Diagram:
         def unless(question: str) -> Callable[..., Reason | None]:
             return lambda *_: None if ask(question) else Reason("AE701", "request", "")
 
+        def request_fault(_: Any, readings: Any, *__: Any) -> Reason | None:
+            # It takes a dictionary and nothing else.
+            return unless("rest-formed" if type(readings) is dict else "false")()
+
+        def objections(_: Any, readings: Any, asked: Action, *__: Any) -> list[Reason]:
+            given.look(readings)
+            return objecting("objections", asked)
+
         decider = _decider(
             gate,
             ask,
             decide_straight=decide_straight,
             attenuated=_less,
-            request_fault=unless("request-formed"),
+            request_fault=request_fault,
             check_now=unless("time-formed"),
         )
         # The methods below are explored by themselves.
-        decider._objections = lambda _, __, asked, *___: objecting("objections", asked)
+        decider._objections = objections
         decider._unmet = lambda _, asked, __: objecting("unmet", asked)
-        return _decided(decider.decide(caller, readings, action, 0.0, {}))
+        return _decided(decider.decide(caller, given.readings, action, _NOW, {}))
 
-    return explore(run)
+    return explore(run, raising="wrong")
 
 
 # `_Decider.decide` of what the configuration does not know.

@@ -16,7 +16,7 @@ from typing import Any, Final, cast
 
 from aeros.runtime.decision import Caller, Decision, Reason, Verdict
 from aeros.runtime.form import forms_of
-from aeros.runtime.ports import Reading
+from aeros.runtime.ports import Moment, Names, Reading
 from aeros.skill import Action
 from aeros.spec.backends.closure import Truths
 from aeros.spec.doubles import neighbours
@@ -32,6 +32,7 @@ from aeros.spec.units import NUMBER
 
 FORM: Final = "aeros.runtime.form"
 INTAKE: Final = "aeros.runtime.intake"
+GATE: Final = "aeros.runtime.gate"
 STRAIGHT: Final = "aeros.runtime.straight"
 WRITING: Final = "aeros.runtime.writing"
 
@@ -68,7 +69,7 @@ _REQUIRED: Final = frozenset(("near", "warm"))
 
 _NUMBERS: Final = (
     "speed", "times", "place.x", "place.y", "place.z", "size", "now", "near", "near.time",
-    "warm", "warm.time", "lit.time", "used",
+    "warm", "warm.time", "lit.time", "moment.time", "used",
 )  # fmt: skip
 _TRUTHS: Final = (
     *(f"{mapping}.{what}" for mapping in ("parameters", "inputs", "readings", "usage")
@@ -77,7 +78,8 @@ _TRUTHS: Final = (
     "gently.is-flag", "gently.flag", "tool.is-member", "tool.is-text", "tool.which",
     "place.is-list", "place.is-tuple", "place.has-three",
     *(f"{name}.{what}" for name in _STATE for what in ("is-reading", "is-empty", "is-of-now")),
-    "warm.is-of-near", "module.is-text", "skill.is-text", "kind.is-text", "caller.is-one", "action.is-one",
+    "warm.is-of-near", "as-moment", "moment.is-made", "moment.is-taken",
+    "module.is-text", "skill.is-text", "kind.is-text", "caller.is-one", "action.is-one",
     "lit.is-flag", "lit.flag", "allows", "envelope", "permission", "left", "rules", "attenuates",
 )  # fmt: skip
 
@@ -112,20 +114,28 @@ SPECIFICATION: Final = (
     "(define-fun formed.near () Bool (in-unit near))",
     "(define-fun formed.lit () Bool lit.is-flag)",
     "(define-fun formed.warm () Bool (in-unit warm))",
-    "(define-fun time-of-near () Given (ite near.is-of-now now near.time))",
+    "(define-fun time-of-near () Given (ite as-moment moment.time (ite near.is-of-now now near.time)))",
     "(define-fun time-of-warm () Given"
-    " (ite warm.is-of-now now (ite warm.is-of-near time-of-near warm.time)))",
-    "(define-fun time-of-lit () Given (ite lit.is-of-now now lit.time))",
+    " (ite as-moment moment.time (ite warm.is-of-now now (ite warm.is-of-near time-of-near warm.time))))",
+    "(define-fun time-of-lit () Given (ite as-moment moment.time (ite lit.is-of-now now lit.time)))",
+    "(define-fun readings-are-some () Bool (ite as-moment moment.is-made readings.is-mapping))",
     *(
-        f"(define-fun {name}-serves () Bool (and has.{name} {name}.is-reading (not {name}.is-empty)"
+        f"(define-fun {name}-is-reading () Bool (or as-moment (and {name}.is-reading (not {name}.is-empty))))"
+        for name in _STATE
+    ),
+    *(
+        f"(define-fun {name}-serves () Bool (and has.{name} {name}-is-reading"
         f" (is-time time-of-{name}) (leq time-of-{name} now) formed.{name}"
         f" (<= (- (number now) (number time-of-{name})) {literal(_LIMIT)})))"
         for name in sorted(_REQUIRED)
     ),
-    "(define-fun lit-serves () Bool (=> has.lit (and lit.is-reading (not lit.is-empty)"
+    "(define-fun lit-serves () Bool (=> has.lit (and lit-is-reading"
     " (is-time time-of-lit) (leq time-of-lit now) formed.lit)))",
 )
-"""What is well-formed, said without the code: the exact type, finite, in range, measured and fresh."""
+"""What is well-formed, said without the code: the exact type, finite, in range, measured and fresh.
+
+Readings are given one by one or as a moment, that is with one time for all.
+"""
 
 
 class _Given:
@@ -197,6 +207,8 @@ def _type(value: Any) -> Any:
     """Stands for `type`."""
     if isinstance(value, _Given):
         return value.type()
+    if isinstance(value, _Readings) and value.is_moment():
+        return Moment
     if isinstance(value, _Mapping):
         return dict if value.is_mapping() else _Strange
     return _float if type(value) is float else type(value)
@@ -259,6 +271,39 @@ class _Mapping:
         return set(self)
 
 
+class _Readings(_Mapping):
+    """Readings one by one or as a moment, which is asked when somebody looks."""
+
+    @property
+    def time(self) -> _Given:
+        """When the moment was."""
+        return _Given("moment.time", self._ask)
+
+    def only(self, keys: Iterable[str]) -> _Readings:
+        return _Readings(self._name, self._ask, {key: self._values[key] for key in keys})
+
+    def is_moment(self) -> bool:
+        return self._ask("as-moment")
+
+    def scalars(self) -> Mapping[str, Any] | None:
+        """Stands for `MomentTaker.scalars`."""
+        if not self._ask("moment.is-made"):
+            raise AttributeError(self._name)  # nothing of it is set
+        return _Scalars(self, self._ask) if self._ask("moment.is-taken") else None
+
+
+class _Scalars(dict[str, Any]):
+    """The doubles that a moment was taken apart into."""
+
+    def __init__(self, readings: _Readings, ask: Ask) -> None:
+        self._readings, self._ask = readings, ask
+
+    def __getitem__(self, name: str) -> _Given:
+        if name not in self._readings:
+            raise KeyError(name)
+        return _Given(name, self._ask, double=True)
+
+
 class _Request:
     """A request of any shape."""
 
@@ -275,14 +320,13 @@ class _Request:
         }
         self.parameters = _Mapping("parameters", ask, self._given)
         self.inputs = _Mapping("inputs", ask, {"size": lambda: _Given("size", ask)})
-        self.readings = _Mapping(
-            "readings",
-            ask,
-            {
-                "near": lambda: self._reading("near", lambda: _Given("near", ask)),
-                "warm": lambda: self._reading("warm", lambda: _Given("warm", ask)),
-                "lit": lambda: self._reading("lit", lambda: self._flag("lit")),
-            },
+        self._measured: Mapping[str, Callable[[], Any]] = {
+            "near": lambda: _Given("near", ask),
+            "warm": lambda: _Given("warm", ask),
+            "lit": lambda: self._flag("lit"),
+        }
+        self.readings = _Readings(
+            "readings", ask, {one: partial(self._reading, one) for one in self._measured}
         )
         self.usage = _Mapping("usage", ask, {"rate": lambda: _Given("used", ask)})
 
@@ -305,12 +349,26 @@ class _Request:
         listed = parts if self._ask("place.has-three") else parts[:2]
         return tuple(listed) if self._ask("place.is-tuple") else listed
 
-    def _reading(self, name: str, value: Callable[[], Any]) -> Any:
+    def one_by_one(self, names: Iterable[str], gate: ModuleType) -> Any:
+        """The readings of these names as the long way of that gate is given them."""
+        readings = self.readings.only(names)
+        if not readings.is_moment():
+            return readings
+        if not self._ask("moment.is-made"):
+            return gate._one_by_one(object.__new__(Moment))
+        column = {name: self._measured[name]() for name in names if name in readings}
+        if self._ask("readings.strange-name"):
+            column["strange"] = _Strange()
+        order = Names(column)
+        values = tuple(column[name] for name in order.names)
+        return gate._one_by_one(Moment(order, values, cast("Any", readings.time)))
+
+    def _reading(self, name: str) -> Any:
         if not self._ask(f"{name}.is-reading"):
             return _Strange()
         if self._ask(f"{name}.is-empty"):
             return tuple.__new__(Reading, ())
-        return Reading(value(), cast("float", self._time(name)))
+        return Reading(self._measured[name](), cast("float", self._time(name)))
 
     def _time(self, name: str) -> _Given:
         """When it was measured: the very same object as another time, or one of its own."""
@@ -354,6 +412,7 @@ def _obligation(says: str, objects: Callable[[Ask], Any], formed: str, **assumpt
 
 def _request(code: Code) -> Obligation:
     _, intake = _forms(code)
+    gate = code.module(GATE)
 
     def run(ask: Ask) -> Any:
         def text(name: str) -> Any:
@@ -366,16 +425,17 @@ def _request(code: Code) -> Obligation:
         )
         return intake.request_fault(
             caller if ask("caller.is-one") else _Strange(),
-            request.readings,
+            request.one_by_one(("near", "lit"), gate),
             action if ask("action.is-one") else _Strange(),
             request.usage,
         )
 
-    mappings = ("inputs", "parameters", "readings", "usage")
+    mappings = ("inputs", "parameters", "usage")
     named = [f"{one}.is-mapping (=> {one}.strange-name {one}.strange-name-is-text)" for one in mappings]
+    named += ["readings-are-some (or as-moment (=> readings.strange-name readings.strange-name-is-text))"]
     return _obligation(
         "`request_fault` has no objection exactly where somebody asks for an action, and what should be a\n"
-        "mapping by name is one.",
+        "mapping by name is one; a moment is, unless it was never made.",
         run,
         f"(and caller.is-one action.is-one module.is-text skill.is-text kind.is-text {' '.join(named)})",
     )
@@ -398,6 +458,39 @@ def _value(name: str, code: Code) -> Obligation:
         lambda ask: form.take(_Request(ask).value(name), {}),
         f"formed.{name}",
     )
+
+
+def taking_obligations() -> dict[str, Callable[[Code], Obligation]]:
+    """A value of a moment is taken apart exactly where it is of its form."""
+    return {f"taking-{name}": partial(_taking, name) for name in _PARAMETERS}
+
+
+def _taking(name: str, code: Code) -> Obligation:
+    form = forms_of(_PARAMETERS)[name]
+    writer = code.module(WRITING).Writer()
+    writer.names |= {**_STANDS_FOR, "whole": _whole}
+    taking = writer.taking(form)
+
+    def run(ask: Ask) -> str:
+        value = _Request(ask).value(name)
+        found = taking(value)
+        if found is None:
+            return "not-taken"
+        _look_at(found)
+        is_whole = found.keys() == set(form.names)
+        return "taken" if is_whole and _is_number_or(value, found.values()) else "wrong"
+
+    return Obligation(
+        f"The function that `Writer.taking` writes takes a value of `{name}` exactly where it has the\n"
+        "declared type and is in range, and gives these very scalars.",
+        (*DECLARATIONS, *SPECIFICATION, "(declare-datatypes ((Taken 0)) (((taken) (not-taken) (wrong))))"),
+        f"(= found (ite formed.{name} taken not-taken))",
+        tables=(Table("found", "Taken", explore(run, raising="wrong")),),
+    )
+
+
+def _is_number_or(value: Any, scalars: Iterable[Any]) -> bool:
+    return all(isinstance(one, _Given) or one is value for one in scalars)
 
 
 def _given(code: Code) -> Obligation:
@@ -427,6 +520,7 @@ def _given(code: Code) -> Obligation:
 def _readings(code: Code) -> Obligation:
     """With what a form says of a value put aside."""
     form, intake = _forms(code)
+    gate = code.module(GATE)
 
     def run(ask: Ask) -> Any:
         def stub(name: str) -> Any:
@@ -437,16 +531,23 @@ def _readings(code: Code) -> Obligation:
             return SimpleNamespace(take=take, declared=real.declared, surely_fresh=real.surely_fresh)
 
         request = _Request(ask)
-        readings = request.readings.only(("near", "lit"))
+        readings = request.one_by_one(("near", "lit"), gate)
         forms = {name: stub(name) for name in ("near", "lit")}
+        if readings is None:
+            return ["no readings"]
         return list(intake.take_readings(forms, readings, request.now, frozenset(("near",)), {}))
 
     return _obligation(
         "`take_readings` has no objection exactly where what is required is measured, no longer ago than\n"
-        "its maximum age, nothing is of the future, and each value is of its form.",
+        "its maximum age, nothing is of the future, and each value is of its form; of a moment, each in it,\n"
+        "of the one time.",
         run,
         "(and (not readings.strange-name) near-serves lit-serves)",
-        **{"now-is-a-time": "(is-time now)", **rounding()},
+        **{
+            "now-is-a-time": "(is-time now)",
+            "a-moment-is-made": "(=> as-moment moment.is-made)",
+            **rounding(),
+        },
     )
 
 
@@ -488,9 +589,10 @@ class _Shape:
 
 
 def _shape(name: str, parameters: Sequence[str], inputs: Sequence[str], state: Sequence[str]) -> _Shape:
-    mappings = ["parameters", "inputs", "readings", "usage"]
+    mappings = ["parameters", "inputs", "usage"]
     formed = ["(is-time now)", "has.rate", "((_ is a-whole) used)", "(<= 0 (whole used))"]
     formed += [f"{one}.is-mapping (not {one}.strange-name)" for one in mappings]
+    formed += ["readings-are-some (not readings.strange-name)"]
     formed += [f"has.{one} formed.{one}" for one in (*parameters, *inputs)]
     formed += [f"{one}-serves" for one in state]
     return _Shape(
@@ -528,14 +630,21 @@ _HOLDS: Final = f"(and allows (< (number used) {_QUOTA.at_most}) envelope left)"
 def allows_only_what_holds(shape: _Shape) -> Obligation:
     """Where it speaks, all is well-formed; where it allows, all that it evaluates holds."""
     return Obligation(
-        "The function that `compile_straight` writes answers only where everything is well-formed, and\n"
-        "allows only what is asked for, where quotas are left and envelope and residue hold.",
+        "The function that `compile_straight` writes answers only where everything is well-formed, readings\n"
+        "one by one or of one moment, and allows only what is asked for, where quotas are left and envelope\n"
+        "and residue hold of these very values.",
         (*DECLARATIONS, *SPECIFICATION, _SHORT),
         "(and (not (= found wrong))"
         f" (or (= found short-silent) (and {' '.join(shape.formed)}))"
         f" (=> (= found short-allows) {_HOLDS}))",
-        assumptions=rounding(),
+        assumptions={**rounding(), "moment-is-taken": MOMENT_IS_TAKEN},
     )
+
+
+MOMENT_IS_TAKEN: Final = "(=> moment.is-taken (and (not readings.strange-name){}))".format(
+    "".join(f" (=> has.{name} formed.{name})" for name in _STATE)
+)
+"""What `MomentTaker.scalars` takes apart, is of its form: see `gate_moments.py`."""
 
 
 def allows_what_holds(_: _Shape) -> Obligation:
@@ -576,17 +685,28 @@ def _explore_short_way(code: Code, shape: _Shape) -> Diagram:
             case Decision(Verdict.DENY, None, _):
                 return "short-denies"
             case dict():
+                _look_at(found)
                 return "short-leaves"
             case _:
                 return "wrong"
 
-    return explore(run)
+    return explore(run, raising="wrong")
 
 
 def _short_way(code: Code, shape: _Shape, allows: bool, ask: Ask) -> Any:
     """The function as it is written, with conditions, the denial and what looks at types put aside."""
     straight = code.module(STRAIGHT, using=(code.module(WRITING),))
-    straight._Writer.conditions = lambda _, terms, __: [f"holds({term!r})" for term in terms]
+    known = (*shape.parameters, *shape.inputs, *(_REQUIRED & shape.state.keys()))
+
+    def conditions(writer: Any, terms: Sequence[str], _: Any) -> list[str]:
+        read = ", ".join(f"{name!r}: {local}" for name, local in writer.local.items() if _root(name) in known)
+        return [f"holds({term!r}, {{{read}}})" for term in terms]
+
+    def holds(term: str, read: Mapping[str, Any]) -> bool:
+        _look_at(read)
+        return ask(term)
+
+    straight._Writer.conditions = conditions
 
     def denying(_: Any) -> Decision | None:
         return None if ask("attenuates") else Decision(Verdict.DENY, None, (Reason("AE750", "", ""),))
@@ -597,6 +717,7 @@ def _short_way(code: Code, shape: _Shape, allows: bool, ask: Ask) -> Any:
         criteria,
         inputs=forms_of(shape.inputs),
         state=forms_of(shape.state),
+        moments=SimpleNamespace(scalars=_Readings.scalars),
         required=_REQUIRED & shape.state.keys(),
         parameters=forms_of(shape.parameters),
         quotas=(_QUOTA,),
@@ -607,8 +728,20 @@ def _short_way(code: Code, shape: _Shape, allows: bool, ask: Ask) -> Any:
     unknown = stubs.keys() - function.__globals__.keys()
     if unknown:
         raise InternalError(f"the short way does not use {sorted(unknown)} any more")
-    function.__globals__.update(stubs, holds=ask)
+    function.__globals__.update(stubs, holds=holds)
     return function
+
+
+def _look_at(read: Mapping[str, Any]) -> None:
+    """Raise where the value of a scalar variable is not that which was given; of numbers, which these are."""
+    for name, value in read.items():
+        if isinstance(value, _Given) and value.name != name.removeprefix("inputs."):
+            raise ValueError(name)
+
+
+def _root(scalar: str) -> str:
+    """The variable that it is a scalar of, as it is declared."""
+    return scalar.removesuffix(".x").removesuffix(".y").removesuffix(".z")
 
 
 def _is_what_was_asked(executed: Mapping[str, Any], parameters: Iterable[str]) -> bool:

@@ -60,6 +60,13 @@ THEOREM = Theorem(
             "        return Decision(Verdict.DENY, None, ())\n",
         ),
         Mutant(
+            "denies-moments-that-the-short-way-is-silent-about",
+            "decision",
+            gate.GATE,
+            "            readings = _one_by_one(readings)\n",
+            "            readings = None\n",
+        ),
+        Mutant(
             "takes-a-quota-for-an-objection",
             "short-way-criteria",
             gate.GATE,

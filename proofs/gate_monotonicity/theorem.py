@@ -34,7 +34,8 @@ def _denied(code: Code) -> Obligation:
                 f"objections.{place}": f"(=> (= (objections {one}) none) finite-layers-pass)"
                 for place, one in enumerate(gate.CANDIDATES)
             },
-            "short-way": "(=> (= (short-way asked) short-allows) finite-layers-pass)",
+            "short-way-allows": "(=> (= (short-way asked) short-allows) finite-layers-pass)",
+            "short-way-speaks": "(or (= (short-way asked) short-silent) (and request-formed time-formed))",
         },
     )
 

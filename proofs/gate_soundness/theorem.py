@@ -9,6 +9,7 @@ from aeros.spec.theorems.theorem import Obligation, Table, Theorem
 from proofs import gate_code as gate
 from proofs import gate_forms as forms
 from proofs import gate_layers as layers
+from proofs import gate_moments as moments
 
 
 def _decision(code: Code) -> Obligation:
@@ -61,6 +62,7 @@ _OBLIGATIONS: Final = {
     **layers.layer_obligations(),
     "short-way-criteria": _criteria,
     **forms.short_way_obligations(forms.allows_only_what_holds),
+    **moments.moment_obligations(),
 }
 
 THEOREM = Theorem(
@@ -94,6 +96,41 @@ THEOREM = Theorem(
             forms.STRAIGHT,
             'self.require(f"age < {forms[name].surely_fresh!r}")',
             'self.require(f"age >= 0 or age < {forms[name].surely_fresh!r}")',
+        ),
+        Mutant(
+            "forgets-the-age-of-a-moment",
+            "short-way-readings",
+            forms.STRAIGHT,
+            'self.require(f"exactly - time < {min(limits)!r}")',
+            "pass",
+        ),
+        Mutant(
+            "takes-a-moment-for-well-formed",
+            "short-way-inputs",
+            forms.STRAIGHT,
+            'self.require("taken is not None")',
+            "pass",
+        ),
+        Mutant(
+            "takes-one-value-of-a-moment-for-all",
+            "short-way-readings",
+            forms.STRAIGHT,
+            "taken[{scalar!r}]",
+            "taken[{min(required)!r}]",
+        ),
+        Mutant(
+            "keeps-what-was-measured-under-other-names",
+            "moment",
+            moments.MOMENTS,
+            "if taken is None or taken.order is not order:",
+            "if taken is None:",
+        ),
+        Mutant(
+            "trusts-a-list-to-stay-as-it-was",
+            "moment",
+            moments.MOMENTS,
+            "if taking is None or type(value) is list else",
+            "if taking is None else",
         ),
     ),
 )
