@@ -48,6 +48,8 @@ layers: $(VENV)/.installed-test
 proofs: $(VENV)/.installed-test
 	@echo '== aeros verify ecms/ --check'
 	@$(BIN)/aeros verify ecms/ --check
+	@echo '== aeros prove'
+	@$(BIN)/aeros prove
 
 pytest: $(VENV)/.installed-test
 	@echo '== pytest'

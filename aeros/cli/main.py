@@ -18,6 +18,7 @@ from aeros.spec.render import render_all
 
 _COMMANDS = {
     "verify": "prove modules safe under a site's policy",
+    "prove": "check the theorems about AEROS itself",
     "run": "pursue an instruction on a plant",
     "plan": "plan for a goal by what skills declare, without running it",
     "decide": "decide action requests, one per line of JSON",

@@ -26,3 +26,20 @@ class Answer:
     result: Result
     model: Mapping[str, Scalar]
     reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class TextAnswer:
+    """What came of SMT-LIB text that asks once.
+
+    model: when SAT, the value of each constant that it declares, as SMT-LIB text.
+    core: when UNSAT, how many of its assertions are enough for that.
+    spent: resource units of the solver.
+    reason: why, when UNKNOWN.
+    """
+
+    result: Result
+    model: Mapping[str, str]
+    core: int
+    spent: int
+    reason: str = ""

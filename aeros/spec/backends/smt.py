@@ -7,13 +7,14 @@ every machine.  Enum members are integers by their order, constrained to the set
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from typing import Any, cast
 
 import z3
 
-from aeros.spec.backends.answers import Answer, Result, Scalar
+from aeros.spec.backends.answers import Answer, Result, Scalar, TextAnswer
 from aeros.spec.backends.budget import DEFAULT_RLIMIT
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, scalar_variables
@@ -25,6 +26,34 @@ _DIGITS = 30  # an irrational model value is shown to this many decimals
 def solver_version() -> str:
     """The solver's name and version, as certificates record it."""
     return f"z3 {z3.get_version_string()}"
+
+
+def answer_text(script: str, rlimit: int = DEFAULT_RLIMIT) -> TextAnswer:
+    """Whether what `script`, SMT-LIB text that asks once, asserts can hold together."""
+    context = z3.Context()
+    solver = z3.Solver(ctx=context)
+    solver.set("random_seed", 0)
+    solver.set("rlimit", rlimit)
+    try:
+        for number, assertion in enumerate(z3.parse_smt2_string(script, ctx=context)):
+            solver.assert_and_track(assertion, f"assertion!{number}")
+        outcome = solver.check()
+    except z3.Z3Exception as error:
+        return TextAnswer(Result.UNKNOWN, {}, 0, 0, str(error))
+    statistics = solver.statistics()
+    spent = statistics.get_key_value("rlimit count") if "rlimit count" in statistics.keys() else 0  # noqa: SIM118
+    if outcome == z3.unsat:
+        return TextAnswer(Result.UNSAT, {}, len(solver.unsat_core()), spent)
+    if outcome == z3.unknown:
+        return TextAnswer(Result.UNKNOWN, {}, 0, spent, solver.reason_unknown())
+    model = solver.model()
+    # Z3 takes what is defined, and names of assertions, for constants of the model, too.
+    declared = set(_DECLARED.findall(script))
+    constants = [one for one in model.decls() if one.name() in declared]
+    return TextAnswer(Result.SAT, {one.name(): model[one].sexpr() for one in constants}, 0, spent)
+
+
+_DECLARED = re.compile(r"^\(declare-const (\S+) ", re.MULTILINE)
 
 
 class Session:

@@ -52,7 +52,7 @@ def test_every_command_has_help_with_examples_and_exit_codes(
     assert f"aeros {command} " in shown
 
 
-@pytest.mark.parametrize("arguments", [[], ["prove"], ["--loud"]])
+@pytest.mark.parametrize("arguments", [[], ["proof"], ["--loud"]])
 def test_what_is_no_command_is_a_usage_error(
     arguments: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,0 +1,159 @@
+"""`aeros prove`: checks the theorems about AEROS itself, each with broken twins of the code that fail it."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from aeros.cli.arguments import UsageError, second_solver
+from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.spec.theorems.checking import Solvers, check_mutants, check_theorem
+from aeros.spec.theorems.folder import (
+    Outcome,
+    load_theorem,
+    proofs_folder,
+    shown_witness,
+    stale,
+    theorem_folders,
+    write,
+)
+from aeros.spec.theorems.shipped import Code
+from aeros.spec.verdicts import Verdict
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_EXAMPLES = """\
+examples:
+  aeros prove                                 every theorem in proofs/, by both solvers
+  aeros prove gate_soundness                  one of them
+  aeros prove --solver z3                     by one solver
+  aeros prove --format json                   for programs
+  aeros prove --update                        write the generated files of proofs/ anew
+"""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = commands.add_parser(
+        "prove",
+        description=__doc__,
+        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("names", nargs="*", metavar="NAME", help="a theorem (default: all of them)")
+    parser.add_argument("--solver", choices=("z3", "cvc5", "both"), default="both", help="default: both")
+    parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
+    parser.add_argument(
+        "--update", action="store_true", help="write the SMT-LIB texts and expected.json anew"
+    )
+    parser.add_argument(
+        "--proofs",
+        type=Path,
+        default=proofs_folder(),
+        metavar="FOLDER",
+        help="the folder of theorems (default: `proofs/` of the source tree)",
+    )
+    parser.set_defaults(command=_command)
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    folders = _chosen(arguments.proofs, arguments.names)
+    update = arguments.update or os.environ.get("AEROS_UPDATE_GOLDEN") == "1"
+    if update and arguments.solver != "both":
+        raise UsageError("what is written is what both solvers say: `--update` goes with `--solver both`")
+    solvers, shipped = _solvers(arguments.solver), Code()
+    found: list[dict[str, Any]] = []
+    worst = Exit.PROVED
+    for name, folder in folders.items():
+        outcome = _outcome(folder, shipped, solvers)
+        rewritten = write(outcome, folder) if update else []
+        problems = [*_problems(outcome), *([] if update else stale(outcome, folder))]
+        worst = _worse(worst, outcome, problems)
+        if arguments.format == "text":
+            print(_text(name, outcome, problems, rewritten))
+        found.append(
+            {
+                "name": name,
+                "verdict": outcome.verdict.value,
+                **outcome.expected(),
+                "problems": problems,
+                "rewritten": rewritten,
+            }
+        )
+    if arguments.format == "json":
+        print(json.dumps({"theorems": found}, indent=2))
+    return worst
+
+
+def _chosen(proofs: Path, names: Sequence[str]) -> dict[str, Path]:
+    folders = theorem_folders(proofs)
+    if not folders:
+        raise UsageError(f"there are no theorems in `{proofs}`; they are in the source tree of AEROS")
+    unknown = [name for name in names if name not in folders]
+    if unknown:
+        raise UsageError(f"there is no theorem `{unknown[0]}`; there are {', '.join(folders)}")
+    return {name: folders[name] for name in names} if names else folders
+
+
+def _solvers(which: str) -> Solvers:
+    try:
+        second = None if which == "z3" else second_solver("cvc5")
+    except argparse.ArgumentTypeError as error:
+        raise UsageError(f"{error}, or `--solver z3`") from error
+    return Solvers(z3=which != "cvc5", second=second)
+
+
+def _outcome(folder: Path, shipped: Code, solvers: Solvers) -> Outcome:
+    begun = time.monotonic()
+    theorem = load_theorem(folder)
+
+    def progress(what: str) -> None:
+        if sys.stderr.isatty():
+            print(f"\r\x1b[Kproving {folder.name}: {what} …", end="\r", file=sys.stderr, flush=True)
+
+    checked = check_theorem(theorem, shipped, solvers, progress)
+    mutants = check_mutants(theorem, solvers, progress)
+    return Outcome(theorem, solvers.names, tuple(checked), tuple(mutants), time.monotonic() - begun)
+
+
+def _problems(outcome: Outcome) -> list[str]:
+    """Why the theorem does not pass."""
+    problems = [
+        f"obligation {one.name} is {one.verdict.value}{f' ({one.reason})' if one.reason else ''}"
+        for one in outcome.obligations
+        if one.verdict is not Verdict.PROVED
+    ]
+    if not outcome.mutants:
+        problems.append("it has no mutant, so nothing shows that it could fail")
+    return problems + [f"it still holds of the mutant {name}" for name in outcome.surviving]
+
+
+def _worse(worst: Exit, outcome: Outcome, problems: Sequence[str]) -> Exit:
+    if not problems:
+        return worst
+    undecided = outcome.verdict is Verdict.UNKNOWN and worst is not Exit.REJECTED
+    return Exit.UNDECIDED if undecided else Exit.REJECTED
+
+
+def _text(name: str, outcome: Outcome, problems: Sequence[str], rewritten: Sequence[str]) -> str:
+    verdict = "failed" if problems else outcome.verdict.value.lower()
+    count = len(outcome.obligations)
+    lines = [
+        f"{name:<24} {verdict:<8} {count} obligation{'' if count == 1 else 's'}, "
+        f"{len(outcome.mutants)} refuted mutant{'' if len(outcome.mutants) == 1 else 's'}: "
+        f"{outcome.theorem.title}"
+    ]
+    lines += [f"  {problem}" for problem in problems]
+    for one in outcome.obligations:
+        if one.witness is not None:
+            lines += [f"  {one.name} fails where"]
+            ways = shown_witness(one.witness)["ways"]
+            lines += [f"    {table}: {'; '.join(way)}" for table, way in ways.items()]
+    return "\n".join([*lines, *(f"  wrote {one}" for one in rewritten)])

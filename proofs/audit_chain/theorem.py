@@ -1,0 +1,461 @@
+"""What is done to an audit record shows: theorem 12."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import nullcontext
+from types import SimpleNamespace
+from typing import Any, Final
+
+from aeros.runtime.audit_check import AuditReport, DecisionCounts
+from aeros.spec.errors import InternalError
+from aeros.spec.theorems.exploring import Ask, Diagram, Symbol, explore
+from aeros.spec.theorems.formulas import application, conjunction, literal
+from aeros.spec.theorems.shipped import Code, Mutant, put_in_place
+from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+
+CHECK: Final = "aeros.runtime.audit_check"
+CHECKPOINTS: Final = "aeros.runtime.audit_checkpoints"
+
+
+def _constants(sort: str, names: Iterable[str]) -> tuple[str, ...]:
+    return tuple(f"(declare-const {name} {sort})" for name in names)
+
+
+class _Text(Symbol):
+    """Bytes or text of which only a formula speaks, of the sort String."""
+
+    __slots__ = ()
+
+    def __getitem__(self, part: slice) -> _Text:
+        if part.start is not None or part.step is not None or part.stop >= 0:
+            raise InternalError(f"the code takes {part} of a line, of which nothing here speaks")
+        return _Text(f"(str.substr {self.term} 0 (- (str.len {self.term}) {-part.stop}))", self.ask)
+
+    def __add__(self, other: Any) -> _Text:
+        more = other.term if isinstance(other, Symbol) else _quoted(other)
+        return _Text(application("str.++", self.term, more), self.ask)
+
+    def encode(self, _: str) -> _Text:
+        """As `str.encode`: hexadecimal digits are ASCII."""
+        return self
+
+
+def _quoted(text: bytes) -> str:
+    plain = text.decode("ascii").replace('"', '""').replace("\n", "\\u{a}")
+    return f'"{plain}"'
+
+
+# `_check`: a record after those before it.
+
+_CHECKED: Final = (
+    "(declare-datatypes ((Checked 0)) (((sound (head String) (records Int)) (refused))))",
+    "(declare-fun hash (String) String)",
+    "(declare-fun hashed (String) String)",
+    "(declare-fun is-record (String) Bool)",
+    "(declare-fun sequence (String) Int)",
+    "(declare-fun previous (String) String)",
+    "(declare-fun is-decision (String) Bool)",
+    *_constants("String", (f"{log}.{what}" for log in "ab" for what in ("line", "head"))),
+    *_constants("Int", (f"{log}.place" for log in "ab")),
+    *_constants("Bool", (f"{log}.{what}" for log in "ab" for what in ("watched", "watch-objects"))),
+)
+"""What a line comes to in two logs, `a` and `b`; what is read from a record depends on its text alone."""
+
+
+def _explore_check(code: Code, log: str) -> Diagram:
+    """What `_check` makes of `line` in this log, after `place` records up to the hash `head`."""
+
+    def run(ask: Ask) -> str:
+        check = code.module(
+            CHECK,
+            hashlib=SimpleNamespace(
+                sha256=lambda body: SimpleNamespace(hexdigest=lambda: _Text(f"(hash {body.term})", ask))
+            ),
+            len=lambda _: 0,
+            _parse=lambda body: _record(body.term, ask),
+        )
+        head = _Text(f"{log}.head", ask)
+        before = check.Scan(Symbol(f"{log}.place", ask), head, head, 0, _Counts())
+
+        def watch(*_: Any) -> str | None:
+            return "wrong" if ask(f"{log}.watch-objects") else None
+
+        found = check._check(_Text(f"{log}.line", ask), before, watch if ask(f"{log}.watched") else None)
+        if found.problem is not None:
+            return "refused"
+        return application("sound", found.head.term, found.records.term)
+
+    return explore(run)
+
+
+class _Counts:
+    """How many decisions there were, which nothing here is about."""
+
+    def plus(self, _: Any) -> _Counts:
+        """These and one more."""
+        return self
+
+
+def _record(body: str, ask: Ask) -> dict[str, Any] | None:
+    if not ask(f"(is-record {body})"):
+        return None
+    return {
+        "sequence": Symbol(f"(sequence {body})", ask),
+        "previous": _Text(f"(previous {body})", ask),
+        "event": "decision" if ask(f"(is-decision {body})") else "other",
+        "details": {"verdict": "DENY"},
+    }
+
+
+def _both(code: Code) -> tuple[Table, ...]:
+    return tuple(Table(f"in-{log}", "Checked", _explore_check(code, log)) for log in "ab")
+
+
+_BOTH_ACCEPT: Final = "(and ((_ is sound) in-a) ((_ is sound) in-b))"
+
+
+def _same_line(code: Code) -> Obligation:
+    return Obligation(
+        "Base of the induction, from a record backwards: a line that `_check` accepts in two logs stands in\n"
+        "both at one place and after one hash, and leaves one.",
+        _CHECKED,
+        f"(=> (and {_BOTH_ACCEPT} (= a.line b.line))"
+        " (and (= a.place b.place) (= a.head b.head) (= in-a in-b)))",
+        tables=_both(code),
+    )
+
+
+def _same_hash(code: Code) -> Obligation:
+    # No two bodies have one hash, as there is a function that gives back the body.
+    body = "(str.++ (str.substr {0}.line 0 (- (str.len {0}.line) {1})) {2})"
+    ending, close = code.module(CHECK)._ENDING, _quoted(b"}")
+    return Obligation(
+        "Step of the induction: two lines that `_check` accepts and that leave one hash are one line, at\n"
+        "one place, after one hash; and a hash is that of a record at the place before.",
+        _CHECKED,
+        f"(=> {_BOTH_ACCEPT} (and (= (records in-a) (+ a.place 1)) (=> (= (head in-a) (head in-b))"
+        " (and (= a.line b.line) (= a.place b.place) (= a.head b.head)))))",
+        tables=_both(code),
+        assumptions={
+            f"no-collision.{log}": f"(= (hashed (hash {one})) {one})"
+            for log in "ab"
+            for one in (body.format(log, ending, close),)
+        },
+    )
+
+
+# What follows of the induction.
+
+
+def _tampering(_: Code) -> Obligation:
+    return Obligation(
+        "Of the induction: a log in which a record was edited, deleted, inserted or moved, and any record\n"
+        "of the old log stands after that, is not accepted.  The old log is `b`.",
+        (
+            "(declare-sort Line 0)",
+            "(declare-fun a (Int) Line)",
+            "(declare-fun b (Int) Line)",
+            *_constants("Int", ("i", "k", "j")),
+            *_constants("Bool", ("accepted",)),
+        ),
+        "(=> (and (<= 0 i) (< i k)) (not (and accepted (or"
+        " (and (not (= (a i) (b i))) (= j k) (= (a k) (b j)))"  # edited
+        " (and (= j (+ k 1)) (= (a k) (b j)))"  # deleted: all from i on moves up
+        " (and (= j (- k 1)) (= (a k) (b j)))"  # inserted: all from i on moves down
+        " (and (not (= j k)) (= (a k) (b j)))))))",  # moved
+        assumptions={
+            "by-induction": "(=> (and accepted (= (a k) (b j)))"
+            " (and (= k j) (=> (<= 0 i k) (= (a i) (b i)))))"
+        },
+    )
+
+
+# `scan` and `verify_log`: all lines in turn.
+
+_LINES: Final = 3
+_SCANNED: Final = (
+    *_constants("Bool", (f"there.{n}" for n in range(_LINES))),
+    *_constants("Bool", (f"whole.{n}" for n in range(_LINES))),
+    *_constants("Bool", (f"half-written.{n}" for n in range(_LINES))),
+    *_constants("Bool", (f"follows.{n}" for n in range(_LINES))),
+)
+
+
+class _Line:
+    """A line of a file: `_check` accepts it after the one before, where `follows.N`."""
+
+    def __init__(self, ask: Ask, place: int) -> None:
+        self._ask, self.place = ask, place
+
+    def endswith(self, _: bytes) -> bool:
+        return self._ask(f"whole.{self.place}")
+
+    def __contains__(self, _: bytes) -> bool:
+        return self._ask(f"half-written.{self.place}")
+
+    def __len__(self) -> int:
+        return 1
+
+
+def _scan(code: Code) -> Obligation:
+    def run(ask: Ask) -> str:
+        there = 0
+        while there < _LINES and ask(f"there.{there}"):
+            there += 1
+
+        def check(line: _Line, before: Any, watch: Any) -> Any:
+            if before.records != line.place or before.head != f"hash {line.place}" or watch != "watch":
+                raise InternalError("a line is not held against what is before it")
+            problem = None if ask(f"follows.{line.place}") else "bad"
+            records = line.place + (problem is None)
+            return module.Scan(records, "first", f"hash {records}", records, None, problem)
+
+        module = code.module(CHECK, _check=check, os=_Size(there), GENESIS="hash 0")
+        path = SimpleNamespace(open=lambda _: nullcontext(_File(ask, there)))
+        report = module.verify_log(path, "watch")
+        return application("scanned", literal(bool(report.sound)), literal(report.records))
+
+    each = [f"(=> there.{n} (and whole.{n} follows.{n}))" for n in range(_LINES)]
+    before = [conjunction(f"there.{m}" for m in range(n)) for n in range(_LINES)]
+    fine = conjunction(f"(=> {there} {one})" for there, one in zip(before, each, strict=True))
+    return Obligation(
+        "`verify_log` calls a log sound only where each line is whole and follows those before it, from\n"
+        "`GENESIS` on, and has counted them all.  Three lines stand for any number.",
+        ("(declare-datatypes ((Scanned 0)) (((scanned (is-sound Bool) (count Int)))))", *_SCANNED),
+        f"(=> (is-sound verified) (and {fine}"
+        " (= (count verified) (ite there.0 (ite there.1 (ite there.2 3 2) 1) 0))))",
+        tables=(Table("verified", "Scanned", explore(run)),),
+    )
+
+
+class _File:
+    """A file of that many lines."""
+
+    def __init__(self, ask: Ask, lines: int) -> None:
+        self._lines = [_Line(ask, place) for place in range(lines)]
+
+    def __iter__(self) -> Any:
+        return iter(self._lines)
+
+    def seek(self, _: int) -> None:
+        return None
+
+    def fileno(self) -> int:
+        return 0
+
+
+class _Size:
+    """Stands for `os`: how long the file is."""
+
+    def __init__(self, size: int) -> None:
+        self._size = size
+
+    def fstat(self, _: int) -> Any:
+        return SimpleNamespace(st_size=self._size)
+
+
+# `CheckpointWatch`: what signatures and the anchor add.
+
+_SAID: Final = ("log", "sequence", "head", "time", "closing", "key", "signature")
+_SORTS: Final = {"sequence": "Int", "closing": "Bool", "time": "Real"}
+_WATCHED: Final = (
+    "(declare-datatypes ((Watched 0)) (((watched (log-after String)) (objects))))",
+    *(
+        f"(declare-const {whose}.{name} {_SORTS.get(name, 'String')})"
+        for whose in ("found", "anchor")
+        for name in _SAID
+    ),
+    *_constants("Bool", ("anchored", "is-checkpoint", "is-mended", "well-formed", "signed", "many-bare")),
+    *_constants("String", ("own", "previous", "log", "key-id")),
+    *_constants("Int", ("place",)),
+    *_constants("Real", ("written",)),
+    "(declare-fun spelt (Real) String)",
+    "(declare-fun message (String Int String Real Bool String) String)",
+    "(declare-fun has-signed (String String) Bool)",
+)
+"""A record that is watched, and the log so far: `log` is the hash of its first record."""
+
+
+def _statement(module: Any, whose: str, ask: Ask) -> Any:
+    return module.Checkpoint(*(Symbol(f"{whose}.{name}", ask) for name in _SAID))
+
+
+def _explore_watch(code: Code) -> Diagram:
+    def run(ask: Ask) -> str:
+        def canonical(details: dict[str, Any]) -> Symbol:
+            return Symbol(application("message", *(details[name].term for name in _SAID[:-1])), ask)
+
+        def checkpoint_of(_: Any) -> Any:
+            return _statement(module, "found", ask) if ask("well-formed") else None
+
+        module = code.module(
+            CHECKPOINTS,
+            canonical=canonical,
+            checkpoint_of=checkpoint_of,
+            repr=lambda value: Symbol(f"(spelt {value.term})", ask),
+        )
+        key = SimpleNamespace(
+            id=Symbol("key-id", ask),
+            has_signed=lambda signature, said: ask(f"(has-signed {signature.term} {said.term})"),
+        )
+        watch = module.CheckpointWatch(key, _statement(module, "anchor", ask) if ask("anchored") else None)
+        watch.log = Symbol("log", ask)
+        watch.signed = int(ask("signed"))
+        watch._bare = module.EVERY if ask("many-bare") else 0
+        event = module.CHECKPOINT if ask("is-checkpoint") else "other"
+        if event == "other" and ask("is-mended"):
+            event = module.TAIL_MENDED
+        record: dict[str, Any] = {
+            "sequence": Symbol("place", ask),
+            "previous": Symbol("previous", ask),
+            "written": Symbol("written", ask),
+            "event": event,
+            "details": {},
+        }
+        if watch(record, Symbol("own", ask)) is not None:
+            return "objects"
+        return application("watched", watch.log.term)
+
+    return explore(run)
+
+
+def _signature(code: Code) -> Obligation:
+    said = application("message", *(f"found.{name}" for name in _SAID[:-1]))
+    return Obligation(
+        "A checkpoint that `CheckpointWatch` lets pass stands where the writer's chain had the hash that it\n"
+        "has before it: `hash-at` is that of the writer's log, which has the id `log-id`.",
+        (
+            *_WATCHED,
+            "(declare-fun hash-at (Int) String)",
+            "(declare-const log-id String)",
+            "(define-fun known () String (ite (= place 0) own log))",
+        ),
+        "(=> (and ((_ is watched) after) is-checkpoint (= known log-id)) (= previous (hash-at place)))",
+        tables=(Table("after", "Watched", _explore_watch(code)),),
+        assumptions={
+            "no-forgery": f"(=> (and (has-signed found.signature {said}) (= found.log log-id))"
+            " (= found.head (hash-at found.sequence)))",
+        },
+    )
+
+
+def _anchor(code: Code) -> Obligation:
+    return Obligation(
+        "With an anchor, `CheckpointWatch` lets pass at its place only a record that comes after the hash\n"
+        "that the anchor has, in a log with the anchor's first record; and the first record stays known.",
+        _WATCHED,
+        "(=> (and ((_ is watched) after) anchored) (and"
+        " (=> (= place 0) (= own anchor.log))"
+        " (= (log-after after) (ite (= place 0) own log))"
+        " (=> (= place anchor.sequence) (= previous anchor.head))))",
+        tables=(Table("after", "Watched", _explore_watch(code)),),
+    )
+
+
+def _verify_signed(code: Code) -> Obligation:
+    def run(ask: Ask) -> str:
+        anchor = SimpleNamespace(sequence=Symbol("anchor.sequence", ask))
+
+        class Watch(shipped):  # type: ignore[misc]
+            """The real one, of a log that was read: `signed` is what it found."""
+
+            def __init__(self, key: Any, anchored: Any) -> None:
+                super().__init__(key, anchored)
+                self.signed = int(ask("signed"))
+
+        def verify_log(_: Any, watch: Any) -> AuditReport:
+            if not isinstance(watch, Watch) or watch._anchor not in (None, anchor):
+                raise InternalError("the log is not watched")
+            records: Any = Symbol("records", ask)
+            return AuditReport(records, "head", None if ask("chain-sound") else 0, "", DecisionCounts())
+
+        stubs = {
+            "CheckpointWatch": Watch,
+            "verify_log": verify_log,
+            "read_anchor": lambda *_: anchor if ask("anchor-found") else None,
+        }
+        put_in_place(module, stubs)
+        try:
+            report = module.verify_signed("log", "key", "anchor" if ask("anchored") else None)
+        except module.AnchorError:
+            return "false"
+        return literal(bool(report.chain.sound))
+
+    module = code.module(CHECKPOINTS)
+    shipped: Any = module.CheckpointWatch
+    return Obligation(
+        "`verify_signed` calls a log sound only where the chain is, something is signed, and the log\n"
+        "reaches beyond the place of the anchor.",
+        (
+            *_constants("Bool", ("anchored", "anchor-found", "chain-sound", "signed")),
+            *_constants("Int", ("records", "anchor.sequence")),
+        ),
+        "(=> verified (and chain-sound signed (=> anchored (< anchor.sequence records))))",
+        tables=(Table("verified", "Bool", explore(run)),),
+    )
+
+
+THEOREM = Theorem(
+    "edited, deleted, inserted and moved audit records are found; with an anchor, cut and rewritten logs too",
+    {
+        "same-line": _same_line,
+        "same-hash": _same_hash,
+        "tampering": _tampering,
+        "scan": _scan,
+        "signature": _signature,
+        "anchor": _anchor,
+        "verify-signed": _verify_signed,
+    },
+    (
+        Mutant(
+            "overlooks-the-number-of-a-record",
+            "same-line",
+            CHECK,
+            'if record["sequence"] != place:',
+            'if record["sequence"] > place:',
+        ),
+        Mutant(
+            "overlooks-the-hash-before-a-record",
+            "same-hash",
+            CHECK,
+            'if record["previous"] != before.head:',
+            'if place == 0 and record["previous"] != before.head:',
+        ),
+        Mutant(
+            "believes-the-hash-that-stands-in-the-line",
+            "same-hash",
+            CHECK,
+            "if line != expected:",
+            "if not line != expected:",
+        ),
+        Mutant(
+            "forgives-the-last-line",
+            "scan",
+            CHECK,
+            'if b"\\0" in line and sound.end + len(line) == size:',
+            "if sound.end + len(line) == size:\n            return sound\n        if False:",
+        ),
+        Mutant(
+            "believes-a-checkpoint-of-another-place",
+            "signature",
+            CHECKPOINTS,
+            'if said != (self.log, place, record["previous"], repr(record["written"])):',
+            "if said[:2] != (self.log, place):",
+        ),
+        Mutant(
+            "takes-any-checkpoint-for-the-anchored-one",
+            "anchor",
+            CHECKPOINTS,
+            "self._anchor.sequence == place and found != self._anchor:",
+            "self._anchor.sequence == place and found is None:",
+        ),
+        Mutant(
+            "overlooks-that-a-tail-was-cut",
+            "verify-signed",
+            CHECKPOINTS,
+            "why = watch.missing(chain.records) or unsigned",
+            "why = unsigned",
+        ),
+    ),
+)

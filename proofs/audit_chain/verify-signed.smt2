@@ -1,0 +1,20 @@
+; `verify_signed` calls a log sound only where the chain is, something is signed, and the log
+; reaches beyond the place of the anchor.
+; unsat: proved
+(set-logic ALL)
+(declare-const anchored Bool)
+(declare-const anchor-found Bool)
+(declare-const chain-sound Bool)
+(declare-const signed Bool)
+(declare-const records Int)
+(declare-const anchor.sequence Int)
+(define-fun verified.0 () Bool (ite (< anchor.sequence records) true false))
+(define-fun verified.1 () Bool (ite chain-sound verified.0 false))
+(define-fun verified.2 () Bool (ite signed verified.1 false))
+(define-fun verified.3 () Bool (ite anchor-found verified.2 false))
+(define-fun verified.4 () Bool (ite chain-sound true false))
+(define-fun verified.5 () Bool (ite signed verified.4 false))
+(define-fun verified.6 () Bool (ite anchored verified.3 verified.5))
+(define-fun verified () Bool verified.6)
+(assert (! (not (=> verified (and chain-sound signed (=> anchored (< anchor.sequence records))))) :named negated-conclusion))
+(check-sat)

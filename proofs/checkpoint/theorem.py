@@ -1,0 +1,374 @@
+"""Nothing is done twice because of a crash: theorem 13."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import inf
+from types import SimpleNamespace
+from typing import Any, Final
+
+from aeros.agent.graph import Step
+from aeros.runtime.ports import Ended, Head, Said, StepRequest, StepResult, StepStatus
+from aeros.spec.theorems.formulas import conjunction, disjunction
+from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.theorems.theorem import Obligation, Theorem
+from proofs.protocol import Do, Program, Way, changed, later, program, variables
+
+ATTEMPT: Final = "aeros.agent.attempt"
+BARS: Final = "aeros.agent.bars"
+CHECKPOINT: Final = "aeros.agent.checkpoint"
+ENGINE: Final = "aeros.agent.engine"
+PROGRESS: Final = "aeros.agent.progress"
+PURSUIT: Final = "aeros.agent.pursuit"
+RECOVERY: Final = "aeros.agent.recovery"
+
+_TRIED: Final = {"fresh": 0, "begun": 1, "done": 2, "failed": 3}
+_TOLD: Final = {"nothing": 0, "began": 1, "ended": 2}
+_STATE: Final[Mapping[str, str]] = {
+    "pc": "Int",
+    "kept": "Int",
+    "kept.plan": "Bool",
+    "kept.barred": "Bool",
+    "told": "Int",
+    "happened": "Bool",
+    "left": "Bool",
+    "acknowledged": "Bool",
+    "repeated": "Bool",
+}
+"""What outlives a crash: the newest checkpoint, what the record tells since, and what is so.
+
+kept: what the checkpoint has of the one place: untried, begun, done or failed.
+told: what the record has since the checkpoint reaches back: nothing, a beginning, an end.
+happened: the skill has succeeded, once at least.
+left: a crash left a try that the record says began, the skill has succeeded, and nobody has found that out.
+acknowledged: a checkpoint has the place as done, in the plan that is followed; repeated: it was begun again.
+"""
+
+_HEAD: Final = Head(10, "hash")
+_STEP: Final = Step("m", "k")
+_GRAPH: Final[Any] = SimpleNamespace(body=_STEP, parts=(), remark="")
+
+
+def _session(code: Code) -> Program:
+    """An agent that wakes, takes its run up again, follows its plan and plans anew once."""
+    progress = code.module(PROGRESS)
+    bars = code.module(BARS)
+    checkpoint = code.module(CHECKPOINT, using=(progress,))
+    recovery = code.module(RECOVERY, using=(progress, bars))
+    attempt = code.module(ATTEMPT, using=(bars,))
+    engine = code.module(ENGINE, using=(progress, attempt))
+    pursuit = code.module(
+        PURSUIT, using=(progress, checkpoint, recovery, engine, attempt), verify_plan=lambda *_: []
+    )
+    modules = SimpleNamespace(
+        **{one.__name__.rpartition(".")[2]: one for one in (progress, bars, checkpoint, attempt, engine)}
+    )
+
+    def run(do: Do) -> str:
+        kept = _read(do, modules)
+        told = do("read-record", *_TOLD)
+        world = _world(do("measure", "unknown", "yes", "no"))
+        attempts = _attempts(do, modules, world)
+        one = pursuit.Pursuit.__new__(pursuit.Pursuit)
+        one._runtime, one._attempts, one._journal = attempts._runtime, attempts, attempts._journal
+        one._checkpoints = SimpleNamespace(write=lambda made: do(f"save {_said_of(made)}"))
+        one._routed, one._agent, one._instruction = _ROUTED, "agent", "instruction"
+        one._timeout, one._waited, one._replans = None, 0.0, 0
+        one._engine = engine.Engine(attempts, attempts._journal, lambda: False)
+        one._goal_is_measured = lambda: False
+        one._verified_plan = lambda: _GRAPH
+        one._rest = lambda: None
+        one.resume(kept, _record(told))
+        one._pursue()
+        return "over"
+
+    return program(run).merged(_facts)
+
+
+_ROUTED: Final = SimpleNamespace(task=SimpleNamespace(goal_text="goal"))
+
+
+def _read(do: Do, modules: Any) -> Any:
+    """The newest checkpoint."""
+    state = do("read-checkpoint", *_TRIED)
+    plan = _GRAPH if do("read-plan", "yes", "no") == "yes" else None
+    key = modules.bars._key("m", "k", {})
+    barred = (key,) if do("read-bars", "no", "yes") == "yes" else ()
+    made = modules.progress.Progress()
+    if state != "fresh":
+        before = {"d": False} if do("before", "unknown", "no") == "no" else {}
+        made.begin((), modules.progress.Begun("m", "k", {}, before, _HEAD))
+    if state in ("done", "failed"):
+        made.conclude((), modules.attempt.Attempt(failed=state == "failed", reason=""))
+    return modules.checkpoint.Checkpoint(
+        agent="agent",
+        instruction="instruction",
+        task="task",
+        goal="goal",
+        time=0.0,
+        head=_HEAD,
+        world={},
+        replans=0,
+        waited=0.0,
+        until=None,
+        denied=(),
+        avoided=(),
+        barred=barred,
+        rejected=(),
+        planned_in=(),
+        steps=(),
+        plan=plan,
+        tried=tuple(made.tried.items()),
+        settled=(),
+        branches=(),
+    )
+
+
+def _said_of(made: Any) -> str:
+    """What a checkpoint says of the place, of its plan, and of what is barred."""
+    tried = made.progress().tried.get(())
+    state = "fresh"  # also of a try that was withdrawn
+    if tried is not None and tried.begun is not None:
+        state = "begun"
+    elif tried is not None and tried.last is not None:
+        state = "failed" if tried.last.failed else "done"
+    return f"{state} {'planned' if made.plan else 'planless'} {'barred' if made.barred else 'free'}"
+
+
+def _record(told: str) -> list[Said]:
+    details = {"module": "m", "skill": "k", "inputs": {}}
+    began = Said(_HEAD.records, "step-began", details)
+    ended = Said(_HEAD.records + 1, "step-ended", {**details, "status": "finished", "reason": ""})
+    return {"nothing": [], "began": [began], "ended": [began, ended]}[told]
+
+
+def _world(measured: str) -> Any:
+    """The world, in which the skill's one effect is measured, or the contrary, or nothing."""
+    known = {"unknown": {}, "yes": {"d": True}, "no": {"d": False}}[measured]
+    return SimpleNamespace(known=known, unknown={}, predicates=known, at=lambda _: None)
+
+
+_OUTCOMES: Final = {
+    name: SimpleNamespace(id=name, effects={"d": not fails}, failure=fails)
+    for name, fails in (("done", False), ("missed", True))
+}
+_SKILL: Final = SimpleNamespace(
+    id="k", idempotent=False, outcomes=_OUTCOMES, success_outcomes=(_OUTCOMES["done"],)
+)
+_ECM: Final = SimpleNamespace(skills={"k": _SKILL}, providers_of=lambda name: (name,))
+
+
+def _attempts(do: Do, modules: Any, world: Any) -> Any:
+    """The shipped `Attempts`, of which `begin` is as it is; what a try comes to is arbitrary."""
+    one = modules.attempt.Attempts.__new__(modules.attempt.Attempts)
+    world.at = lambda _: world
+    site = SimpleNamespace(limits=SimpleNamespace(replans=1))
+    dispatch = SimpleNamespace(
+        request=StepRequest("m", "k", {}),
+        skill=_SKILL,
+        options=(),
+        context="",
+        usual=None,
+        record=SimpleNamespace(successes=0, failures=0),
+    )
+
+    def start(_: Any) -> int:
+        do("begin")
+        return 1
+
+    def wait(_: float = inf) -> Ended:
+        do("act")
+        do("end")
+        return Ended(1, StepResult(StepStatus.FINISHED, ""))  # type: ignore[arg-type]
+
+    def conclude(*_: Any) -> Any:
+        failed = do("judge", "done", "failed") == "failed"
+        return modules.attempt.Attempt(failed=failed, reason="failed" if failed else "")
+
+    one._runtime = SimpleNamespace(
+        now=lambda: 0.0,
+        head=lambda: _HEAD,
+        start=start,
+        wait=wait,
+        active_modules=lambda: {"m": _ECM},
+        site=site,
+    )
+    one._journal = SimpleNamespace(tell=lambda *_, **__: None, tell_step=lambda *_, **__: None)
+    one._memory = SimpleNamespace(begin=lambda _: 1)
+    one._world, one._task, one._failures = world, "task", []
+    one.dispatcher = SimpleNamespace(dispatch=lambda *_: dispatch, denied=set())
+    one.records, one.planned_in, one.bars = [], [], modules.bars.Bars()
+    one.conclude = conclude
+    return one
+
+
+# What is true at each place, and what each step does.
+
+
+def _facts(way: Way) -> Iterator[str]:
+    done = [what for what, _ in way]
+    answers = dict(way)
+    saved = [what.split() for what in done if what.startswith("save ")]
+    if not saved:
+        if "read-checkpoint" in answers:
+            yield f"(= kept {_TRIED[answers['read-checkpoint']]})"
+        if "read-plan" in answers:
+            yield f"(= kept.plan {str(answers['read-plan'] == 'yes').lower()})"
+        if "read-bars" in answers:
+            yield f"(= kept.barred {str(answers['read-bars'] == 'yes').lower()})"
+        if "read-record" in answers:
+            yield f"(= told {_TOLD[answers['read-record']]})"
+    else:
+        _, state, plan, bars = saved[-1]
+        yield f"(= kept {_TRIED[state]})"
+        yield f"(= kept.plan {str(plan == 'planned').lower()})"
+        yield f"(= kept.barred {str(bars == 'barred').lower()})"
+        last = max(place for place, what in enumerate(done) if what.startswith("save "))
+        yield f"(= told {('end' in done[last:]) + ('begin' in done[last:])})"
+    if "act" not in done and answers.get("measure") == "yes":
+        yield "happened"
+    if "act" not in done and answers.get("measure") == "no":
+        yield "(not happened)"
+    if "begin" in done or any("done" in one or "free" in one for one in saved):
+        yield "(not left)"
+
+
+_EVERYWHERE: Final = (
+    "(<= 0 kept 3)",
+    "(<= 0 told 2)",
+    "(=> left happened)",
+    "(=> left (or kept.barred (and (= kept 1) (< 0 told))))",
+    "(=> (< 0 told) (= kept 1))",
+    "(=> (= kept 1) kept.plan)",
+    "(=> acknowledged (and (= kept 2) kept.plan))",
+    "(not repeated)",
+)
+
+
+def _effect(what: str, answer: str, _: int) -> str:
+    state = [one for one in _STATE if one != "pc"]
+    match what.split():
+        case ["read-checkpoint"]:
+            return changed(state, {}, f"(= kept {_TRIED[answer]})")
+        case ["read-plan"]:
+            return changed(state, {}, "kept.plan" if answer == "yes" else "(not kept.plan)")
+        case ["read-bars"]:
+            return changed(state, {}, "kept.barred" if answer == "yes" else "(not kept.barred)")
+        case ["read-record"]:
+            return changed(state, {}, f"(= told {_TOLD[answer]})")
+        case ["measure"]:
+            return changed(state, {}, {"yes": "happened", "no": "(not happened)", "unknown": "true"}[answer])
+        case ["save", tried, plan, bars]:
+            planned = plan == "planned"
+            after = {
+                "kept": str(_TRIED[tried]),
+                "kept.plan": str(planned).lower(),
+                "kept.barred": str(bars == "barred").lower(),
+                "told": "0",
+                "left": "false" if tried == "done" else "left",
+                "acknowledged": str(tried == "done" and planned).lower(),
+                "repeated": "(or repeated acknowledged)" if tried == "begun" else "repeated",
+            }
+            return changed(state, after)
+        case ["begin"]:
+            return changed(state, {"told": "1"})
+        case ["act"]:
+            succeeds = changed(state, {"happened": "true"})
+            return disjunction([succeeds, changed(state, {})])
+        case ["end"]:
+            return changed(state, {"told": "2"})
+    return changed(state, {})
+
+
+_CRASH: Final = changed(tuple(_STATE), {"pc": "0", "left": "(or left (and happened (= kept 1) (< 0 told)))"})
+
+
+def _definitions(session: Program) -> tuple[str, ...]:
+    invariant = conjunction([*_EVERYWHERE, session.everywhere("pc", _facts)])
+    return (
+        *variables(_STATE),
+        f"(define-fun invariant () Bool {invariant})",
+        f"(define-fun invariant-after () Bool {later(invariant, _STATE)})",
+    )
+
+
+def _base(code: Code) -> Obligation:
+    first = "(and (= pc 0) (= kept 0) (= told 0) (not happened) (not left) (not acknowledged) (not repeated))"
+    return Obligation(
+        "Base: of a run in which nothing was tried yet the invariant holds, whatever its checkpoint bars.",
+        _definitions(_session(code)),
+        f"(=> {first} invariant)",
+    )
+
+
+def _step(code: Code) -> Obligation:
+    session = _session(code)
+    return Obligation(
+        "Step: the invariant survives every step of a session that takes a run up.",
+        (*_definitions(session), f"(define-fun step () Bool {session.moves('pc', _effect)})"),
+        "(=> (and invariant step) invariant-after)",
+    )
+
+
+def _crash(code: Code) -> Obligation:
+    return Obligation(
+        "Step: it survives a crash at any place, the wake-up included.",
+        (*_definitions(_session(code)), f"(define-fun step () Bool {_CRASH})"),
+        "(=> (and invariant step) invariant-after)",
+    )
+
+
+def _claim(code: Code) -> Obligation:
+    session = _session(code)
+    begins = disjunction(f"(= pc {at})" for at, what, _, _ in session.steps if what == "begin")
+    return Obligation(
+        "Where the invariant holds, a skill begins only after a checkpoint that says so, and never\n"
+        "where a crash left a try of it that has succeeded; no place acknowledged as done is begun again.",
+        _definitions(session),
+        f"(=> invariant (and (not repeated) (=> {begins} (and (= kept 1) (= told 0) (not left)))))",
+    )
+
+
+THEOREM = Theorem(
+    "a resumed agent repeats no step that was acknowledged, nor one that happened before it crashed",
+    {"base": _base, "step": _step, "crash": _crash, "claim": _claim},
+    (
+        Mutant(
+            "begins-before-it-keeps-that",
+            "claim",
+            ENGINE,
+            "        self._progress.begin(at, Begun(step.module, step.skill, inputs, before, head))\n"
+            "        begun = self._attempts.begin(role, step.module, step.skill, inputs)\n",
+            "        begun = self._attempts.begin(role, step.module, step.skill, inputs)\n"
+            "        self._progress.begin(at, Begun(step.module, step.skill, inputs, before, head))\n",
+        ),
+        Mutant(
+            "forgets-how-a-try-ended",
+            "step",
+            PROGRESS,
+            "return self.tried[at].last if at in self.tried else None",
+            "return None",
+        ),
+        Mutant(
+            "bars-nothing",
+            "step",
+            RECOVERY,
+            "if (attempt is None or attempt.failed) and not skill.idempotent:",
+            "if attempt is None and not skill.idempotent:",
+        ),
+        Mutant(
+            "forgets-in-a-second-crash-what-it-barred",
+            "step",
+            PURSUIT,
+            "barred=attempts.bars.kept,",
+            "barred=(),",
+        ),
+        Mutant(
+            "takes-unknown-for-excluded",
+            "step",
+            BARS,
+            "if all(world.known.get(name, value) == value for name, value in outcome.effects.items()):",
+            "if all(world.known.get(name) == value for name, value in outcome.effects.items()):",
+        ),
+    ),
+)

@@ -1,0 +1,21 @@
+; Where `joint_obligations` are proved of two steps, every action of kind a of either and of kind b
+; of the other obey the joint rule: each in its envelope when it began, both obeying Φ now.
+; unsat: proved
+(set-logic ALL)
+(declare-sort Value 0)
+(declare-const now Value)
+(declare-const of-a Value)
+(declare-const a-began Value)
+(declare-const of-b Value)
+(declare-const b-began Value)
+(declare-fun joint (Value Value Value) Bool)
+(declare-fun phi.a (Value Value) Bool)
+(declare-fun phi.b (Value Value) Bool)
+(declare-fun one.may-a (Value Value) Bool)
+(declare-fun one.may-b (Value Value) Bool)
+(declare-fun other.may-a (Value Value) Bool)
+(declare-fun other.may-b (Value Value) Bool)
+(assert (! (=> (and (one.may-a a-began of-a) (other.may-b b-began of-b) (phi.a now of-a) (phi.b now of-b)) (joint now of-a of-b)) :named given.obligation.0))
+(assert (! (=> (and (other.may-a a-began of-a) (one.may-b b-began of-b) (phi.a now of-a) (phi.b now of-b)) (joint now of-a of-b)) :named given.obligation.1))
+(assert (! (not (and (=> (and (one.may-a a-began of-a) (other.may-b b-began of-b) (phi.a now of-a) (phi.b now of-b)) (joint now of-a of-b)) (=> (and (other.may-a a-began of-a) (one.may-b b-began of-b) (phi.a now of-a) (phi.b now of-b)) (joint now of-a of-b)))) :named negated-conclusion))
+(check-sat)

@@ -1,0 +1,322 @@
+"""What runs at the same time obeys Φ and the joint rules, given that each part obeys Φ: theorem 11."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import product
+from types import SimpleNamespace
+from typing import Any, Final, cast
+
+from aeros.runtime.decision import Decision, Reason, Verdict
+from aeros.skill import Action
+from aeros.spec.composition import Step
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import BOOL
+from aeros.spec.model import Declared
+from aeros.spec.parts import If, Par, Seq
+from aeros.spec.theorems.exploring import Ask, explore
+from aeros.spec.theorems.formulas import application, conjunction, implication, literal
+from aeros.spec.theorems.shipped import Code, Mutant, put_in_place
+from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+
+BESIDE: Final = "aeros.runtime.beside"
+GATE: Final = "aeros.runtime.gate"
+JOINT: Final = "aeros.spec.obligations.joint"
+PARALLEL: Final = "aeros.spec.obligations.parallel"
+
+# At work: each action is decided beside those under way.
+
+_OTHERS: Final = ("first", "second")
+_JOINT_RULES: Final = {"rule.ab": ("a", "b"), "rule.aa": ("a", "a")}
+
+
+def _beside(code: Code) -> Obligation:
+    """With what one rule says of one pair put aside."""
+    beside = code.module(BESIDE)
+
+    def run(ask: Ask) -> str:
+        def begun(name: str) -> Any:
+            return SimpleNamespace(
+                name=name, action=SimpleNamespace(kind="a" if ask(f"{name}.is-a") else "b")
+            )
+
+        def rule(name: str, kinds: tuple[str, str]) -> Any:
+            def objections(roles: Any, _: Any, __: Any) -> Iterator[Reason]:
+                if not ask(application(name, *(one.name for one in roles))):
+                    yield Reason("AE751", name, "")
+
+            return SimpleNamespace(kinds=kinds, objections=objections)
+
+        rules = object.__new__(beside.JointRules)
+        rules._rules = [rule(name, kinds) for name, kinds in _JOINT_RULES.items()]
+        rules._shared_actuators = lambda one, other: iter(
+            (Reason("AE752", "", ""),) if ask(f"(share-actuators {one.name} {other.name})") else ()
+        )
+        return literal(not list(rules.objections(begun("one"), [begun(name) for name in _OTHERS])))
+
+    def obeyed(other: str) -> Iterator[str]:
+        yield f"(not (share-actuators one {other}))"
+        for name, kinds in _JOINT_RULES.items():
+            for roles in (("one", other), (other, "one")):
+                fits = [
+                    f"(= {role}.is-a {literal(kind == 'a')})" for role, kind in zip(roles, kinds, strict=True)
+                ]
+                yield implication(conjunction(fits), application(name, *roles))
+
+    claims = [claim for other in _OTHERS for claim in obeyed(other)]
+    return Obligation(
+        "`JointRules.objections` yields nothing exactly where an action shares no actuator with any under\n"
+        "way, and every joint rule holds of it and each of them, in either order of the roles.",
+        (
+            "(declare-sort Begun 0)",
+            *(f"(declare-const {name} Begun)" for name in ("one", *_OTHERS)),
+            *(f"(declare-const {name}.is-a Bool)" for name in ("one", *_OTHERS)),
+            *(f"(declare-fun {name} (Begun Begun) Bool)" for name in ("share-actuators", *_JOINT_RULES)),
+        ),
+        f"(= nothing {conjunction(claims)})",
+        tables=(Table("nothing", "Bool", explore(run)),),
+    )
+
+
+def _decided(code: Code) -> Obligation:
+    gate = code.module(GATE)
+
+    def run(ask: Ask) -> str:
+        decider = object.__new__(gate._Decider)
+        found = [] if ask("nothing-objects") else [Reason("AE751", "rule", "")]
+        decider._joint = SimpleNamespace(objections=lambda *_: iter(found))
+        action = Action("a", {}) if ask("forwarded") else None
+        given = Decision(Verdict.ALLOW if action else Verdict.DENY, action, ())
+        decided = decider.decide_beside(given, {}, 0.0, [])
+        if decided.action is None:
+            return "deny" if decided.verdict is Verdict.DENY else "wrong"
+        return "same" if decided == given else "wrong"
+
+    return Obligation(
+        "`_Decider.decide_beside` forwards what was to be forwarded where nothing objects, and else nothing.",
+        (
+            "(declare-datatypes ((Beside 0)) (((same) (deny) (wrong))))",
+            "(declare-const nothing-objects Bool)",
+            "(declare-const forwarded Bool)",
+        ),
+        "(= decided (ite (and forwarded nothing-objects) same deny))",
+        tables=(Table("decided", "Beside", explore(run)),),
+    )
+
+
+# At install: what is proved of parallel branches.
+
+
+def _applied(name: str, *variables: str) -> t.Term:
+    """An uninterpreted condition on variables, which survives that they are renamed."""
+    parameters = tuple(t.Variable(one, BOOL, t.Role.STATE) for one in variables)
+    return t.Implies(t.Variable(f"{name}!", BOOL, t.Role.STATE), t.And(parameters))
+
+
+_VALUES: Final = {"s": "now", "x.pa": "of-a", "x.s": "a-began", "y.pb": "of-b", "y.s": "b-began"}
+"""For what each variable of an obligation stands: a proof is about all values, so about these."""
+
+
+def _formula(term: t.Term) -> str:
+    match term:
+        case t.Implies(premise=t.Variable(name=name), conclusion=t.And(operands=operands)):
+            arguments = [_VALUES[part.name] for part in operands if isinstance(part, t.Variable)]
+            return application(name.removesuffix("!"), *arguments)
+        case t.And(operands=operands):
+            return conjunction(map(_formula, operands))
+        case _:
+            raise AssertionError(f"nothing here makes such a term: {term}")
+
+
+def _declared(name: str, role: t.Role) -> Declared:
+    return Declared(t.Variable(name, BOOL, role), cast("Any", None))
+
+
+def _proved(code: Code) -> Obligation:
+    """Made of the obligations, each taken as what its proof says: that it holds of all values."""
+    joint = code.module(JOINT)
+    kinds = {
+        kind: SimpleNamespace(parameters={f"p{kind}": _declared(f"p{kind}", t.Role.PARAMETER)})
+        for kind in "ab"
+    }
+    rule = SimpleNamespace(
+        id="rule",
+        roles=(("x", "a"), ("y", "b")),
+        term=_applied("joint", "s", "x.pa", "y.pb"),
+        require_span=None,
+        text="",
+        rationale="",
+        conjuncts=(),
+    )
+    state = {"s": _declared("s", t.Role.STATE)}
+    site = SimpleNamespace(
+        state=state,
+        observed=state,
+        kinds=kinds,
+        joint=(rule,),
+        rules_on=lambda kind: (SimpleNamespace(terms={kind: _applied(f"phi.{kind}", "s", f"p{kind}")}),),
+    )
+
+    def running(name: str) -> Any:
+        envelope = {
+            kind: SimpleNamespace(term=_applied(f"{name}.may-{kind}", "s", f"p{kind}"), span=None)
+            for kind in "ab"
+        }
+        skill = SimpleNamespace(envelope=envelope)
+        return SimpleNamespace(
+            name=name,
+            step=SimpleNamespace(id=name, span=None),
+            skill=skill,
+            arguments=SimpleNamespace(declared=(), terms={}),
+        )
+
+    put_in_place(joint, {"Label": lambda *_: None})
+    made = list(joint.joint_obligations("par", site, running("one"), running("other")))
+    proved = {}
+    for number, obligation in enumerate(made):
+        premise = conjunction(map(_formula, obligation.space.assumptions))
+        proved[f"obligation.{number}"] = implication(premise, _formula(obligation.conclusion))
+    pairs = (("one", "other"), ("other", "one"))
+    return Obligation(
+        "Where `joint_obligations` are proved of two steps, every action of kind a of either and of kind b\n"
+        "of the other obey the joint rule: each in its envelope when it began, both obeying Φ now.",
+        (
+            "(declare-sort Value 0)",
+            *(f"(declare-const {name} Value)" for name in ("now", "of-a", "a-began", "of-b", "b-began")),
+            "(declare-fun joint (Value Value Value) Bool)",
+            *(f"(declare-fun phi.{kind} (Value Value) Bool)" for kind in "ab"),
+            *(
+                f"(declare-fun {name}.may-{kind} (Value Value) Bool)"
+                for name in ("one", "other")
+                for kind in "ab"
+            ),
+        ),
+        conjunction(
+            f"(=> (and ({x}.may-a a-began of-a) ({y}.may-b b-began of-b) (phi.a now of-a) (phi.b now of-b))"
+            " (joint now of-a of-b))"
+            for x, y in pairs
+        ),
+        assumptions=proved,
+    )
+
+
+_STEPS: Final = ("s1", "s2", "s3", "s4")
+
+
+def _pairs(code: Code) -> Obligation:
+    """Of all shapes of two branches, each of two steps, one with a handler."""
+    parallel = code.module(PARALLEL)
+
+    def step(name: str, handler: str | None = None) -> Step:
+        return Step(name, name, {}, {}, 0, handler, cast("Any", None))
+
+    def settled(*_: Any) -> Iterator[Any]:
+        """What takes no solver, and is put aside."""
+        return iter(())
+
+    parallel._Beside.resources = parallel._Beside.sharing = settled
+
+    def run(ask: Ask) -> str:
+        handlers = {"h": step("h")}
+
+        def branch(which: str, one: Any, two: Any) -> Any:
+            if ask(f"{which}.is-seq"):
+                return Seq((one, two))
+            if ask(f"{which}.is-if"):
+                return If(t.TRUE, "", one, two, cast("Any", None))
+            return Par((one, two), cast("Any", None))
+
+        s1, s2, s3, s4 = (step(name, "h" if name == "s1" and ask("handled") else None) for name in _STEPS)
+        inner = branch("left", s1, s2), branch("right", s3, s4)
+        par = Par(inner, cast("Any", None))
+        met: set[frozenset[str]] = set()
+
+        def joint_obligations(_: str, __: Any, a: Any, b: Any) -> Sequence[Any]:
+            met.add(frozenset((a.step.id, b.step.id)))
+            return ()
+
+        put_in_place(
+            parallel,
+            {"joint_obligations": joint_obligations, "arguments_of": lambda *_: None},
+        )
+        composition = SimpleNamespace(body=par, handlers=handlers)
+        skills = dict.fromkeys((*_STEPS, "h"))
+        ecm = SimpleNamespace(skills=skills)
+        list(parallel.parallel_obligations("c", composition, ecm, SimpleNamespace()))
+        return literal(_together(inner, handled=s1.handler is not None) <= met)
+
+    return Obligation(
+        "`parallel_obligations` puts every two steps that may be under way together to `joint_obligations`,\n"
+        "handlers among them, whatever is nested in the branches.",
+        (
+            *(
+                f"(declare-const {side}.is-{shape} Bool)"
+                for side in ("left", "right")
+                for shape in ("seq", "if")
+            ),
+            "(declare-const handled Bool)",
+        ),
+        "every-pair-is-met",
+        tables=(Table("every-pair-is-met", "Bool", explore(run)),),
+    )
+
+
+def _together(branches: tuple[Any, Any], *, handled: bool) -> set[frozenset[str]]:
+    """Steps that may be under way together: of both branches, and of one that is parallel itself."""
+    left, right = {"s1", "s2"}, {"s3", "s4"}
+    if handled:
+        left = {*left, "h"}
+    found = {frozenset(pair) for pair in product(left, right)}
+    for branch, steps in zip(branches, (left, right), strict=True):
+        if isinstance(branch, Par):
+            last = "s2" if steps is left else "s4"
+            found |= {frozenset((one, last)) for one in steps - {last}}
+    return found
+
+
+THEOREM = Theorem(
+    "what runs in parallel obeys Φ each by itself, and the joint rules together; seq and cond add nothing",
+    {
+        "beside": _beside,
+        "decided-beside": _decided,
+        "proved-joint": _proved,
+        "pairs": _pairs,
+    },
+    (
+        Mutant(
+            "looks-at-the-latest-motion-alone",
+            "beside",
+            BESIDE,
+            "        for other in others:\n",
+            "        for other in [*others][-1:]:\n",
+        ),
+        Mutant(
+            "looks-at-roles-in-one-order",
+            "beside",
+            BESIDE,
+            "for roles in ((one, other), (other, one)):",
+            "for roles in ((one, other),):",
+        ),
+        Mutant(
+            "forwards-what-was-allowed-by-itself",
+            "decided-beside",
+            GATE,
+            "if reasons else decision\n",
+            "if not reasons else decision\n",
+        ),
+        Mutant(
+            "takes-an-envelope-to-hold-now",
+            "proved-joint",
+            JOINT,
+            "    names = {**site.kinds[kind].parameters, **site.state}\n",
+            "    names = {**site.kinds[kind].parameters}\n",
+        ),
+        Mutant(
+            "forgets-handlers",
+            "pairs",
+            PARALLEL,
+            "return (step, *handlers_of(step, self.composition.handlers))",
+            "return (step,)",
+        ),
+    ),
+)

@@ -1,0 +1,21 @@
+; `_Generator._arithmetic` of a size of: what its code computes is no larger than
+; its `magnitude`, and no further from the exact value than its `error`.
+; unsat: proved
+(set-logic ALL)
+(define-fun size ((x Real)) Real (ite (<= 0 x) x (- x)))
+(declare-const a Real)
+(declare-const a.computed Real)
+(declare-const a.magnitude Real)
+(declare-const a.error Real)
+(declare-const b Real)
+(declare-const b.computed Real)
+(declare-const b.magnitude Real)
+(declare-const b.error Real)
+(declare-fun rounded (Real) Real)
+(define-fun computed () Real (ite (<= 0 a.computed) a.computed (- a.computed)))
+(define-fun magnitude () Real a.magnitude)
+(define-fun error () Real a.error)
+(assert (! (and (<= (size a.computed) a.magnitude) (<= (size (- a.computed a)) a.error)) :named given.bounds-of-a))
+(assert (! (and (<= (size b.computed) b.magnitude) (<= (size (- b.computed b)) b.error)) :named given.bounds-of-b))
+(assert (! (not (and (<= (size computed) magnitude) (<= (size (- computed (size a))) error))) :named negated-conclusion))
+(check-sat)

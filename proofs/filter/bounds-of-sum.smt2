@@ -1,0 +1,22 @@
+; `_Generator._arithmetic` of a sum: what its code computes is no larger than
+; its `magnitude`, and no further from the exact value than its `error`.
+; unsat: proved
+(set-logic ALL)
+(define-fun size ((x Real)) Real (ite (<= 0 x) x (- x)))
+(declare-const a Real)
+(declare-const a.computed Real)
+(declare-const a.magnitude Real)
+(declare-const a.error Real)
+(declare-const b Real)
+(declare-const b.computed Real)
+(declare-const b.magnitude Real)
+(declare-const b.error Real)
+(declare-fun rounded (Real) Real)
+(define-fun computed () Real (rounded (+ a.computed b.computed)))
+(define-fun magnitude () Real (* (+ a.magnitude b.magnitude) (/ 9007199254740993 9007199254740992)))
+(define-fun error () Real (+ (+ a.error b.error) (* (/ 1 9007199254740992) (+ a.magnitude b.magnitude))))
+(assert (! (and (<= (size a.computed) a.magnitude) (<= (size (- a.computed a)) a.error)) :named given.bounds-of-a))
+(assert (! (and (<= (size b.computed) b.magnitude) (<= (size (- b.computed b)) b.error)) :named given.bounds-of-b))
+(assert (! (<= (size (- (rounded (+ a.computed b.computed)) (+ a.computed b.computed))) (* (/ 1 9007199254740992) (size (+ a.computed b.computed)))) :named given.ieee))
+(assert (! (not (and (<= (size computed) magnitude) (<= (size (- computed (+ a b))) error))) :named negated-conclusion))
+(check-sat)

@@ -1,0 +1,178 @@
+"""What an action is attenuated to is allowed, no larger, and stays as it is: theorem 5."""
+
+from __future__ import annotations
+
+from math import inf
+from types import SimpleNamespace
+from typing import Any
+
+from aeros.spec.theorems.exploring import Ask, Symbol, explore
+from aeros.spec.theorems.formulas import application, disjunction
+from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+from proofs import gate_code as gate
+
+ATTENUATION = "aeros.runtime.attenuation"
+DOUBLES = "aeros.spec.doubles"
+
+_PARAMETERS = ("p", "r", "q")
+_RULES = {"rule.a": ("p",), "rule.b": ("p", "r")}
+"""Which parameters each rule reduces; `q` is reduced by none."""
+
+
+def _allowed(code: Code) -> Obligation:
+    """Decided a second time, by the same gate at the same moment."""
+    ways = ("short-allows", "short-silent")
+    silent_or_allows = disjunction(f"(= (short-way again) {one})" for one in ways)
+    return Obligation(
+        "What `_Decider.decide` forwards it allows as it is when it is asked for; what it attenuates, rules\n"
+        "of Φ alone stood in the way of, each of which says how.",
+        (
+            *gate.DECLARATIONS,
+            *gate.PASSES,
+            gate.OBJECTIONS,
+            *gate.DECISION,
+            "(declare-const again Value)",
+            "(define-fun reducible ((found Objections)) Bool (or (and (= found only-a) attenuates.rule.a)"
+            " (and (= found only-b) attenuates.rule.b)"
+            " (and (= found only-ab) attenuates.rule.a attenuates.rule.b)))",
+        ),
+        "(and (not (= first wrong)) (=> (not (= first deny)) (= second (allow again)))"
+        " (=> ((_ is attenuate) first)"
+        " (or (reducible (objections asked)) (reducible (unmet asked)))))",
+        tables=(
+            Table("first", "Decision", gate.explore_decision(code)),
+            Table("second", "Decision", gate.explore_decision(code, "again")),
+        ),
+        assumptions={
+            "again": "(= again (ite ((_ is attenuate) first) (reduced first) asked))",
+            "short-way-allows": "(=> (= (short-way asked) short-allows) (= (objections asked) none))",
+            "short-way-speaks": "(or (= (short-way asked) short-silent) (and request-formed time-formed))",
+            "short-way-is-complete": f"(=> (= (objections again) none) {silent_or_allows})",
+        },
+    )
+
+
+def _smaller(code: Code) -> Obligation:
+    def double_within(value: Symbol, bounds: tuple[Symbol, Symbol]) -> Symbol:
+        return Symbol(application("inwards", value.term), value.ask)
+
+    def evaluate(term: str, exact: dict[str, Symbol]) -> Symbol:
+        return Symbol(application(term, *(exact[name].term for name in _PARAMETERS)), exact["p"].ask)
+
+    attenuation = code.module(
+        ATTENUATION,
+        lower=lambda term: term,
+        evaluate=evaluate,
+        double_within=double_within,
+        type=lambda _: float,
+        float=float,
+        Fraction=lambda value: value,
+    )
+
+    def run(ask: Ask) -> str:
+        asked = {name: Symbol(name, ask) for name in _PARAMETERS}
+        rules = [
+            SimpleNamespace(attenuations={"a": {name: f"{rule}.{name}" for name in reduced}})
+            for rule, reduced in _RULES.items()
+            if ask(f"{rule}.stands-in-the-way")
+        ]
+        less = attenuation.attenuated(rules, "a", asked, asked)
+        return application("parameters", *(less[name].term for name in _PARAMETERS))
+
+    declarations = [
+        "(declare-datatypes ((Parameters 0)) (((parameters (p-of Real) (r-of Real) (q-of Real)))))",
+        "(declare-fun inwards (Real) Real)",
+        "(define-fun size ((x Real)) Real (ite (<= 0 x) x (- x)))",
+        *(f"(declare-const {name} Real)" for name in _PARAMETERS),
+    ]
+    for rule, reduced in _RULES.items():
+        declarations.append(f"(declare-const {rule}.stands-in-the-way Bool)")
+        declarations += [f"(declare-fun {rule}.{name} (Real Real Real) Real)" for name in reduced]
+    wanted = ["(rule.a.p p r q)", "(rule.b.r p r q)"]
+    wanted += [f"(rule.b.p {first} r q)" for first in ("p", "(inwards (rule.a.p p r q))")]
+    wanted += ["(rule.b.r (inwards (rule.a.p p r q)) r q)"]
+    return Obligation(
+        "`attenuated` enlarges no parameter, whatever the rules declare, and leaves alone what they do not\n"
+        "speak of.",
+        declarations,
+        "(and (<= (size (p-of less)) (size p)) (<= (size (r-of less)) (size r)) (= (q-of less) q))",
+        tables=(Table("less", "Parameters", explore(run)),),
+        assumptions={
+            f"inwards.{place}": f"(<= (size (inwards {one})) (size {one}))"
+            for place, one in enumerate(wanted)
+        },
+    )
+
+
+def _inwards(code: Code) -> Obligation:
+    def nextafter(value: Symbol, towards: float) -> Symbol:
+        return Symbol(application("above" if towards == inf else "below", value.term), value.ask)
+
+    doubles = code.module(
+        DOUBLES,
+        float=lambda value: Symbol(application("nearest", value.term), value.ask),
+        Fraction=lambda value: value,
+        nextafter=nextafter,
+    )
+
+    def run(ask: Ask) -> str:
+        value, size = Symbol("wanted", ask), Symbol("(size wanted)", ask)
+        found: Any = doubles.double_within(value, (-size, size))
+        return str(found.term)
+
+    return Obligation(
+        "`double_within` makes of a real a double that is no larger.",
+        [
+            "(define-fun size ((x Real)) Real (ite (<= 0 x) x (- x)))",
+            "(declare-const wanted Real)",
+            *(f"(declare-fun {name} (Real) Real)" for name in ("nearest", "above", "below")),
+            "(define-fun found.nearest () Real (nearest wanted))",
+        ],
+        "(<= (size found) (size wanted))",
+        tables=(Table("found", "Real", explore(run)),),
+        assumptions={
+            # IEEE 754: no double is between a real and the double nearest to it, and 0 is one.
+            "least-above": "(=> (< wanted found.nearest) (<= (below found.nearest) wanted))",
+            "largest-below": "(=> (< found.nearest wanted) (<= wanted (above found.nearest)))",
+            "zero": "(and (=> (< 0 found.nearest) (<= 0 (below found.nearest)))"
+            " (=> (< found.nearest 0) (<= (above found.nearest) 0)))",
+            "order": "(and (=> (<= 0 wanted) (<= 0 found.nearest)) (=> (<= wanted 0) (<= found.nearest 0)))",
+        },
+    )
+
+
+THEOREM = Theorem(
+    "what an action is attenuated to is allowed, in no parameter larger, and attenuated no further",
+    {"allowed": _allowed, "no-larger": _smaller, "rounded-inwards": _inwards},
+    (
+        Mutant(
+            "attenuates-where-a-rule-does-not-say-how",
+            "allowed",
+            gate.GATE,
+            "return rules if all(kind in rule.attenuations for rule in rules) else []",
+            "return rules",
+        ),
+        Mutant(
+            "forwards-an-action-that-would-be-reduced-again",
+            "allowed",
+            gate.GATE,
+            "if not self._objections(caller, readings, reduced, now, usage, {}):",
+            "if self._attenuating(kind, self._objections(caller, readings, reduced, now, usage, {})):",
+        ),
+        Mutant(
+            "enlarges-as-a-rule-declares",
+            "no-larger",
+            ATTENUATION,
+            "if size < abs(exact[name]):",
+            "if size != abs(exact[name]):",
+        ),
+        Mutant(
+            "rounds-to-the-nearest-double",
+            "rounded-inwards",
+            DOUBLES,
+            "            return nextafter(nearest, -inf)\n        if Fraction(nearest) < lower",
+            "            return nearest\n        if Fraction(nearest) < lower",
+        ),
+    ),
+)

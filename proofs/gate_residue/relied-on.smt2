@@ -1,0 +1,22 @@
+; `Configuration.proved` has a claim exactly where the certificate is of this module, this manifest
+; and this site, and calls the claim PROVED.
+; unsat: proved
+(set-logic ALL)
+(declare-sort Text 0)
+(declare-const certified Bool)
+(declare-const PROVED Text)
+(declare-const verdict Text)
+(declare-const module Text)
+(declare-const certificate.module Text)
+(declare-const manifest Text)
+(declare-const certificate.manifest Text)
+(declare-const site Text)
+(declare-const certificate.site Text)
+(define-fun relied-on.0 () Bool (ite (= verdict PROVED) true false))
+(define-fun relied-on.1 () Bool (ite (= certificate.site site) relied-on.0 false))
+(define-fun relied-on.2 () Bool (ite (= certificate.manifest manifest) relied-on.1 false))
+(define-fun relied-on.3 () Bool (ite (= certificate.module module) relied-on.2 false))
+(define-fun relied-on.4 () Bool (ite certified relied-on.3 false))
+(define-fun relied-on () Bool relied-on.4)
+(assert (! (not (= relied-on (and certified (and (= certificate.module module) (= certificate.manifest manifest) (= certificate.site site)) (= verdict PROVED)))) :named negated-conclusion))
+(check-sat)

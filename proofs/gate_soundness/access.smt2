@@ -1,0 +1,23 @@
+; `_access_objections` yields nothing exactly where each actuator of the kind is the skill's, the
+; module's, and the site's for everybody or granted to the module.
+; unsat: proved
+(set-logic ALL)
+(declare-const granted Bool)
+(declare-const kind.arm Bool)
+(declare-const skill.arm Bool)
+(declare-const module.arm Bool)
+(declare-const site.arm Bool)
+(declare-const grant.arm Bool)
+(declare-const kind.hand Bool)
+(declare-const skill.hand Bool)
+(declare-const module.hand Bool)
+(declare-const site.hand Bool)
+(declare-const grant.hand Bool)
+(define-fun nothing.0 () Bool (ite (and kind.hand (not (and (and skill.hand module.hand) (or site.hand grant.hand)))) false true))
+(define-fun nothing.1 () Bool (ite (and kind.arm (not (and (and skill.arm module.arm) (or site.arm grant.arm)))) false nothing.0))
+(define-fun nothing.2 () Bool (ite (and kind.hand (not (and (and skill.hand module.hand) site.hand))) false true))
+(define-fun nothing.3 () Bool (ite (and kind.arm (not (and (and skill.arm module.arm) site.arm))) false nothing.2))
+(define-fun nothing.4 () Bool (ite granted nothing.1 nothing.3))
+(define-fun nothing () Bool nothing.4)
+(assert (! (not (= nothing (and (=> kind.arm (and skill.arm module.arm (or site.arm (and granted grant.arm)))) (=> kind.hand (and skill.hand module.hand (or site.hand (and granted grant.hand))))))) :named negated-conclusion))
+(check-sat)

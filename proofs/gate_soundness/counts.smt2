@@ -1,0 +1,23 @@
+; `_usage_objections` yields nothing exactly where all that is said of use is a count of a quota of
+; the site.
+; unsat: proved
+(set-logic ALL)
+(declare-const quota.1.told Bool)
+(declare-const quota.1.whole Bool)
+(declare-const quota.2.told Bool)
+(declare-const quota.2.whole Bool)
+(declare-const quota.1.used Int)
+(declare-const quota.1.at-most Int)
+(declare-const quota.2.used Int)
+(declare-const quota.2.at-most Int)
+(declare-const stranger-told Bool)
+(define-fun nothing.0 () Bool (ite stranger-told false true))
+(define-fun nothing.1 () Bool (ite (<= 0 quota.2.used) nothing.0 false))
+(define-fun nothing.2 () Bool (ite quota.2.whole nothing.1 false))
+(define-fun nothing.3 () Bool (ite quota.2.told nothing.2 nothing.0))
+(define-fun nothing.4 () Bool (ite (<= 0 quota.1.used) nothing.3 false))
+(define-fun nothing.5 () Bool (ite quota.1.whole nothing.4 false))
+(define-fun nothing.6 () Bool (ite quota.1.told nothing.5 nothing.3))
+(define-fun nothing () Bool nothing.6)
+(assert (! (not (= nothing (and (not stranger-told) (=> quota.1.told (and quota.1.whole (>= quota.1.used 0))) (=> quota.2.told (and quota.2.whole (>= quota.2.used 0)))))) :named negated-conclusion))
+(check-sat)

@@ -1,0 +1,20 @@
+; `_quota_objections` yields nothing exactly where less of it is used than there is; of what is no
+; count, `_usage_objections` has objected.
+; unsat: proved
+(set-logic ALL)
+(declare-const quota.1.told Bool)
+(declare-const quota.1.whole Bool)
+(declare-const quota.2.told Bool)
+(declare-const quota.2.whole Bool)
+(declare-const quota.1.used Int)
+(declare-const quota.1.at-most Int)
+(declare-const quota.2.used Int)
+(declare-const quota.2.at-most Int)
+(declare-const stranger-told Bool)
+(define-fun nothing.0 () Bool (ite (<= quota.1.at-most quota.1.used) false true))
+(define-fun nothing.1 () Bool (ite (<= 0 quota.1.used) nothing.0 true))
+(define-fun nothing.2 () Bool (ite quota.1.whole nothing.1 true))
+(define-fun nothing.3 () Bool (ite quota.1.told nothing.2 false))
+(define-fun nothing () Bool nothing.3)
+(assert (! (not (=> (=> quota.1.told (and quota.1.whole (>= quota.1.used 0))) (= nothing (and quota.1.told (< quota.1.used quota.1.at-most))))) :named negated-conclusion))
+(check-sat)

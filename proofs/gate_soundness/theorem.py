@@ -1,0 +1,136 @@
+"""What is forwarded satisfies every layer: theorem 1."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+from proofs import gate_code as gate
+from proofs import gate_forms as forms
+from proofs import gate_layers as layers
+from proofs import gate_moments as moments
+
+
+def _decision(code: Code) -> Obligation:
+    return Obligation(
+        "`_Decider.decide` forwards nothing but an action of which every layer passes, of a request that is\n"
+        "one; else it denies, and gives no action.",
+        (*gate.DECLARATIONS, *gate.PASSES, gate.OBJECTIONS, *gate.DECISION),
+        "(or (= decision deny)"
+        " (and ((_ is allow) decision) (sound (allowed decision)) (= (allowed decision) asked))"
+        " (and ((_ is attenuate) decision) (sound (reduced decision))))",
+        tables=(Table("decision", "Decision", gate.explore_decision(code)),),
+        assumptions={
+            **{
+                f"objections.{place}": f"(=> (= (objections {one}) none) (passes {one}))"
+                for place, one in enumerate(gate.CANDIDATES)
+            },
+            "short-way-allows": "(=> (= (short-way asked) short-allows) (passes asked))",
+            "short-way-speaks": "(or (= (short-way asked) short-silent) (and request-formed time-formed))",
+        },
+    )
+
+
+def _objections(code: Code) -> Obligation:
+    return Obligation(
+        "Where `_Decider._objections` finds nothing, every layer passes: what it evaluates, and what the\n"
+        "certificate says is proved of the envelope.",
+        (*gate.DECLARATIONS, *gate.PASSES, gate.OBJECTIONS),
+        "(=> (= found none) (passes asked))",
+        tables=(Table("found", "Objections", gate.explore_objections(code)),),
+        assumptions=gate.residue(gate.ASKED),
+    )
+
+
+def _criteria(code: Code) -> Obligation:
+    return Obligation(
+        "What `_Decider._compile` has the short way decide by: where that holds inside the envelope, so do\n"
+        "permission and Φ, and it allows nothing where a finite layer objects whatever has been used up.",
+        (*gate.DECLARATIONS, *gate.PASSES, *gate.CRITERIA),
+        "(=> ((_ is criteria) given) (and (=> (allows given) static-layers-pass)"
+        " (=> (and (well-formed asked) (inside asked) (left given))"
+        " (and (permitted asked) (obeys-a asked) (obeys-b asked)))))",
+        tables=(Table("given", "Criteria", gate.explore_criteria(code)),),
+        assumptions=gate.residue(gate.ASKED),
+    )
+
+
+_OBLIGATIONS: Final = {
+    "decision": _decision,
+    "objections": _objections,
+    **layers.layer_obligations(),
+    "short-way-criteria": _criteria,
+    **forms.short_way_obligations(forms.allows_only_what_holds),
+    **moments.moment_obligations(),
+}
+
+THEOREM = Theorem(
+    "what is forwarded satisfies Φ, P_i, the envelope and every site rule; all else is ⊥",
+    _OBLIGATIONS,
+    (
+        Mutant(
+            "forwards-what-is-reduced-without-deciding-it",
+            "decision",
+            gate.GATE,
+            "if not self._objections(caller, readings, reduced, now, usage, {}):",
+            "if reduced:",
+        ),
+        Mutant(
+            "relies-on-an-envelope-that-is-not-checked",
+            "objections",
+            gate.GATE,
+            "sufficient = t.conjunction(envelope, *left)",
+            "sufficient = t.conjunction(*left)",
+        ),
+        Mutant(
+            "overlooks-the-last-action-of-a-quota",
+            "quota",
+            layers.LAYERS,
+            "used >= quota.at_most",
+            "used > quota.at_most",
+        ),
+        Mutant(
+            "forgets-the-age-of-a-reading-with-a-time-of-its-own",
+            "short-way-readings",
+            forms.STRAIGHT,
+            'self.require(f"age < {forms[name].surely_fresh!r}")',
+            'self.require(f"age >= 0 or age < {forms[name].surely_fresh!r}")',
+        ),
+        Mutant(
+            "forgets-the-age-of-a-moment",
+            "short-way-readings",
+            forms.STRAIGHT,
+            'self.require(f"exactly - time < {min(limits)!r}")',
+            "pass",
+        ),
+        Mutant(
+            "takes-a-moment-for-well-formed",
+            "short-way-inputs",
+            forms.STRAIGHT,
+            'self.require("taken is not None")',
+            "pass",
+        ),
+        Mutant(
+            "takes-one-value-of-a-moment-for-all",
+            "short-way-readings",
+            forms.STRAIGHT,
+            "taken[{scalar!r}]",
+            "taken[{min(required)!r}]",
+        ),
+        Mutant(
+            "keeps-what-was-measured-under-other-names",
+            "moment",
+            moments.MOMENTS,
+            "if taken is None or taken.order is not order:",
+            "if taken is None:",
+        ),
+        Mutant(
+            "trusts-a-list-to-stay-as-it-was",
+            "moment",
+            moments.MOMENTS,
+            "if taking is None or type(value) is list else",
+            "if taking is None else",
+        ),
+    ),
+)

@@ -1,0 +1,93 @@
+"""Every input has a decision, and what is malformed or unknown is denied: theorem 3."""
+
+from __future__ import annotations
+
+from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+from proofs import gate_code as gate
+from proofs import gate_forms as forms
+
+
+def _decision(code: Code) -> Obligation:
+    return Obligation(
+        "`_Decider.decide` comes to ALLOW, ATTENUATE or DENY on every input; to DENY, without an action,\n"
+        "where the request is none, or anything in it is malformed or does not serve.",
+        (*gate.DECLARATIONS, *gate.PASSES, gate.OBJECTIONS, *gate.DECISION),
+        "(and (not (= decision wrong))"
+        " (=> (not (and request-formed time-formed (well-formed asked))) (= decision deny)))",
+        tables=(Table("decision", "Decision", gate.explore_decision(code)),),
+        assumptions={
+            "objections": "(=> (not (well-formed asked)) (= (objections asked) others))",
+            "short-way": "(or (= (short-way asked) short-silent)"
+            " (and request-formed time-formed (well-formed asked)))",
+        },
+    )
+
+
+def _objections(code: Code) -> Obligation:
+    return Obligation(
+        "Where anything is malformed or does not serve, `_Decider._objections` finds more than rules of Φ,\n"
+        "so that nothing is attenuated.",
+        (*gate.DECLARATIONS, *gate.PASSES, gate.OBJECTIONS),
+        "(=> (not (well-formed asked)) (= found others))",
+        tables=(Table("found", "Objections", gate.explore_objections(code)),),
+    )
+
+
+def _strangers(code: Code) -> Obligation:
+    return Obligation(
+        "`_Decider.decide` denies to whom it does not know, what it does not know, and what is not in the\n"
+        "envelope of the skill; and it raises nothing.",
+        (*gate.DECLARATIONS, gate.OBJECTIONS, *gate.DECISION, *gate.STRANGERS),
+        "(and (not (= decision wrong))"
+        " (=> (not (and module-active skill-exists kind-known in-envelope)) (= decision deny)))",
+        tables=(Table("decision", "Decision", gate.explore_strangers(code)),),
+    )
+
+
+THEOREM = Theorem(
+    "every input has a decision; what is malformed, unknown or not in the envelope is denied",
+    {
+        "decision": _decision,
+        "objections": _objections,
+        "strangers": _strangers,
+        **forms.form_obligations(),
+    },
+    (
+        Mutant(
+            "forgets-to-look-at-the-time",
+            "decision",
+            gate.GATE,
+            "fault = request_fault(caller, readings, action, usage) or check_now(now)",
+            "fault = request_fault(caller, readings, action, usage)",
+        ),
+        Mutant(
+            "lets-any-kind-into-the-envelope",
+            "strangers",
+            gate.GATE,
+            'return [Reason("AE730", action.kind, text), *_failing(kind.conditions, values)]',
+            "return [*_failing(kind.conditions, values)]",
+        ),
+        Mutant(
+            "fails-at-an-unknown-kind",
+            "strangers",
+            gate.GATE,
+            "required = entry.required if entry else kind.required if kind else frozenset()",
+            "required = entry.required if entry else kind.required",
+        ),
+        Mutant(
+            "overlooks-the-upper-end-of-a-range",
+            "form-of-speed",
+            forms.FORM,
+            "if not least <= value <= most:",
+            "if not least <= value:",
+        ),
+        Mutant(
+            "takes-what-nobody-declared",
+            "given",
+            forms.INTAKE,
+            "        if name not in forms:\n",
+            "        if not name:\n",
+        ),
+    ),
+)

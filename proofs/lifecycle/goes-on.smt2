@@ -1,0 +1,22 @@
+; `Governing.objection` lets a skill go on exactly while its module is kept and active, with the
+; contents and under the policy that it was decided under, and no override matches.
+; unsat: proved
+(set-logic ALL)
+(declare-sort Text 0)
+(declare-const kept Bool)
+(declare-const is-active Bool)
+(declare-const block.1.matches Bool)
+(declare-const block.2.matches Bool)
+(declare-const was.digest Text)
+(declare-const was.site Text)
+(declare-const now.digest Text)
+(declare-const now.site Text)
+(define-fun goes-on.0 () Bool (ite block.2.matches false true))
+(define-fun goes-on.1 () Bool (ite block.1.matches false goes-on.0))
+(define-fun goes-on.2 () Bool (ite (not (= now.site was.site)) false goes-on.1))
+(define-fun goes-on.3 () Bool (ite (not (= now.digest was.digest)) false goes-on.2))
+(define-fun goes-on.4 () Bool (ite kept goes-on.3 false))
+(define-fun goes-on.5 () Bool (ite is-active goes-on.4 false))
+(define-fun goes-on () Bool goes-on.5)
+(assert (! (not (= goes-on (and kept is-active (= now.digest was.digest) (= now.site was.site) (not block.1.matches) (not block.2.matches)))) :named negated-conclusion))
+(check-sat)

@@ -1,0 +1,272 @@
+"""Peaks of the motion profile, and bounds in time of what moves along a path: a part of theorem 14."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from functools import partial
+from itertools import zip_longest
+from typing import Any, Final
+
+from aeros.spec.theorems.exploring import Ask, Symbol, explore
+from aeros.spec.theorems.formulas import literal
+from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+
+PEAKS: Final = "aeros.runtime.peaks"
+BEZIER: Final = "aeros.runtime.bezier"
+PROFILE: Final = "aeros.sim.profile"
+
+_SIZE: Final = "(define-fun size ((x Real)) Real (ite (<= 0 x) x (- x)))"
+_POLYNOMIALS: Final = "QF_NRA"  # cvc5 then decides by coverings
+
+# The profile, whatever is moved and however long it takes.
+
+
+class _Polynomial:
+    """A polynomial in u with exact coefficients, from the constant on: what code makes of a symbol u."""
+
+    def __init__(self, *coefficients: Fraction) -> None:
+        self.coefficients = coefficients
+
+    def __add__(self, other: Any) -> _Polynomial:
+        pairs = zip_longest(self.coefficients, _of(other).coefficients, fillvalue=Fraction(0))
+        return _Polynomial(*(a + b for a, b in pairs))
+
+    def __neg__(self) -> _Polynomial:
+        return self * -1
+
+    def __sub__(self, other: Any) -> _Polynomial:
+        return self + -_of(other)
+
+    def __rsub__(self, other: Any) -> _Polynomial:
+        return _of(other) - self
+
+    def __mul__(self, other: Any) -> _Polynomial:
+        theirs = _of(other).coefficients
+        product = [Fraction(0)] * (len(self.coefficients) + len(theirs) - 1)
+        for i, a in enumerate(self.coefficients):
+            for j, b in enumerate(theirs):
+                product[i + j] += a * b
+        return _Polynomial(*product)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def __pow__(self, power: int) -> _Polynomial:
+        return self if power == 1 else self * self ** (power - 1)
+
+    def term(self) -> str:
+        """At u, as Horner has it."""
+        term = "0.0"
+        for one in reversed(self.coefficients):
+            term = f"(+ {literal(one)} (* u {term}))"
+        return term
+
+
+def _of(value: Any) -> _Polynomial:
+    return value if isinstance(value, _Polynomial) else _Polynomial(Fraction(value))
+
+
+def _derivative(polynomial: _Polynomial) -> _Polynomial:
+    return _Polynomial(*(n * one for n, one in enumerate(polynomial.coefficients) if n))
+
+
+_U: Final = _Polynomial(Fraction(0), Fraction(1))
+
+
+def _peak(order: int, code: Code) -> Obligation:
+    s, _, __ = code.module(PROFILE).minimum_jerk(_U)
+    for _ in range(order):
+        s = _derivative(s)
+    bound = literal(Fraction(code.module(PEAKS).TIMING[order - 1]))
+    return Obligation(
+        f"The derivative of order {order} of the profile by u is nowhere in [0, 1] larger than `TIMING`.",
+        (_SIZE, "(declare-const u Real)", f"(define-fun derivative () Real {s.term()})"),
+        f"(<= (size derivative) {bound})",
+        assumptions={"in-the-motion": "(<= 0.0 u 1.0)"},
+        logic=_POLYNOMIALS,
+    )
+
+
+def _own(code: Code) -> Obligation:
+    s, first, second = code.module(PROFILE).minimum_jerk(_U)
+    names = {"s": s, "first": first, "second": second, "of-s": _derivative(s), "of-first": _derivative(first)}
+    return Obligation(
+        "The speed and acceleration that `minimum_jerk` gives are the derivatives of its position, which\n"
+        "goes from 0 to 1 and rests at both ends.",
+        (
+            "(declare-const u Real)",
+            *(f"(define-fun {name} () Real {one.term()})" for name, one in names.items()),
+        ),
+        "(and (= first of-s) (= second of-first) (=> (= u 0.0) (= s first second 0.0))"
+        " (=> (= u 1.0) (and (= s 1.0) (= first second 0.0))))",
+    )
+
+
+# Along a path.
+
+
+class _Real(Symbol):
+    """A real; powers are products."""
+
+    __slots__ = ()
+
+    def _with(self, operator: str, *parts: Any) -> _Real:
+        return _Real(Symbol._with(self, operator, *parts).term, self.ask)
+
+    def __pow__(self, power: int) -> Any:
+        return self if power == 1 else self * self ** (power - 1)
+
+    def __truediv__(self, other: float) -> _Real:
+        return self._with("/", self, other)
+
+
+class _Duration:
+    """A duration, known by its inverse: whatever is divided by it is multiplied by that."""
+
+    def __init__(self, inverse: Any) -> None:
+        self._inverse = inverse
+
+    def __pow__(self, power: int) -> _Duration:
+        return _Duration(self._inverse**power)
+
+    def __rtruediv__(self, other: float) -> Any:
+        return self._inverse * other
+
+
+_MOST: Final = ("first", "second", "third")
+_RATES: Final = ("speed", "acceleration", "jerk")
+
+# ẋ, ẍ and x⃛ by the chain rule, where p.N is the derivative of the path of order N and s.N that of the timing.
+_CHAIN: Final = {
+    "speed": ("(* p.1 s.1)",),
+    "acceleration": ("(* p.2 s.1 s.1)", "(* p.1 s.2)"),
+    "jerk": ("(* p.3 s.1 s.1 s.1)", "(* 3.0 p.2 s.1 s.2)", "(* p.1 s.3)"),
+}
+
+
+def _timed(rate: str, code: Code) -> Obligation:
+    peaks = code.module(PEAKS)
+    place = _RATES.index(rate)
+
+    def run(ask: Ask) -> str:
+        most = (_Real(f"most.{name}", ask) for name in _MOST)
+        found = peaks.timed(*most, _Duration(_Real("per-duration", ask)))
+        return str(found[place].term)
+
+    limits = {
+        f"s.{order}": " ".join(["*", literal(Fraction(peaks.TIMING[order - 1])), *["per-duration"] * order])
+        for order in (1, 2, 3)
+    }
+    declarations = [_SIZE, "(declare-const per-duration Real)"]
+    declarations += [f"(declare-const most.{name} Real)" for name in _MOST]
+    declarations += [f"(declare-const {one}.{order} Real)" for one in "ps" for order in (1, 2, 3)]
+
+    def most_of(factor: str) -> str:
+        if factor.startswith("p."):
+            return f"most.{_MOST[int(factor[2:]) - 1]}"
+        return f"({limits[factor]})" if factor in limits else factor
+
+    products = {}
+    for number, summand in enumerate(_CHAIN[rate]):
+        factors = summand.strip("()").split()[1:]
+        products[f"product.{number}"] = f"(<= (size {summand}) (* {' '.join(map(most_of, factors))}))"
+    total = _CHAIN[rate][0] if len(_CHAIN[rate]) == 1 else f"(+ {' '.join(_CHAIN[rate])})"
+    return Obligation(
+        f"`timed` bounds the {rate} of whatever moves along a path, from bounds of the path's\n"
+        "derivatives and of the profile's, for every duration.",
+        declarations,
+        f"(<= (size {total}) bound)",
+        tables=(Table("bound", "Real", explore(run)),),
+        assumptions={"a-duration": "(< 0.0 per-duration)", **products},
+    )
+
+
+def _products(_: Code) -> Obligation:
+    return Obligation(
+        "A product is no larger than that of bounds of its factors; of more than two, by saying so again.",
+        (_SIZE, *(f"(declare-const {name}{what} Real)" for name in "xy" for what in ("", ".size"))),
+        "(<= (size (* x y)) (* x.size y.size))",
+        assumptions={name: f"(<= (size {name}) {name}.size)" for name in "xy"},
+    )
+
+
+# A piece of a path of the joints.
+
+_POINTS: Final = "abcd"
+
+
+def _piece(name: str, code: Code) -> Obligation:
+    bezier = code.module(BEZIER, max=_largest)
+
+    def run(ask: Ask, field: str) -> str:
+        piece = tuple((_Real(point, ask),) for point in _POINTS)
+        return str(getattr(bezier.derivatives(piece), field)[0].term)
+
+    order = _MOST.index(name) + 1
+    field = ("most_first", "most_second", "third")[order - 1]
+    u, v, w = "(- b a)", "(- c b)", "(- d c)"
+    exact = {
+        "first": f"(* 3.0 (+ (* {u} y y) (* 2.0 {v} x y) (* {w} x x)))",
+        "second": f"(* 6.0 (+ (* (- {v} {u}) y) (* (- {w} {v}) x)))",
+        "third": f"(* 6.0 (- (- {w} {v}) (- {v} {u})))",
+    }[name]
+    return Obligation(
+        f"`derivatives` bounds the {name} derivative of a cubic piece wherever it is, by its parameter x.",
+        (
+            _SIZE,
+            *(f"(declare-const {point} Real)" for point in _POINTS),
+            "(declare-const x Real)",
+            "(define-fun y () Real (- 1.0 x))",
+        ),
+        f"(<= (size {exact}) bound)",
+        tables=(Table("bound", "Real", explore(partial(run, field=field))),),
+        assumptions={"on-the-piece": "(<= 0.0 x 1.0)"},
+        logic=_POLYNOMIALS,
+    )
+
+
+def _largest(*values: Any) -> Any:
+    """Stands for `max`."""
+    first, *others = values
+    for other in others:
+        first = first._with("ite", other <= first, first, other)
+    return first
+
+
+_TIMED: dict[str, Callable[[Code], Obligation]] = {f"timed-{one}": partial(_timed, one) for one in _RATES}
+
+THEOREM = Theorem(
+    "the peaks of the motion profile and the bounds in time that the gate decides by are upper bounds",
+    {
+        **{f"peak-{order}": partial(_peak, order) for order in (1, 2, 3)},
+        "profile": _own,
+        **_TIMED,
+        "products": _products,
+        **{f"piece-{name}": partial(_piece, name) for name in _MOST},
+    },
+    (
+        Mutant("takes-the-mean-acceleration", "peak-2", PEAKS, "10.0 / sqrt(3.0) *", "5.0 / sqrt(3.0) *"),
+        Mutant(
+            "forgets-that-a-path-bends",
+            "timed-acceleration",
+            PEAKS,
+            "(second * v * v + first * a) * _ROUNDING",
+            "(first * a) * _ROUNDING",
+        ),
+        Mutant(
+            "looks-at-both-ends-alone",
+            "piece-first",
+            BEZIER,
+            "3.0 * max(abs(u), abs(v), abs(w))",
+            "3.0 * max(abs(u), abs(w))",
+        ),
+        Mutant(
+            "has-the-profile-stop-late",
+            "profile",
+            PROFILE,
+            "ds = 30.0 * u**2 * (1.0 - u) ** 2",
+            "ds = 30.0 * u**2 * (1.0 - u)",
+        ),
+    ),
+)

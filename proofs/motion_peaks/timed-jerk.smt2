@@ -1,0 +1,22 @@
+; `timed` bounds the jerk of whatever moves along a path, from bounds of the path's
+; derivatives and of the profile's, for every duration.
+; unsat: proved
+(set-logic ALL)
+(define-fun size ((x Real)) Real (ite (<= 0 x) x (- x)))
+(declare-const per-duration Real)
+(declare-const most.first Real)
+(declare-const most.second Real)
+(declare-const most.third Real)
+(declare-const p.1 Real)
+(declare-const p.2 Real)
+(declare-const p.3 Real)
+(declare-const s.1 Real)
+(declare-const s.2 Real)
+(declare-const s.3 Real)
+(define-fun bound () Real (* (+ (+ (* most.third (* (* per-duration (/ 15 8)) (* (* per-duration (/ 15 8)) (* per-duration (/ 15 8))))) (* (* (* (/ 3 1) most.second) (* per-duration (/ 15 8))) (* (* per-duration per-duration) (/ 6500386142968137 1125899906842624)))) (* most.first (* (* per-duration (* per-duration per-duration)) (/ 60 1)))) (/ 281474976992131 281474976710656)))
+(assert (! (< 0.0 per-duration) :named given.a-duration))
+(assert (! (<= (size (* p.3 s.1 s.1 s.1)) (* most.third (* (/ 15 8) per-duration) (* (/ 15 8) per-duration) (* (/ 15 8) per-duration))) :named given.product.0))
+(assert (! (<= (size (* 3.0 p.2 s.1 s.2)) (* 3.0 most.second (* (/ 15 8) per-duration) (* (/ 6500386142968137 1125899906842624) per-duration per-duration))) :named given.product.1))
+(assert (! (<= (size (* p.1 s.3)) (* most.first (* (/ 60 1) per-duration per-duration per-duration))) :named given.product.2))
+(assert (! (not (<= (size (+ (* p.3 s.1 s.1 s.1) (* 3.0 p.2 s.1 s.2) (* p.1 s.3))) bound)) :named negated-conclusion))
+(check-sat)

@@ -1,0 +1,20 @@
+; `timed` bounds the speed of whatever moves along a path, from bounds of the path's
+; derivatives and of the profile's, for every duration.
+; unsat: proved
+(set-logic ALL)
+(define-fun size ((x Real)) Real (ite (<= 0 x) x (- x)))
+(declare-const per-duration Real)
+(declare-const most.first Real)
+(declare-const most.second Real)
+(declare-const most.third Real)
+(declare-const p.1 Real)
+(declare-const p.2 Real)
+(declare-const p.3 Real)
+(declare-const s.1 Real)
+(declare-const s.2 Real)
+(declare-const s.3 Real)
+(define-fun bound () Real (* (* most.first (* per-duration (/ 15 8))) (/ 281474976992131 281474976710656)))
+(assert (! (< 0.0 per-duration) :named given.a-duration))
+(assert (! (<= (size (* p.1 s.1)) (* most.first (* (/ 15 8) per-duration))) :named given.product.0))
+(assert (! (not (<= (size (* p.1 s.1)) bound)) :named negated-conclusion))
+(check-sat)

@@ -1,0 +1,18 @@
+; Before anything was executed, nothing is kept, and that counts as nothing.
+; unsat: proved
+(set-logic ALL)
+(declare-datatypes ((Use 0)) (((use (kept Int) (first-of Real) (second-of Real) (latest-of Real)) (refused))))
+(declare-const before Use)
+(declare-const now Real)
+(declare-const later Real)
+(declare-const window Real)
+(declare-const governed Bool)
+(declare-const executed.now Int)
+(declare-const executed.later Int)
+(define-fun within ((time Real) (at Real)) Int (ite (<= (- at time) window) 1 0))
+(define-fun counted ((u Use) (at Real)) Int (+ (ite (<= 1 (kept u)) (within (first-of u) at) 0) (ite (<= 2 (kept u)) (within (second-of u) at) 0)))
+(define-fun at-most-two ((n Int)) Int (ite (<= n 2) n 2))
+(define-fun in-order ((u Use)) Bool (and (<= 0 (kept u) 2) (=> (<= 1 (kept u)) (<= (first-of u) (latest-of u))) (=> (<= 2 (kept u)) (<= (first-of u) (second-of u) (latest-of u)))))
+(define-fun begins () Use (use 0 0.0 0.0 now))
+(assert (! (not (and (in-order begins) (= (counted begins later) 0))) :named negated-conclusion))
+(check-sat)

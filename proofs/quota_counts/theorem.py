@@ -1,0 +1,249 @@
+"""A quota counts what was executed within its window, in bounded memory: the quotas of theorem 10."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from functools import partial
+from types import ModuleType, SimpleNamespace
+from typing import Any, Final, cast
+
+from aeros.spec.doubles import neighbours
+from aeros.spec.model import Quota
+from aeros.spec.theorems.exploring import Ask, Symbol, explore
+from aeros.spec.theorems.formulas import literal
+from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+
+USAGE: Final = "aeros.runtime.usage"
+WINDOW: Final = "aeros.runtime.window"
+
+# A window of time.
+
+
+class _Double(Symbol):
+    """A double; what is added and subtracted is rounded."""
+
+    __slots__ = ()
+
+    def __sub__(self, other: Any) -> _Double:
+        return _Double(f"(rounded (- {self.term} {other.term}))", self.ask)
+
+    def __add__(self, other: Any) -> _Double:
+        return _Double(f"(rounded (+ {self.term} {other.term}))", self.ask)
+
+
+_LENGTHS: Final = {"a-double": Fraction(10), "no-double": Fraction(1, 10)}
+
+
+def _window(length: Fraction, code: Code) -> Obligation:
+    window = code.module(WINDOW, Fraction=lambda value: Symbol(value.term, value.ask))
+
+    def run(ask: Ask) -> str:
+        made = window.Window(length)
+        return literal(bool(made.spans(_Double("earlier", ask), _Double("later", ask))))
+
+    apart = "(- later earlier)"
+    share = f"(rounded (- (rounded {apart}) later))"
+    corrected = f"(rounded (- later (rounded (- (rounded {apart}) {share}))))"
+    error = f"(rounded (- {corrected} (rounded (+ earlier {share}))))"
+    bounds = dict(zip(("below", "above"), map(Fraction, neighbours(length)), strict=True))
+    return Obligation(
+        f"`Window.spans` exactly where one time is at most {length} s after another; that is\n"
+        f"{'a double' if bounds['below'] == bounds['above'] else 'no double'}.",
+        (
+            "(declare-const earlier Real)",
+            "(declare-const later Real)",
+            "(declare-fun rounded (Real) Real)",
+        ),
+        f"(= spans (<= {apart} {literal(length)}))",
+        tables=(Table("spans", "Bool", explore(run)),),
+        assumptions={
+            **{
+                f"rounding-keeps-order.{name}": f"(and (=> (<= {apart} {literal(one)})"
+                f" (<= (rounded {apart}) {literal(one)}))"
+                f" (=> (>= {apart} {literal(one)}) (>= (rounded {apart}) {literal(one)})))"
+                for name, one in bounds.items()
+            },
+            "twosum": f"(= {error} (- {apart} (rounded {apart})))",
+        },
+    )
+
+
+# What is kept of the actions of one quota.
+
+_KEPT: Final = ("first", "second")
+
+_USE: Final = (
+    "(declare-datatypes ((Use 0))"
+    " (((use (kept Int) (first-of Real) (second-of Real) (latest-of Real)) (refused))))",
+    "(declare-const before Use)",
+    "(declare-const now Real)",
+    "(declare-const later Real)",
+    "(declare-const window Real)",
+    "(declare-const governed Bool)",
+    "(declare-const executed.now Int)",
+    "(declare-const executed.later Int)",
+    "(define-fun within ((time Real) (at Real)) Int (ite (<= (- at time) window) 1 0))",
+    "(define-fun counted ((u Use) (at Real)) Int (+ (ite (<= 1 (kept u)) (within (first-of u) at) 0)"
+    " (ite (<= 2 (kept u)) (within (second-of u) at) 0)))",
+    "(define-fun at-most-two ((n Int)) Int (ite (<= n 2) n 2))",
+    "(define-fun in-order ((u Use)) Bool (and (<= 0 (kept u) 2)"
+    " (=> (<= 1 (kept u)) (<= (first-of u) (latest-of u)))"
+    " (=> (<= 2 (kept u)) (<= (first-of u) (second-of u) (latest-of u)))))",
+)
+"""What is kept, and how many actions were executed within the window, of all that ever were: any number.
+
+`executed.later` is that number at some later time, of what was executed before this step.
+"""
+
+_INVARIANT: Final = {
+    "in-order": "(and (not (= before refused)) (in-order before) (<= now later) (<= 0 window))",
+    "counts": "(and (<= 0 executed.now) (<= 0 executed.later) (= (counted before later) (at-most-two"
+    " executed.later)))",
+    "counts-now": "(=> (<= (latest-of before) now) (= (counted before now) (at-most-two executed.now)))",
+}
+"""What holds of what is kept, now and at any later time."""
+
+
+def _usage(ask: Ask, usage: ModuleType) -> Any:
+    """A usage in any state, of a quota of two actions."""
+    made = usage.Usage((Quota("q", frozenset(("a",)), 2, Fraction(1), cast("Any", None)),))
+    number = 2 if ask("(= (kept before) 2)") else 1 if ask("(= (kept before) 1)") else 0
+    made._times["q"].extend(Symbol(f"({name}-of before)", ask) for name in _KEPT[:number])
+    made._latest = Symbol("(latest-of before)", ask)
+    return made
+
+
+def _state(made: Any) -> str:
+    times = [one.term for one in made._times["q"]]
+    return f"(use {len(times)} {' '.join([*times, '0.0', '0.0'][:2])} {made._latest.term})"
+
+
+def _copy(code: Code) -> ModuleType:
+    def window(_: Fraction) -> Any:
+        def spans(earlier: Symbol, later: Symbol) -> bool:
+            return later.ask(f"(<= (- {later.term} {earlier.term}) window)")
+
+        return SimpleNamespace(spans=spans)
+
+    return code.module(USAGE, Window=window, type=lambda _: float, float=float, isfinite=lambda _: True)
+
+
+def _executed(code: Code) -> Obligation:
+    usage = _copy(code)
+
+    def run(ask: Ask) -> str:
+        made = _usage(ask, usage)
+        try:
+            made.executed("a" if ask("governed") else "b", Symbol("now", ask))
+        except usage.ClockError:
+            return "refused"
+        return _state(made)
+
+    return Obligation(
+        "After `Usage.executed`, what is kept still tells at any later time how many actions the window\n"
+        "holds, up to the quota's number, however many there have been; a clock that goes back is refused.",
+        _USE,
+        "(ite (< now (latest-of before)) (= after refused)"
+        " (and (not (= after refused)) (in-order after) (= (latest-of after) now)"
+        " (= (counted after later) (at-most-two (+ executed.later (ite governed (within now later) 0))))))",
+        tables=(Table("after", "Use", explore(run)),),
+        assumptions=_INVARIANT,
+    )
+
+
+def _count(code: Code) -> Obligation:
+    usage = _copy(code)
+
+    def run(ask: Ask, told: Callable[[Any, int], str]) -> str:
+        made = _usage(ask, usage)
+        try:
+            found = made.count(Symbol("now", ask))["q"]
+        except usage.ClockError:
+            return told(None, -1)
+        return told(made, found)
+
+    def state(made: Any, _: int) -> str:
+        return "refused" if made is None else _state(made)
+
+    def number(_: Any, found: int) -> str:
+        return literal(found)
+
+    return Obligation(
+        "`Usage.count` says how many actions the window holds now, up to the quota's number; and forgets\n"
+        "none that a later window could hold.",
+        _USE,
+        "(ite (< now (latest-of before)) (= after refused)"
+        " (and (= told (at-most-two executed.now)) (not (= after refused)) (in-order after)"
+        " (= (counted after later) (at-most-two executed.later))))",
+        tables=(
+            Table("told", "Int", explore(partial(run, told=number))),
+            Table("after", "Use", explore(partial(run, told=state))),
+        ),
+        assumptions=_INVARIANT,
+    )
+
+
+def _begins(code: Code) -> Obligation:
+    usage = _copy(code)
+
+    def run(ask: Ask) -> str:
+        made = usage.Usage((Quota("q", frozenset(("a",)), 2, Fraction(1), cast("Any", None)),))
+        made._latest = Symbol("now", ask)
+        return _state(made)
+
+    return Obligation(
+        "Before anything was executed, nothing is kept, and that counts as nothing.",
+        _USE,
+        "(and (in-order begins) (= (counted begins later) 0))",
+        tables=(Table("begins", "Use", explore(run)),),
+    )
+
+
+THEOREM = Theorem(
+    "a quota counts the actions that its window holds, exactly and in bounded memory",
+    {
+        "begins": _begins,
+        "executed": _executed,
+        "count": _count,
+        **{f"window-of-{name}": partial(_window, length) for name, length in _LENGTHS.items()},
+    },
+    (
+        Mutant(
+            "keeps-one-time-too-few",
+            "executed",
+            USAGE,
+            "deque(maxlen=quota.at_most)",
+            "deque(maxlen=quota.at_most - 1)",
+        ),
+        Mutant(
+            "forgets-what-is-in-the-window-still",
+            "count",
+            USAGE,
+            "while times and not window.spans(times[0], at):",
+            "if times and not window.spans(times[-1], at) or len(times) > 1:",
+        ),
+        Mutant(
+            "lets-the-clock-go-back",
+            "executed",
+            USAGE,
+            "        if at < self._latest:\n",
+            "        if at < at:\n",
+        ),
+        Mutant(
+            "takes-a-rounded-difference-for-the-difference",
+            "window-of-no-double",
+            WINDOW,
+            "apart < self.surely or (",
+            "apart <= self.surely or (",
+        ),
+        Mutant(
+            "has-an-open-window",
+            "window-of-a-double",
+            WINDOW,
+            "(earlier + share) <= 0.0",
+            "(earlier + share) < 0.0",
+        ),
+    ),
+)

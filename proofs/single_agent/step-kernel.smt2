@@ -1,0 +1,18 @@
+; Step: the invariant survives what is done by the kernel: forks, ends, crashes, other agents.
+; unsat: proved
+(set-logic ALL)
+(declare-const lock Int)
+(declare-const lock~ Int)
+(declare-const one.pc Int)
+(declare-const one.pc~ Int)
+(declare-const two.pc Int)
+(declare-const two.pc~ Int)
+(declare-const one.child Bool)
+(declare-const one.child~ Bool)
+(declare-const two.child Bool)
+(declare-const two.child~ Bool)
+(define-fun invariant () Bool (and (<= 0 lock 3) (and (<= 0 one.pc 12) (=> (= one.pc 0) true) (=> (= one.pc 1) (= lock 1)) (=> (= one.pc 2) (= lock 1)) (=> (= one.pc 3) (= lock 1)) (=> (= one.pc 4) (= lock 1)) (=> (= one.pc 5) (= lock 1)) (=> (= one.pc 6) true) (=> (= one.pc 7) (= lock 1)) (=> (= one.pc 8) true) (=> (= one.pc 9) (= lock 1)) (=> (= one.pc 10) true) (=> (= one.pc 11) true) (=> (= one.pc 12) true)) (and (<= 0 two.pc 12) (=> (= two.pc 0) true) (=> (= two.pc 1) (= lock 2)) (=> (= two.pc 2) (= lock 2)) (=> (= two.pc 3) (= lock 2)) (=> (= two.pc 4) (= lock 2)) (=> (= two.pc 5) (= lock 2)) (=> (= two.pc 6) true) (=> (= two.pc 7) (= lock 2)) (=> (= two.pc 8) true) (=> (= two.pc 9) (= lock 2)) (=> (= two.pc 10) true) (=> (= two.pc 11) true) (=> (= two.pc 12) true))))
+(define-fun invariant-after () Bool (let ((lock lock~) (one.pc one.pc~) (two.pc two.pc~) (one.child one.child~) (two.child two.child~)) (and (<= 0 lock 3) (and (<= 0 one.pc 12) (=> (= one.pc 0) true) (=> (= one.pc 1) (= lock 1)) (=> (= one.pc 2) (= lock 1)) (=> (= one.pc 3) (= lock 1)) (=> (= one.pc 4) (= lock 1)) (=> (= one.pc 5) (= lock 1)) (=> (= one.pc 6) true) (=> (= one.pc 7) (= lock 1)) (=> (= one.pc 8) true) (=> (= one.pc 9) (= lock 1)) (=> (= one.pc 10) true) (=> (= one.pc 11) true) (=> (= one.pc 12) true)) (and (<= 0 two.pc 12) (=> (= two.pc 0) true) (=> (= two.pc 1) (= lock 2)) (=> (= two.pc 2) (= lock 2)) (=> (= two.pc 3) (= lock 2)) (=> (= two.pc 4) (= lock 2)) (=> (= two.pc 5) (= lock 2)) (=> (= two.pc 6) true) (=> (= two.pc 7) (= lock 2)) (=> (= two.pc 8) true) (=> (= two.pc 9) (= lock 2)) (=> (= two.pc 10) true) (=> (= two.pc 11) true) (=> (= two.pc 12) true)))))
+(define-fun step () Bool (or (and (= lock~ lock) (= one.pc~ one.pc) (= two.pc~ two.pc) (= one.child~ true) (= two.child~ two.child)) (and (= lock~ (ite (and (= lock 1) (not (or (= one.pc 1) (= one.pc 2) (= one.pc 3) (= one.pc 4) (= one.pc 5) (= one.pc 7) (= one.pc 9)))) 0 lock)) (= one.pc~ one.pc) (= two.pc~ two.pc) (= one.child~ false) (= two.child~ two.child)) (and (= lock~ (ite (and (= lock 1) (not one.child)) 0 lock)) (= one.pc~ 0) (= two.pc~ two.pc) (= one.child~ one.child) (= two.child~ two.child)) (and (= lock~ lock) (= one.pc~ one.pc) (= two.pc~ two.pc) (= one.child~ one.child) (= two.child~ true)) (and (= lock~ (ite (and (= lock 2) (not (or (= two.pc 1) (= two.pc 2) (= two.pc 3) (= two.pc 4) (= two.pc 5) (= two.pc 7) (= two.pc 9)))) 0 lock)) (= one.pc~ one.pc) (= two.pc~ two.pc) (= one.child~ one.child) (= two.child~ false)) (and (= lock~ (ite (and (= lock 2) (not two.child)) 0 lock)) (= one.pc~ one.pc) (= two.pc~ 0) (= one.child~ one.child) (= two.child~ two.child)) (and (= lock 0) (= lock~ 3) (= one.pc~ one.pc) (= two.pc~ two.pc) (= one.child~ one.child) (= two.child~ two.child)) (and (= lock 3) (= lock~ 0) (= one.pc~ one.pc) (= two.pc~ two.pc) (= one.child~ one.child) (= two.child~ two.child))))
+(assert (! (not (=> (and invariant step) invariant-after)) :named negated-conclusion))
+(check-sat)

@@ -1,0 +1,223 @@
+"""One state folder has one agent at most: theorem 9."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from itertools import count
+from types import SimpleNamespace
+from typing import Any, Final
+
+from aeros.spec.theorems.formulas import conjunction, disjunction
+from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.theorems.theorem import Obligation, Theorem
+from proofs.protocol import Do, Program, Way, changed, later, program, variables
+
+IDENTITY: Final = "aeros.agent.identity"
+
+_AGENTS: Final = {"one": 1, "two": 2}
+"""Any two processes, by what `lock` is while they hold it; 0 is nobody, 3 anybody else."""
+
+_STATE: Final[Mapping[str, str]] = {
+    "lock": "Int",
+    **{f"{who}.pc": "Int" for who in _AGENTS},
+    **{f"{who}.child": "Bool" for who in _AGENTS},
+}
+"""`child`: a process that this one forked has its open files still."""
+
+
+class _Folder:
+    """The state folder, and files in it."""
+
+    def __truediv__(self, _: str) -> _Folder:
+        return self
+
+    def mkdir(self, **_: Any) -> None:
+        """It is there."""
+
+
+def _agent(code: Code) -> Program:
+    """`sole_identity`: an agent comes awake, lives, and lets go."""
+
+    def run(do: Do) -> str:
+        def flock(_: int, how: int) -> None:
+            kind = "exclude" if how & fcntl.LOCK_EX else "share"
+            if do(kind, "taken", "busy") == "busy":
+                raise BlockingIOError
+
+        def write(*_: Any) -> None:
+            if do("write-identity", "done", "fails") == "fails":
+                raise RuntimeError
+
+        clock = count()
+        flags = ("O_RDWR", "O_CREAT", "O_CLOEXEC", "O_NOFOLLOW")
+        identity = code.module(
+            IDENTITY,
+            fcntl=SimpleNamespace(
+                LOCK_EX=fcntl.LOCK_EX, LOCK_NB=fcntl.LOCK_NB, LOCK_SH=fcntl.LOCK_SH, flock=flock
+            ),
+            os=SimpleNamespace(
+                **{flag: getattr(os, flag) for flag in flags},
+                open=lambda *_: 3,
+                close=lambda _: do("close"),
+                fstat=lambda _: SimpleNamespace(st_size=1),
+                pread=lambda *_: b"",
+                pwrite=lambda *_: do("say-who"),
+                ftruncate=lambda *_: None,
+                getpid=lambda: 1,
+            ),
+            time=SimpleNamespace(monotonic=lambda: next(clock), sleep=lambda _: None),
+            _read=lambda _: do("read-identity") or None,
+            _write=write,
+        )
+        try:
+            with identity.sole_identity(_Folder(), "name"):
+                _live(do)
+        except identity.RefusedError:
+            return "refused"
+        except RuntimeError:
+            return "broken"
+        return "slept"
+
+    return program(run)
+
+
+def _live(do: Do) -> None:
+    if do("live", "well", "raises") == "raises":
+        raise RuntimeError
+
+
+def _since(way: Way, step: tuple[str, str]) -> bool:
+    return step in way and "close" not in [what for what, _ in way[way.index(step) :]]
+
+
+def _facts(who: str, way: Way) -> Iterator[str]:
+    if _since(way, ("exclude", "taken")):
+        yield f"(= lock {_AGENTS[who]})"
+
+
+def _effect(who: str) -> Callable[[str, str, int], str]:
+    mine = _AGENTS[who]
+
+    def effect(what: str, answer: str, _: int) -> str:
+        state = [one for one in _STATE if one != f"{who}.pc"]
+        match what, answer:
+            case "exclude", "taken":
+                return changed(state, {"lock": str(mine)}, "(= lock 0)")
+            case "share", "taken":
+                return changed(state, {}, "(= lock 0)")
+            case "close", _:
+                return changed(state, {"lock": f"(ite (and (= lock {mine}) (not {who}.child)) 0 lock)"})
+        return changed(state, {})
+
+    return effect
+
+
+def _places(one: Program, who: str, is_there: Callable[[Way], bool]) -> str:
+    return disjunction(f"(= {who}.pc {at})" for at, way in enumerate(one.ways) if is_there(way))
+
+
+def _kernel(one: Program) -> str:
+    """What happens to a process, at any place: it forks, its child ends, it is killed, it begins anew."""
+    steps = []
+    for who, mine in _AGENTS.items():
+        holds = _places(one, who, lambda way: _since(way, ("exclude", "taken")))
+        left = f"(ite (and (= lock {mine}) (not {holds})) 0 lock)"
+        dropped = f"(ite (and (= lock {mine}) (not {who}.child)) 0 lock)"
+        steps += [
+            changed(tuple(_STATE), {f"{who}.child": "true"}),
+            changed(tuple(_STATE), {f"{who}.child": "false", "lock": left}),
+            changed(tuple(_STATE), {f"{who}.pc": "0", "lock": dropped}),
+        ]
+    steps += [
+        changed(tuple(_STATE), {"lock": "3"}, "(= lock 0)"),
+        changed(tuple(_STATE), {"lock": "0"}, "(= lock 3)"),
+    ]
+    return disjunction(steps)
+
+
+def _definitions(one: Program) -> tuple[str, ...]:
+    facts = [one.everywhere(f"{who}.pc", partial(_facts, who)) for who in _AGENTS]
+    invariant = conjunction(["(<= 0 lock 3)", *facts])
+    return (
+        *variables(_STATE),
+        f"(define-fun invariant () Bool {invariant})",
+        f"(define-fun invariant-after () Bool {later(invariant, _STATE)})",
+    )
+
+
+def _base(code: Code) -> Obligation:
+    return Obligation(
+        "Base: where nobody has begun and nobody holds the lock, the invariant holds.",
+        _definitions(_agent(code)),
+        "(=> (and (= lock 0) (= one.pc 0) (= two.pc 0)) invariant)",
+    )
+
+
+def _step(who: str) -> Callable[[Code], Obligation]:
+    def make(code: Code) -> Obligation:
+        one = _agent(code)
+        step = _kernel(one) if who == "kernel" else one.moves(f"{who}.pc", _effect(who))
+        does = "the kernel: forks, ends, crashes, other agents" if who == "kernel" else f"agent `{who}`"
+        return Obligation(
+            f"Step: the invariant survives what is done by {does}.",
+            (*_definitions(one), f"(define-fun step () Bool {step})"),
+            "(=> (and invariant step) invariant-after)",
+        )
+
+    return make
+
+
+def _claim(code: Code) -> Obligation:
+    one = _agent(code)
+    awake = [_places(one, who, _is_awake) for who in _AGENTS]
+    return Obligation(
+        "Where the invariant holds, no two agents are awake, nor between reading and writing who they are;\n"
+        "and while a child of one that ended has its lock, nobody else is.",
+        _definitions(one),
+        f"(=> invariant (and (not (and {' '.join(awake)})) (=> (= lock 1) (not {awake[1]}))"
+        f" (=> (= lock 2) (not {awake[0]}))))",
+    )
+
+
+def _is_awake(way: Way) -> bool:
+    """Whether it is between reading its identity and the end of its life, at this place."""
+    done = [what for what, _ in way]
+    if "live" in done:
+        return False  # all that it has left to do is let go
+    return "read-identity" in done and ("write-identity", "fails") not in way
+
+
+THEOREM = Theorem(
+    "at most one agent holds a state folder, whoever is killed when",
+    {
+        "base": _base,
+        **{f"step-{who}": _step(who) for who in (*_AGENTS, "kernel")},
+        "claim": _claim,
+    },
+    (
+        Mutant(
+            "shares-the-lock",
+            "claim",
+            IDENTITY,
+            "fcntl.LOCK_EX | fcntl.LOCK_NB",
+            "fcntl.LOCK_SH | fcntl.LOCK_NB",
+        ),
+        Mutant(
+            "starts-beside-whoever-holds-it",
+            "claim",
+            IDENTITY,
+            "if time.monotonic() >= latest:",
+            "if time.monotonic() >= latest + 1:\n                    break\n                if patience < 0:",
+        ),
+        Mutant(
+            "lets-go-before-it-lives",
+            "claim",
+            IDENTITY,
+            "        yield abandoned\n",
+            "        os.close(descriptor)\n        yield abandoned\n",
+        ),
+    ),
+)
