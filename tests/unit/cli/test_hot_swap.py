@@ -90,7 +90,7 @@ def speeds(records: list[dict[str, Any]]) -> set[float]:
 
 def test_an_upgrade_takes_over_in_the_middle_of_a_run(robot: Robot, running: subprocess.Popen[str]) -> None:
     robot.rewrite("ecm.yaml", "version: 1.0.0", "version: 1.1.0")
-    robot.rewrite("skills.py", "SPEED = 0.24", "SPEED = 0.12")
+    robot.rewrite("skills.py", "\nSPEED = 0.45", "\nSPEED = 0.12")
     assert "1.1.0 is active" in robot.terminal("install ./make_dumplings")
     robot.terminal("resume")
     said, _ = running.communicate(timeout=_PATIENCE)
@@ -99,7 +99,7 @@ def test_an_upgrade_takes_over_in_the_middle_of_a_run(robot: Robot, running: sub
     changed = next(n for n, one in enumerate(records) if one["event"] == "configuration-changed")
     assert records[changed]["details"]["modules"]["make_dumplings"]["version"] == "1.1.0"
     # The step that was under way was of the old code, and none of its actions was executed any more.
-    assert 0.24 not in speeds(records)
+    assert 0.45 not in speeds(records)
     assert 0.12 in speeds(records[changed:])
     # And all of it is decided the same again, also when nothing of it is installed any more.
     decisions = [one for one in records if one["event"] == "decision"]
