@@ -10,7 +10,7 @@ from aeros.experiments.report.figures import boundary, intervals
 
 Results = Mapping[str, Any]
 
-_TIMES: Final = {"processor_s": "processor time", "swap_s": "loading the module"}
+_TIMES: Final = {"processor_s": "processor time", "swap_s": "loading the module, proved and compiled before"}
 
 
 @dataclass(frozen=True, slots=True)

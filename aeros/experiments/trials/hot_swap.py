@@ -162,16 +162,16 @@ class _ProvedOnce:
 
 
 class _KeptGate(Gate):
-    """A gate that is compiled once for each configuration."""
+    """A gate that is compiled once for each configuration, and so are those that executors follow it to."""
 
-    def __init__(self, configuration: Configuration) -> None:
+    def __init__(self, configuration: Configuration, kept: dict[str, Gate] | None = None) -> None:
         super().__init__(configuration)
-        self._kept: dict[str, Gate] = {}
+        self._kept = {} if kept is None else kept
 
     def under(self, configuration: Configuration) -> Gate:
         """See `Gate`."""
         if configuration.digest not in self._kept:
-            self._kept[configuration.digest] = super().under(configuration)
+            self._kept[configuration.digest] = _KeptGate(configuration, self._kept)
         return self._kept[configuration.digest]
 
 
