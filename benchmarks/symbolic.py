@@ -6,18 +6,23 @@ in this process, as of modules that the site trusts.  Records are made durable m
 (`durability: batched`), agent and log are kept where --folder says: in memory, unless it says otherwise.
 
 Processor time is counted, as other work on the machine does not add to it, and for each part without the
-parts that it calls.
+parts that it calls.  Then as many runs again on each of --workers processes, by the clock, once all are
+prepared: this alone needs a machine that does nothing else.
 """
 
 from __future__ import annotations
 
 import argparse
 import gc
+import os
 import sys
 import tempfile
 import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from multiprocessing.synchronize import Barrier
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 from aeros.agent.loop import awake_once
 from aeros.agent.memory import Memory
@@ -50,6 +55,16 @@ _PARTS: Final[tuple[Part, ...]] = (
 )
 
 
+class Measured(NamedTuple):
+    """Some runs: how many reached their goal, their steps and records, and seconds of processor and clock."""
+
+    reached: int
+    steps: int
+    records: int
+    processor: float
+    wall: float
+
+
 def run_tasks(configuration: Configuration, gate: Gate, runs: int, folder: Path) -> tuple[int, int, int]:
     """Runs that reached their goal, steps, and records; seeds are 0, 1, and so on."""
     initial = as_doubles(configuration.modules[_TASK].tasks[_TASK].initial)
@@ -69,36 +84,70 @@ def run_tasks(configuration: Configuration, gate: Gate, runs: int, folder: Path)
     return reached, steps, records
 
 
+def measured(configuration: Configuration, gate: Gate, runs: int, parent: Path) -> Measured:
+    """So many runs, and what they took."""
+    with tempfile.TemporaryDirectory(dir=parent) as folder:
+        began, began_cpu = time.perf_counter(), time.process_time()
+        found = run_tasks(configuration, gate, runs, Path(folder))
+        return Measured(*found, time.process_time() - began_cpu, time.perf_counter() - began)
+
+
+def prepared(runs: int, parent: Path) -> tuple[Configuration, Gate]:
+    """Modules proved, a gate compiled, and all done once that is done at first use."""
+    configuration, _ = prove([Path(__file__).parents[1] / "ecms"], reference_site(), certified=True)
+    gate = Gate(configuration)
+    measured(configuration, gate, min(runs, 5), parent)
+    # What is there now is no garbage of any run.
+    gc.freeze()
+    return configuration, gate
+
+
+_ready: Barrier | None = None
+
+
+def _wait_for(ready: Barrier) -> None:
+    global _ready
+    _ready = ready
+
+
+def _share(runs: int, parent: Path) -> float:
+    """Seconds by the clock that so many runs take in this process, from when all processes are ready."""
+    if _ready is None:
+        sys.exit("the process is not prepared")
+    configuration, gate = prepared(runs, parent)
+    _ready.wait()
+    return measured(configuration, gate, runs, parent).wall
+
+
+def spread(runs: int, workers: int, parent: Path) -> float:
+    """Seconds by the clock, of the slowest process, that so many runs take on each of so many."""
+    context = get_context("spawn")
+    with ProcessPoolExecutor(workers, context, _wait_for, (context.Barrier(workers),)) as pool:
+        return max(pool.map(_share, [runs] * workers, [parent] * workers))
+
+
 def main(argv: list[str]) -> None:
     """Measure, and print what came of it."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("--runs", type=int, default=1000)
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--folder", type=Path, default=Path("/dev/shm"), help="where agent and log are kept")  # noqa: S108
     arguments = parser.parse_args(argv)
-    configuration, _ = prove([Path(__file__).parents[1] / "ecms"], reference_site(), certified=True)
-    gate = Gate(configuration)
-
-    def measured(runs: int) -> tuple[tuple[int, int, int], float, float]:
-        with tempfile.TemporaryDirectory(dir=arguments.folder) as folder:
-            began, began_cpu = time.perf_counter(), time.process_time()
-            found = run_tasks(configuration, gate, runs, Path(folder))
-            return found, time.process_time() - began_cpu, time.perf_counter() - began
-
-    runs = arguments.runs
-    # Once for what is imported and compiled at first use; what is there then is no garbage of any run.
-    measured(min(runs, 5))
-    gc.freeze()
-    (reached, steps, records), cpu, wall = measured(runs)
+    runs, workers, folder = arguments.runs, arguments.workers, arguments.folder
+    configuration, gate = prepared(runs, folder)
+    one = measured(configuration, gate, runs, folder)
     with told_apart(_PARTS, _REST) as shares:
-        _, apart, _ = measured(runs)
-    print(
-        f"{runs} runs, {reached} to their goal; {steps / runs:.2f} steps, {records / runs:.0f} records each"
-    )
-    print(f"{1000 * cpu / runs:.1f} ms of processor a run, {1000 * wall / runs:.1f} ms by the clock")
-    print(f"told apart, which takes {1000 * (apart - cpu) / runs:.1f} ms by itself:")
+        apart = measured(configuration, gate, runs, folder).processor
+    print(f"{runs} runs, {one.reached} to their goal; ", end="")
+    print(f"{one.steps / runs:.2f} steps, {one.records / runs:.0f} records each")
+    print(f"{1000 * one.processor / runs:.1f} ms of processor a run, ", end="")
+    print(f"{1000 * one.wall / runs:.1f} ms by the clock")
+    print(f"told apart, which takes {1000 * (apart - one.processor) / runs:.1f} ms by itself:")
     for part, seconds in sorted(shares.seconds.items(), key=lambda one: -one[1]):
         print(f"  {part:30} {1000 * seconds / runs:6.1f} ms  {100 * seconds / apart:3.0f} %")
-    print(f"10,000 runs: {10_000 * cpu / runs / 60:.1f} minutes of one processor")
+    wall = spread(runs, workers, folder)
+    print(f"{runs} runs on each of {workers} processes: {wall:.1f} s by the clock; ", end="")
+    print(f"10,000 at that rate: {10_000 * wall / (runs * workers):.0f} s")
 
 
 if __name__ == "__main__":
