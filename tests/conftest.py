@@ -1,8 +1,9 @@
-"""Hypothesis profiles: small and the same every time by default, deeper and random at night."""
+"""Hypothesis profiles: small and the same each time, or deeper at night; and Ctrl-C as at a terminal."""
 
 from __future__ import annotations
 
 import os
+import signal
 
 from hypothesis import HealthCheck, settings
 
@@ -23,4 +24,6 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 os.environ["AEROS_CACHE"] = "off"  # what a test proves, it proves itself
+# A job of a shell that is not interactive ignores Ctrl-C, and so does everything that it starts.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 settings.load_profile(os.environ.get("AEROS_HYPOTHESIS", "ci"))
