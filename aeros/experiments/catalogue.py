@@ -47,6 +47,7 @@ class Row:
 
     id: as in `4/flat/clean_table`; labels: the same for people.
     variant, task, rate: those of them that there are; architecture: the variant's.
+    at: what else the row differs in from others of its variant and task, a number, as in its id.
     """
 
     id: str
@@ -56,6 +57,7 @@ class Row:
     task: str = ""
     rate: str = ""
     architecture: str = ""
+    at: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +66,7 @@ class Experiment:
 
     compared: pairs of variants whose success is compared task by task.
     overhead: whether what a trial takes is shown for each variant, where the plant takes next to nothing.
+    along: what the rows' `at` is a number of.
     """
 
     number: int
@@ -74,6 +77,7 @@ class Experiment:
     compared: tuple[tuple[str, str], ...] = ()
     overhead: bool = False
     figure: str = ""
+    along: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +112,7 @@ def catalogue(plant: str, entries: Sequence[Entry] = ()) -> dict[int, Experiment
             tuple((first, second) for first, second in one.get("compared", ())),
             one.get("overhead", False) and plant == "symbolic",
             one.get("figure", ""),
+            one.get("along", ""),
         )
     return dict(sorted(found.items()))
 
@@ -156,12 +161,27 @@ def _task_rows(
     for variant, settings in variants.items():
         for task in one["tasks"]:
             failure = data["task"][task]
-            for rate in one.get("rates", [failure["rate"]]):
-                id_ = [str(one["number"]), variant, task, *([rate] if "rates" in one else [])]
+            for at, rate, bursts in _failing(one, failure):
+                id_ = [str(one["number"]), variant, task, *([at] if at else [])]
                 labels = [settings["title"], failure["title"], f"{float(100 * Fraction(rate)):g} %"]
-                condition = Condition.of("task", plant, _task_settings(settings, task, failure, rate, plant))
-                architecture = settings["architecture"]
-                yield Row("/".join(id_), tuple(labels), condition, variant, task, rate, architecture)
+                labels += [f"in bursts of {at}"] if bursts else []
+                made = {**_task_settings(settings, task, failure, rate, plant), **bursts}
+                condition = Condition.of("task", plant, made)
+                named = (variant, task, rate, settings["architecture"], at)
+                yield Row("/".join(id_), tuple(labels), condition, *named)
+
+
+def _failing(
+    one: Mapping[str, Any], failure: Mapping[str, Any]
+) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
+    """How the skill fails: the place of a row among its like, the rate, and what bursts are like, if any."""
+    if "rates" in one:
+        yield from ((rate, rate, {}) for rate in one["rates"])
+    elif "bursts" in one:
+        for length in one["bursts"]:
+            yield length, failure["rate"], {"bursts": {"mean_length": length}}
+    else:
+        yield "", failure["rate"], {}
 
 
 def _task_settings(

@@ -101,14 +101,14 @@ class _Tables:
         self.goal = self.system.condition(model.task.goal)
         values = initial_values(model.site, as_doubles(model.task.initial))
         self.start = tuple(values[name] for name in self.system.names)
-        self._invocations: dict[tuple[str, str], Invocation] = {}
+        self._invocations: dict[tuple[str, str], list[Invocation]] = {}
 
-    def invocation(self, step: Step) -> Invocation:
-        """The skill of `step` with its inputs; of a capability the first provider."""
+    def invocations(self, step: Step) -> list[Invocation]:
+        """The skill of `step` with its inputs, or each that provides the capability."""
         key = step.skill, repr(sorted(step.inputs.items()))
         if key not in self._invocations:
-            skill = self.model.ecm.skills[self.model.ecm.providers_of(step.skill)[0]]
-            self._invocations[key] = Invocation(skill, step.inputs, self.system.names)
+            providers = [self.model.ecm.skills[name] for name in self.model.ecm.providers_of(step.skill)]
+            self._invocations[key] = [Invocation(one, step.inputs, self.system.names) for one in providers]
         return self._invocations[key]
 
 
@@ -155,10 +155,10 @@ class _Modelled:
 
     def run(self, step: Step) -> Judgement:
         self._count()
-        invocation = self._tables.invocation(step)
-        if not invocation.can_start(self._state):
-            return Judgement(None, True, False, f"the precondition of `{invocation.name}` is not measured")
-        found = [one for one in invocation.after(self._state) if one[2]]
+        able = [one for one in self._tables.invocations(step) if one.can_start(self._state)]
+        if not able:
+            return Judgement(None, True, False, f"the precondition of `{step.skill}` is not measured")
+        found = [one for one in able[0].after(self._state) if one[2]]
         place = len(self.widths)
         chosen = self._prefix[place] if place < len(self._prefix) else 0
         if chosen >= len(found):

@@ -33,6 +33,9 @@ ALIKE: Final = "alike"
 PREDICTED: Final = ("success", "invocations", "retries", "recoveries", "replans")
 """What is computed of a condition."""
 
+INDEPENDENT: Final = "independent_"
+"""Before the name of what would be exact if attempts were independent of each other, where they are not."""
+
 
 class Kind(Protocol):
     """What a module of trials has."""

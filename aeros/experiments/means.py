@@ -25,7 +25,7 @@ class CountingRuntime:
     watched: module and name of a skill whose tries are counted, too, and where they are `judged` those that
         failed.
     steps: skills that began; actions: those that the gate let begin; denied: those that it denied.
-    tries, finished_tries, failed_tries: of the skill that is watched.
+    tries, finished_tries, failed_tries: of the skill that is watched; first_failed: whether its first failed.
     """
 
     def __init__(
@@ -41,6 +41,7 @@ class CountingRuntime:
         self.tries = 0
         self.finished_tries = 0
         self.failed_tries = 0
+        self.first_failed = False
 
     def start(self, request: StepRequest) -> StepHandle | StepResult:
         """See `ports.Runtime`."""
@@ -62,7 +63,9 @@ class CountingRuntime:
                 self.tries += 1
                 self.finished_tries += ended.result.status is StepStatus.FINISHED
                 if self._judged:
-                    self.failed_tries += self._has_failed(ended.result)
+                    failed = self._has_failed(ended.result)
+                    self.failed_tries += failed
+                    self.first_failed = failed if self.tries == 1 else self.first_failed
         return ended
 
     def _has_failed(self, result: StepResult) -> bool:

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, cast
 from aeros.agent.routing import Routed
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.ports import Plan, Plant, Trajectory
+from aeros.sim.channel import Process
+from aeros.sim.outcomes import Bursts
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.skill import Action
 from aeros.spec.diagnostics import Diagnostic
@@ -28,7 +30,7 @@ if TYPE_CHECKING:
 class Opened:
     """A plant, and what is counted of it.
 
-    alike: where the rate is one of what the plant does, rates between which it would do the same.
+    alike: where the plant has it, rates, or lengths of bursts, between which it would do the same.
     """
 
     plant: Plant
@@ -40,9 +42,11 @@ Plants = Callable[[int], AbstractContextManager[Opened]]
 """Opens the plant of a seed."""
 
 
-def symbolic_plants(site: Site, modules: Mapping[str, Ecm], task: Task) -> Plants:
-    """Plants on which `modules` do as they declare."""
-    rested = SymbolicPlant(site, modules, 0, as_doubles(task.initial))
+def symbolic_plants(
+    site: Site, modules: Mapping[str, Ecm], task: Task, bursts: Mapping[str, Bursts]
+) -> Plants:
+    """Plants on which `modules` do as they declare, some skills in bursts."""
+    rested = SymbolicPlant(site, modules, 0, as_doubles(task.initial), bursts)
 
     @contextmanager
     def opened(seed: int) -> Iterator[Opened]:
@@ -51,8 +55,8 @@ def symbolic_plants(site: Site, modules: Mapping[str, Ecm], task: Task) -> Plant
     return opened
 
 
-def physics_plants(configuration: Configuration, routed: Routed, faults: str, rate: float) -> Plants:
-    """Plants in which every fault of the text `faults` happens at `rate`, independently.
+def physics_plants(configuration: Configuration, routed: Routed, faults: str, process: Process) -> Plants:
+    """Plants in which every fault of the text `faults` happens as `process` has it.
 
     Raises `UserError` where there is no physics, no such scene, or the text declares no faults.
     """
@@ -64,7 +68,7 @@ def physics_plants(configuration: Configuration, routed: Routed, faults: str, ra
         help_ = ("or use `--plant symbolic`",)
         raise UserError([Diagnostic("AE002", headline, help=help_)]) from error
     scene = routed.task.scene or ""
-    happening = _faults(faults, rate, configuration, scene)
+    happening = _faults(faults, process, configuration, scene)
 
     @contextmanager
     def opened(seed: int) -> Iterator[Opened]:
@@ -85,8 +89,7 @@ def physics_plants(configuration: Configuration, routed: Routed, faults: str, ra
     return opened
 
 
-def _faults(text: str, rate: float, configuration: Configuration, scene: str) -> tuple[Fault, ...]:
-    from aeros.sim.faults.model import Process
+def _faults(text: str, process: Process, configuration: Configuration, scene: str) -> tuple[Fault, ...]:
     from aeros.sim.faults.reading import Surroundings, read_faults
     from aeros.sim.scenes import SCENES
 
@@ -97,8 +100,7 @@ def _faults(text: str, rate: float, configuration: Configuration, scene: str) ->
         path = Path(folder) / "faults.yaml"
         path.write_text(text, encoding="utf-8")
         declared = read_faults(str(path), around)
-    independent = Process(share_bad=0.0, worsens=0.0, mends=1.0, within=rate, between=rate)
-    return tuple(replace(one, process=independent, at_most=None) for one in declared)
+    return tuple(replace(one, process=process, at_most=None) for one in declared)
 
 
 class _CountingPlant:

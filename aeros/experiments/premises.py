@@ -23,7 +23,14 @@ from aeros.spec.folders import reference_site
 _NOT_IN_TRIALS: Final = ("cli", "docs", "experiments")
 """Folders of AEROS that decide nothing of what a trial finds, but for …"""
 
-_IN_TRIALS: Final = ("architecture.py", "architectures", "means.py", "open_gate.py", "plants.py")
+_IN_TRIALS: Final = (
+    "architecture.py",
+    "architectures",
+    "failures.py",
+    "means.py",
+    "open_gate.py",
+    "plants.py",
+)
 """… these of `experiments`; what data and the kind of trial decide is in the condition and its digest."""
 
 

@@ -149,7 +149,8 @@ def _keep_finished(
     tell: Callable[[Progress], None],
 ) -> None:
     done, _ = wait(running, return_when=FIRST_COMPLETED)
-    for future in done:
+    # What was refused comes last, so that all else is kept.
+    for future in sorted(done, key=lambda one: one.exception() is not None):
         chunk = running.pop(future)
         found = future.result()
         store.keep(Kept(digest_of(condition, chunk.premises), seed, one) for condition, seed, one in found)

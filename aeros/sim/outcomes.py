@@ -3,11 +3,29 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 
+from aeros.sim.channel import Process
 from aeros.spec.errors import MisuseError
 from aeros.spec.model import Outcome
+
+Shares = Sequence[tuple[Outcome, Fraction]]
+"""Outcomes with their probabilities, which sum up to 1."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bursts:
+    """How the outcomes of a skill are distributed in either state of a chain, one step a run."""
+
+    process: Process
+    good: Shares
+    bad: Shares
+
+    def is_bad(self, before: bool | None, seed: int, skill: str, invocation: int) -> bool:
+        """The state at the `invocation`-th run of `skill`, by a draw of its own."""
+        return self.process.is_bad(before, float(point_of(seed, f"{skill}/burst", invocation)))
 
 
 def draw_outcome(

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
 from aeros.runtime.ports import Completion, Moment, Monitor, Motion, Motionless, Names, Plan, Readings
-from aeros.sim.outcomes import draw_outcome
+from aeros.sim.outcomes import Bursts, Shares, draw_outcome
 from aeros.sim.symbolic_motions import SymbolicMotion, UnableError, check_parameters, motion_of
 from aeros.sim.symbolic_state import initial_values, measured
 from aeros.skill import Action
@@ -59,10 +59,16 @@ class SymbolicPlant:
     modules: whose skills may run, by name.
     seed: the same seed and the same steps give the same run.
     initial: values that differ from the harmless default, by vocabulary name, SI.
+    bursts: skills whose outcomes are not independent of each other, by `module.skill`.
     """
 
     def __init__(
-        self, site: Site, modules: Mapping[str, Ecm], seed: int, initial: Mapping[str, Any] | None = None
+        self,
+        site: Site,
+        modules: Mapping[str, Ecm],
+        seed: int,
+        initial: Mapping[str, Any] | None = None,
+        bursts: Mapping[str, Bursts] | None = None,
     ) -> None:
         self._site = site
         self._names = Names(site.state)
@@ -78,6 +84,7 @@ class SymbolicPlant:
             for name, shares in self._shares.items()
             for outcome, _ in shares
         }
+        self._bursts = bursts or {}
         self._begin(seed)
 
     def anew(self, seed: int) -> SymbolicPlant:
@@ -95,6 +102,7 @@ class SymbolicPlant:
         self._values: Mapping[str, Any] = self._initial
         self._planned: _Planned | None = None
         self._runs: Counter[str] = Counter()
+        self._is_bad: dict[str, bool] = {}
         self._began: dict[str, float] = {}
         self._under_way: dict[Motion, _UnderWay] = {}
         self._begun = 0
@@ -194,7 +202,8 @@ class SymbolicPlant:
             return
         run = self._runs[skill]
         self._runs[skill] += 1
-        outcome = draw_outcome(self._shares[skill], self._seed, skill, run)
+        shares = self._shares[skill] if skill not in self._bursts else self._in_bursts(skill, run)
+        outcome = draw_outcome(shares, self._seed, skill, run)
         if outcome.duration is not None:
             self._time = max(self._time, self._began[skill] + float(outcome.duration))
         self._values = self._with([self._effects[skill, outcome.id]])
@@ -204,6 +213,13 @@ class SymbolicPlant:
         """Nothing is held."""
 
     # Inside.
+
+    def _in_bursts(self, skill: str, run: int) -> Shares:
+        """How likely its outcomes are now that it has run so often."""
+        bursts = self._bursts[skill]
+        is_bad = bursts.is_bad(self._is_bad.get(skill), self._seed, skill, run)
+        self._is_bad[skill] = is_bad
+        return bursts.bad if is_bad else bursts.good
 
     def _motion_of(self, action: Action) -> SymbolicMotion:
         """What `action` would do; raises `UnableError`."""

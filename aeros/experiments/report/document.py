@@ -6,9 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from aeros.experiments.report.figures import boundary, intervals
+from aeros.experiments.report.figures import intervals, sweep
 
 Results = Mapping[str, Any]
+
+_OTHERS: Final = {"paper": "paper", "independent": "if independent", "exact": "exact"}
+"""What may stand beside what was measured, in this order, and what it is called."""
 
 _TIMES: Final = {"processor_s": "processor time", "swap_s": "loading the module, proved and compiled before"}
 
@@ -124,8 +127,8 @@ def _experiment(one: Mapping[str, Any]) -> Iterator[Block]:
             yield Words(f"Nothing is predicted of {row['id']}: {row['not_predicted']}.")
     for test in one["tests"]:
         yield from _test(test)
-    if one["figure"] == "boundary":
-        yield Figure(f"experiment-{one['number']}", one["title"], boundary(one))
+    if one["figure"] == "sweep":
+        yield Figure(f"experiment-{one['number']}", one["title"], sweep(one))
     elif one["figure"] == "intervals":
         yield Figure(f"experiment-{one['number']}", one["title"], intervals(one))
     if one["overhead"]:
@@ -157,29 +160,32 @@ def _timings(timings: Mapping[str, Mapping[str, float]]) -> Table:
 
 def _means(one: Mapping[str, Any]) -> Table:
     rows = []
-    has_rates = any(mean["rate"] for mean in one["means"])
+    others = _others([mean["cell"] for mean in one["means"]], always=("paper", "exact"))
     for mean in one["means"]:
-        labels = [Cell(mean["title"]), *([Cell(f"{100 * float(mean['rate']):g} %")] if has_rates else [])]
-        rows.append((*labels, *_triple(mean["cell"], ("paper", "exact"))))
-    head = ("mean over tasks", *(["failing"] if has_rates else []), "paper, %", "exact, %", "measured, %")
-    return Table(head, tuple(rows))
+        labels = [Cell(mean["title"]), *([Cell(mean["at"])] if one["along"] else [])]
+        rows.append((*labels, *_triple(mean["cell"], others)))
+    head = ["mean over tasks", *([one["along"]] if one["along"] else [])]
+    head += [f"{_OTHERS[name]}, %" for name in others]
+    return Table((*head, "measured, %"), tuple(rows))
+
+
+def _others(cells: Sequence[Mapping[str, Any]], always: Sequence[str] = ()) -> list[str]:
+    """What there is beside what was measured."""
+    return [name for name in _OTHERS if name in always or any(cell[name] is not None for cell in cells)]
 
 
 def _rows(one: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[tuple[Cell, ...], ...]]:
     there = {
-        name: [
-            other
-            for other in ("paper", "exact")
-            if any(row["cells"][name][other] is not None for row in one["rows"] if name in row["cells"])
-        ]
+        name: _others(cells)
         for name in one["metrics"]
-        if any(name in row["cells"] for row in one["rows"])
+        if (cells := [row["cells"][name] for row in one["rows"] if name in row["cells"]])
     }
     head = ["condition", *[""] * (len(one["rows"][0]["labels"]))]
     for name, others in there.items():
         metric = one["metrics"][name]
         unit = ", %" if metric["share"] else ""
-        head += [f"{metric['title']}{unit}: {other}" for other in (*others, "measured")]
+        told = (*(_OTHERS[other] for other in others), "measured")
+        head += [f"{metric['title']}{unit}: {other}" for other in told]
     rows = []
     for row in one["rows"]:
         cells = [Cell(row["id"]), *map(Cell, row["labels"])]

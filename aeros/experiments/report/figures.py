@@ -1,4 +1,4 @@
-"""Figures as SVG: success against the rate of failure, and success of each condition with its interval."""
+"""Figures as SVG: success along what is varied, and success of each condition with its interval."""
 
 from __future__ import annotations
 
@@ -12,26 +12,25 @@ _LEFT, _TOP, _WIDE, _HIGH = 60, 20, 640, 320
 _LABELS, _LINE = 470, 20
 
 
-def boundary(one: Mapping[str, Any]) -> str:
-    """Mean success over tasks against the rate: exact as lines, measured as points with intervals."""
-    means = [mean for mean in one["means"] if mean["rate"]]
+def sweep(one: Mapping[str, Any]) -> str:
+    """Mean success over tasks along what is varied: exact as lines, measured as points with intervals."""
+    means = [mean for mean in one["means"] if mean["at"]]
     variants = list(dict.fromkeys(mean["variant"] for mean in means))
-    parts = list(_grid())
+    places = sorted({mean["at"] for mean in means}, key=float)
+    x_of = {at: _LEFT + _WIDE * (place + 1) / (len(places) + 1) for place, at in enumerate(places)}
+    parts = list(_grid(x_of))
     for number, variant in enumerate(variants):
         colour = _COLOURS[number % len(_COLOURS)]
         of = sorted(
-            (mean for mean in means if mean["variant"] == variant), key=lambda mean: float(mean["rate"])
+            (mean for mean in means if mean["variant"] == variant), key=lambda mean: float(mean["at"])
         )
-        exact = [(float(mean["rate"]), mean["cell"]["exact"]) for mean in of]
-        if None not in (value for _, value in exact):
-            points = " ".join(f"{_x(rate):.1f},{_y(value):.1f}" for rate, value in exact)
-            # Dashed now and then: of two that lie on each other both are seen.
-            dashes = f' stroke-dasharray="{4 + 2 * number}"' if number % 2 else ""
-            parts.append(f'<polyline points="{points}" fill="none" stroke="{colour}"{dashes}/>')
+        # Dashed now and then: of two that lie on each other both are seen.
+        parts += _line(of, "exact", x_of, colour, f"{4 + 2 * number}" if number % 2 else "")
+        parts += _line(of, "independent", x_of, colour, "1 4")
         # Side by side, as several of them may lie on each other.
         aside = 4 * (number - (len(variants) - 1) / 2)
         for mean in of:
-            cell, x = mean["cell"], _x(float(mean["rate"])) + aside
+            cell, x = mean["cell"], x_of[mean["at"]] + aside
             parts.append(_bar(x, _y(cell["low"]), x, _y(cell["high"]), colour))
             parts.append(f'<circle cx="{x:.1f}" cy="{_y(cell["measured"]):.1f}" r="3" fill="{colour}"/>')
             if cell["paper"] is not None:
@@ -41,11 +40,27 @@ def boundary(one: Mapping[str, Any]) -> str:
             f'<rect x="{_LEFT + _WIDE + 16}" y="{label_y - 9}" width="12" height="9" fill="{colour}"/>'
         )
         parts.append(_text(_LEFT + _WIDE + 34, label_y, of[0]["title"]))
-    parts.append(
-        _text(_LEFT + _WIDE / 2, _TOP + _HIGH + 38, "rate at which a try of the skill fails, %", "middle")
+    parts.append(_text(_LEFT + _WIDE / 2, _TOP + _HIGH + 38, one["along"], "middle"))
+    told = "success, mean over tasks, %; line: exact, ◇: paper"
+    if any(mean["cell"]["independent"] is not None for mean in means):
+        told += ", dotted: if attempts were independent"
+    parts.append(_text(_LEFT, _TOP - 6, told))
+    return _svg(
+        _LEFT + _WIDE + 270, _TOP + _HIGH + 50, f"{one['title']}: success along what is varied", parts
     )
-    parts.append(_text(_LEFT, _TOP - 6, "success, mean over tasks, %; line: exact, ◇: paper"))
-    return _svg(_LEFT + _WIDE + 270, _TOP + _HIGH + 50, f"{one['title']}: success against failure", parts)
+
+
+def _line(
+    of: Sequence[Mapping[str, Any]], name: str, x_of: Mapping[str, float], colour: str, dashes: str
+) -> Iterator[str]:
+    """Through what was computed, where that is known everywhere."""
+    values = [mean["cell"][name] for mean in of]
+    if None not in values:
+        points = " ".join(
+            f"{x_of[mean['at']]:.1f},{_y(value):.1f}" for mean, value in zip(of, values, strict=True)
+        )
+        dashed = f' stroke-dasharray="{dashes}"' if dashes else ""
+        yield f'<polyline points="{points}" fill="none" stroke="{colour}"{dashed}/>'
 
 
 def intervals(one: Mapping[str, Any]) -> str:
@@ -74,16 +89,12 @@ def intervals(one: Mapping[str, Any]) -> str:
     return _svg(_LABELS + _WIDE + 30, high + 44, f"{one['title']}: success", parts)
 
 
-def _grid() -> Iterator[str]:
+def _grid(x_of: Mapping[str, float]) -> Iterator[str]:
     for share in range(0, 101, 20):
         yield _bar(_LEFT, _y(share), _LEFT + _WIDE, _y(share), "#e0e0e0")
         yield _text(_LEFT - 8, _y(share) + 4, str(share), "end")
-    for tenth in range(1, 10):
-        yield _text(_x(tenth / 10), _TOP + _HIGH + 18, str(10 * tenth), "middle")
-
-
-def _x(rate: float) -> float:
-    return _LEFT + _WIDE * rate
+    for at, x in x_of.items():
+        yield _text(x, _TOP + _HIGH + 18, at, "middle")
 
 
 def _y(share: float) -> float:

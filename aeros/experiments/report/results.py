@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from aeros.experiments.catalogue import Experiment, Metric, Row, read_data
 from aeros.experiments.environment import environment
-from aeros.experiments.kinds import TIMES, Found, digest_of, kind_of
+from aeros.experiments.kinds import INDEPENDENT, TIMES, Found, digest_of, kind_of
 from aeros.experiments.premises import Premises
 from aeros.experiments.statistics import fisher, mcnemar, wilson
 
@@ -21,6 +21,9 @@ SCHEMA: Final = "aeros/experiments/1"
 
 Trials = Mapping[tuple[str, int], Found]
 """Finished trials by condition's digest and seed."""
+
+COMPUTED: Final = {"exact": "", "independent": INDEPENDENT}
+"""What is computed of a cell, and what stands before its name among what is expected."""
 
 _NORMAL_95: Final = 1.959964
 
@@ -72,6 +75,7 @@ def _experiment(
         "means": _means(one, rows),
         "tests": [_test(one, *pair, of_rows) for pair in one.compared],
         "figure": one.figure,
+        "along": one.along,
         "timings": timings,
         "overhead": _overhead(one, timings) if one.overhead else [],
     }
@@ -99,12 +103,13 @@ def _found(row: Row, trials: Trials, premises: Premises, seeds: Sequence[int]) -
 def _row(
     row: Row, found: Sequence[Found], metrics: Sequence[Metric], premises: Premises, ran_with: str
 ) -> dict[str, Any]:
-    exact = kind_of(row.condition.kind).expected(row.condition, premises)
+    expected = kind_of(row.condition.kind).expected(row.condition, premises)
+    exact = {} if isinstance(expected, str) else expected
     paper = read_data("paper.toml")["value"].get(row.id, {})
     cells = {
         one.name: _cell(
             _measured(one, found),
-            None if isinstance(exact, str) else exact.get(one.exact),
+            {name: exact.get(f"{before}{one.exact}") for name, before in COMPUTED.items()},
             paper.get(one.name),
         )
         for one in metrics
@@ -117,9 +122,10 @@ def _row(
         "variant": row.variant,
         "task": row.task,
         "rate": row.rate,
+        "at": row.at,
         "trials": len(found),
         "cells": cells,
-        "not_predicted": exact if isinstance(exact, str) else None,
+        "not_predicted": expected if isinstance(expected, str) else None,
         "why": _why(row.id) if any(cell["misses"] for cell in cells.values()) else [],
         "rerun": f"aeros experiment {row.id} {ran_with}",
     }
@@ -156,10 +162,13 @@ def _share(hits: int, of: int) -> dict[str, Any]:
     return {"measured": 100 * hits / of, "low": 100 * low, "high": 100 * high}
 
 
-def _cell(measured: Mapping[str, Any], exact: float | None, paper: float | None) -> dict[str, Any]:
-    """One cell; `misses`: which of the other two are outside the interval."""
-    scaled = exact if exact is None or "hits" not in measured else 100 * exact
-    others = {"exact": scaled, "paper": paper}
+def _cell(
+    measured: Mapping[str, Any], computed: Mapping[str, float | None], paper: float | None
+) -> dict[str, Any]:
+    """One cell; `misses`: which of the others are outside the interval."""
+    scale = 100 if "hits" in measured else 1
+    others = {name: None if value is None else scale * value for name, value in computed.items()}
+    others["paper"] = paper
     return {
         **measured,
         **others,
@@ -182,27 +191,24 @@ def _why(id_: str) -> list[str]:
 def _means(one: Experiment, rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Success over tasks, pooled: where each has as many trials that is the mean of the shares."""
     found = []
-    for variant, rate in dict.fromkeys((row["variant"], row["rate"] * _has_rates(row)) for row in rows):
+    for variant, at in dict.fromkeys((row["variant"], row["at"]) for row in rows):
         of = [
-            row
-            for row in rows
-            if row["variant"] == variant and rate in ("", row["rate"]) and "success" in row["cells"]
+            row for row in rows if (row["variant"], row["at"]) == (variant, at) and "success" in row["cells"]
         ]
         if len(of) < 2:
             continue
         cells = [row["cells"]["success"] for row in of]
         hits, trials = sum(cell["hits"] for cell in cells), sum(cell["of"] for cell in cells)
-        exact = [cell["exact"] for cell in cells]
-        id_ = "/".join([str(one.number), variant, "*", *([rate] if rate else [])])
+        computed = {name: _middle([cell[name] for cell in cells]) for name in COMPUTED}
+        id_ = "/".join([str(one.number), variant, "*", *([at] if at else [])])
         paper = read_data("paper.toml")["value"].get(id_, {}).get("success")
-        middle = None if None in exact else fmean(exact) / 100
-        cell = _cell({"hits": hits, "of": trials, **_share(hits, trials)}, middle, paper)
+        cell = _cell({"hits": hits, "of": trials, **_share(hits, trials)}, computed, paper)
         found.append(
             {
                 "id": id_,
                 "title": one.variants[variant],
                 "variant": variant,
-                "rate": rate,
+                "at": at,
                 "tasks": len(of),
                 "cell": cell,
                 "why": _why(id_) if cell["misses"] else [],
@@ -211,9 +217,10 @@ def _means(one: Experiment, rows: Sequence[Mapping[str, Any]]) -> list[dict[str,
     return found
 
 
-def _has_rates(row: Mapping[str, Any]) -> bool:
-    """Whether the rate is part of the row's place."""
-    return str(row["id"]).count("/") > 2
+def _middle(shares: Sequence[float | None]) -> float | None:
+    """The mean of shares in percent, where each is known."""
+    known = [one for one in shares if one is not None]
+    return fmean(known) / 100 if len(known) == len(shares) else None
 
 
 def _test(one: Experiment, first: str, second: str, of_rows: Mapping[Row, Sequence[Found]]) -> dict[str, Any]:

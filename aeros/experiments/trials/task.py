@@ -1,7 +1,8 @@
 """Trials of one task: an architecture pursues it, one of its skills fails at the condition's rate.
 
 Settings of a condition: `task`; `architecture`, `options`; `skill`, `outcome` and `rate`, the failure;
-`policy`, whether the gate decides; `faults`, on physics the faults file whose every fault has that rate.
+`policy`, whether the gate decides; `faults`, on physics the faults file whose every fault has that rate;
+`bursts`, where attempts are not independent: `mean_length`, and the rates `within` and `between` them.
 
 On the symbolic plant the outcome's declared probability is the rate, and no other declared failure happens.
 On physics nothing is declared: the faults happen at that rate, and outcomes are measured.
@@ -11,7 +12,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, replace
 from fractions import Fraction
@@ -22,7 +23,8 @@ from aeros.agent.routing import Routed
 from aeros.experiments.architecture import Model, Told, made
 from aeros.experiments.condition import Condition
 from aeros.experiments.exact import predicted
-from aeros.experiments.kinds import ALIKE, PREDICTED, RAM, Found, Trial
+from aeros.experiments.failures import bursts_of, failing, process_of, with_channel
+from aeros.experiments.kinds import ALIKE, INDEPENDENT, PREDICTED, RAM, Found, Trial
 from aeros.experiments.means import CountingRuntime, TrialMeans
 from aeros.experiments.open_gate import OpenGate, without_policy
 from aeros.experiments.plants import Plants, physics_plants, symbolic_plants
@@ -30,10 +32,10 @@ from aeros.experiments.premises import Premises
 from aeros.runtime.audit import AuditError, AuditLog
 from aeros.runtime.executor import Executor
 from aeros.sim.outcomes import point_of
-from aeros.spec.closed_loop.chances import shares_of, with_skill_probabilities
+from aeros.spec.closed_loop.chances import shares_of
 from aeros.spec.closed_loop.transition_system import NotExploredError
 from aeros.spec.errors import InternalError
-from aeros.spec.model import Durability, Ecm
+from aeros.spec.model import Durability
 
 
 class Tasks:
@@ -60,12 +62,16 @@ class Tasks:
                     plants(seed) as opened,
                     Executor(configuration, gate, opened.plant, audit, premises.runs) as executor,
                 ):
-                    judged = condition.plant == "physics"
+                    judged = condition.plant == "physics" or "bursts" in settings
                     counting = CountingRuntime(executor, (routed.module, settings["skill"]), judged=judged)
                     found = _pursued(counting, routed, settings, seed)
                     found |= {"simulated_s": opened.plant.now(), **opened.counts}
                     if judged:
                         found |= {"tries": counting.tries, "failed_tries": counting.failed_tries}
+                        found |= {
+                            "first_tries": min(counting.tries, 1),
+                            "first_failed": counting.first_failed,
+                        }
                     alike = opened.alike() if opened.alike else _alike(counting, settings, routed, seed)
                     found[ALIKE] = list(alike)
                 return {**found, "processor_s": time.process_time() - began}
@@ -73,34 +79,40 @@ class Tasks:
             yield trial
 
     def family(self, condition: Condition) -> tuple[str, float]:
-        """Conditions that differ in the rate alone: seeds draw the same numbers to compare it with."""
+        """Conditions that differ in the rate alone: seeds draw the same numbers to compare it with.
+
+        Or in the mean length of bursts, at the same rate.
+        """
         settings = condition.settings
-        rate = settings.pop("rate")
-        return Condition.of(condition.kind, condition.plant, settings).text, float(Fraction(rate))
+        number = settings["bursts"].pop("mean_length") if "bursts" in settings else settings.pop("rate")
+        return Condition.of(condition.kind, condition.plant, settings).text, float(Fraction(number))
 
     def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
         """From the manifest as it ran, by the architecture's own code or by what it says of itself."""
         settings = condition.settings
         routed = premises.routed(settings["task"])
-        ecm = failing(premises.configuration.modules[routed.module], settings)
-        model = Model(ecm, replace(routed.task, invariants=()), premises.configuration.site)
+        ecm = premises.configuration.modules[routed.module]
+        model = Model(
+            failing(ecm, settings), replace(routed.task, invariants=()), premises.configuration.site
+        )
+        rate = float(Fraction(settings["rate"]))
         try:
-            found = predicted(lambda: made(settings["architecture"], settings["options"]), model)
+            found = _predicted(settings, [(Fraction(1), model)])
+            if "bursts" in settings:
+                independent = {f"{INDEPENDENT}{name}": value for name, value in found.items()}
+                return {**_predicted(settings, with_channel(model, settings)), **independent, "first": rate}
         except NotExploredError as why:
             return str(why)
-        exact = {name: float(getattr(found, name)) for name in PREDICTED}
-        return {**exact, "attempt": float(Fraction(settings["rate"]))}
+        return {**found, "attempt": rate}
 
 
-def failing(ecm: Ecm, settings: Mapping[str, Any]) -> Ecm:
-    """The module where one skill fails at the condition's rate and no other declared failure happens."""
-    chances: dict[str, dict[str, Fraction]] = {}
-    for skill in ecm.skills.values():
-        failures = {one.id: Fraction(0) for one in skill.outcomes.values() if one.failure}
-        if skill.id == settings["skill"]:
-            failures[settings["outcome"]] = Fraction(settings["rate"])
-        chances[skill.id] = failures
-    return with_skill_probabilities(ecm, chances)
+def _predicted(settings: Mapping[str, Any], models: Iterable[tuple[Fraction, Model]]) -> dict[str, float]:
+    """What is exactly to be expected of the condition's architecture, where each model has so much weight."""
+    total = dict.fromkeys(PREDICTED, Fraction(0))
+    for weight, model in models:
+        found = predicted(lambda: made(settings["architecture"], settings["options"]), model)
+        total = {name: value + weight * getattr(found, name) for name, value in total.items()}
+    return {name: float(value) for name, value in total.items()}
 
 
 def plants_of(condition: Condition, premises: Premises) -> Plants:
@@ -108,11 +120,11 @@ def plants_of(condition: Condition, premises: Premises) -> Plants:
     settings = condition.settings
     routed = premises.routed(settings["task"])
     if condition.plant == "physics":
-        rate = float(Fraction(settings["rate"]))
-        return physics_plants(premises.configuration, routed, settings["faults"], rate)
+        return physics_plants(premises.configuration, routed, settings["faults"], process_of(settings))
     modules = dict(premises.configuration.modules)
+    bursts = bursts_of(modules[routed.module], settings)
     modules[routed.module] = failing(modules[routed.module], settings)
-    return symbolic_plants(premises.configuration.site, modules, routed.task)
+    return symbolic_plants(premises.configuration.site, modules, routed.task, bursts)
 
 
 def _alike(
@@ -120,11 +132,14 @@ def _alike(
 ) -> tuple[float, float]:
     """Rates between which the symbolic plant would have drawn the same outcomes.
 
-    The skill succeeds in one way and fails in one, in this order, or nothing is said: a try fails iff the
-    rate is at least what is left of 1 beyond where the draw falls.
+    The skill succeeds in one way and fails in one, in this order and independently, or nothing is said: a
+    try fails iff the rate is at least what is left of 1 beyond where the draw falls.  Of bursts nothing is.
     """
     ecm = failing(counting.active_modules()[routed.module], {**settings, "rate": "1/2"})
     possible = [one for one, share in shares_of(ecm.skills[settings["skill"]].outcomes.values()) if share]
+    if "bursts" in settings:
+        length = float(Fraction(settings["bursts"]["mean_length"]))
+        return length, length
     rate = float(Fraction(settings["rate"]))
     if [one.failure for one in possible] != [False, True]:
         return rate, rate

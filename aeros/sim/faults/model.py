@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from aeros.runtime.ports import Triple
+from aeros.sim.channel import Process
 from aeros.sim.people import Person
 from aeros.sim.sensing import SensorModel
 
@@ -38,28 +39,6 @@ class OnTime:
 
 Opportunity = OnSkill | OnLook | OnTime
 """What a fault's rate is per."""
-
-
-@dataclass(frozen=True, slots=True)
-class Process:
-    """How often an opportunity is taken: in the long run, and from the first one on, in a share `rate`.
-
-    A chain of two states, one step an opportunity, starts as it stays in the long run.  In the bad
-    state, which is left with probability `mends`, an opportunity is taken with probability `within`;
-    in the good state, left with probability `worsens`, with probability `between`.
-    Independent draws are the chain that never leaves its good state.
-    """
-
-    share_bad: float
-    worsens: float
-    mends: float
-    within: float
-    between: float
-
-    @property
-    def rate(self) -> float:
-        """The share of opportunities that are taken."""
-        return self.share_bad * self.within + (1.0 - self.share_bad) * self.between
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from typing import Any, Final
 
 import aeros
 from aeros.runtime.ports import Triple
+from aeros.sim.channel import Channel, Process, shortest
 from aeros.sim.faults.model import (
     Acting,
     Bump,
@@ -26,7 +27,6 @@ from aeros.sim.faults.model import (
     OnSkill,
     OnTime,
     Opportunity,
-    Process,
     Seen,
     Slip,
     Weaken,
@@ -202,17 +202,16 @@ def _process(one: declared.Fault, sink: Diagnostics) -> Process | None:
             help=("choose `between` below `rate` and `within` above it",),
         )
         return None
-    share = (rate - between) / (within - between)
-    worsens = share / (1 - share) / length
-    if worsens > 1:
+    least = shortest((rate - between) / (within - between))
+    if length < least:
         sink.error(
             "AE208",
             f"bursts of {float(length):g} are too short for this rate",
             bursts.mean_length.span,
-            help=(f"a `mean_length` of at least {float(share / (1 - share)):.4g} gives it",),
+            help=(f"a `mean_length` of at least {float(least):.4g} gives it",),
         )
         return None
-    return Process(float(share), float(worsens), float(1 / length), float(within), float(between))
+    return Channel(rate, length, within, between).process()
 
 
 # What.

@@ -59,6 +59,19 @@ def test_trials_that_are_there_are_taken_only_where_that_is_said(
     assert after.count(b"\n") == 5
 
 
+def test_correlated_failures_stand_beside_what_independence_would_come_to(tmp_path: Path) -> None:
+    assert run(tmp_path, "13/behaviour_tree") == Exit.PROVED
+    (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
+    cells = {row["id"]: row["cells"]["success"] for row in one["rows"]}
+    assert cells["13/behaviour_tree/make_dumplings/8"]["exact"] == pytest.approx(100 - 30 * (7 / 8) ** 2)
+    assert {cell["independent"] > cell["exact"] for cell in cells.values()} == {True}
+    report = (tmp_path / "report.md").read_text(encoding="utf-8")
+    assert "success, %: if independent | success, %: exact | success, %: measured" in report
+    drawn = (tmp_path / "figures" / "experiment-13.svg").read_text(encoding="utf-8")
+    assert drawn.count("<polyline") == 2
+    assert "dotted: if attempts were independent" in drawn
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

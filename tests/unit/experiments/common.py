@@ -10,8 +10,8 @@ from typing import Any, ParamSpec, TypeVar
 
 from aeros.experiments.architecture import Model
 from aeros.experiments.condition import Condition
+from aeros.experiments.failures import failing
 from aeros.experiments.premises import Premises, Where, premises_of
-from aeros.experiments.trials.task import failing
 
 ROOT = Path(__file__).parents[3]
 WHERE = Where(str(ROOT / "ecms"))

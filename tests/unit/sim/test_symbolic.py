@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from aeros.runtime.ports import Completion, Motion, Plant
-from aeros.sim.outcomes import draw_outcome
+from aeros.sim.channel import Channel
+from aeros.sim.outcomes import Bursts, draw_outcome
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.skill import Action, act
 from aeros.spec.closed_loop.chances import shares_of
@@ -250,6 +251,25 @@ def test_outcomes_come_as_often_as_declared() -> None:
         lifted += values(plant)["holding"]
     # Five standard deviations.
     assert abs(lifted - 2800) < 5 * (4000 * 0.7 * 0.3) ** 0.5
+
+
+def test_outcomes_in_bursts_come_as_often_as_declared_and_together() -> None:
+    channel = Channel(Fraction(3, 10), Fraction(10))
+    bursts = Bursts(channel.process(), [(LIFTED, Fraction(1))], [(SLIPPED, Fraction(1))])
+    rested = SymbolicPlant(site(), module(LIFTED, SLIPPED), 0, None, {"handling.lift": bursts})
+    slipped = 0
+    followed: list[bool] = []
+    for seed in range(400):
+        plant, before = rested.anew(seed), False
+        for _ in range(20):
+            run_skill(plant)
+            now = not values(plant)["holding"]
+            slipped += now
+            followed += [now] if before else []
+            before = now
+    # A burst goes on with 9 in 10, and the mean of a chain like this spreads about 5 times as wide.
+    assert slipped / 8000 == pytest.approx(0.3, abs=0.06)
+    assert sum(followed) / len(followed) == pytest.approx(0.9, abs=0.02)
 
 
 def test_outcomes_depend_on_seed_and_invocation_and_nothing_else() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from aeros.sim.channel import Process
 from aeros.sim.faults.injector import Happening, Injector
 from aeros.sim.faults.model import (
     Acting,
@@ -23,7 +24,6 @@ from aeros.sim.faults.model import (
     OnSkill,
     OnTime,
     Opportunity,
-    Process,
     Seen,
     Slip,
     Weaken,

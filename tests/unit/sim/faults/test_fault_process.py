@@ -7,7 +7,8 @@ from math import sqrt
 
 import pytest
 
-from aeros.sim.faults.model import Fault, Miss, OnLook, Process
+from aeros.sim.channel import Process
+from aeros.sim.faults.model import Fault, Miss, OnLook
 from aeros.sim.faults.process import Draws
 from aeros.sim.randomness import Chance
 
@@ -62,6 +63,19 @@ def test_the_first_opportunity_is_taken_as_often_as_any_other() -> None:
     for nth in range(3):
         measured = sum(taken(process, seed=seed, count=3)[nth] for seed in range(runs)) / runs
         assert abs(measured - 0.3) < 1.96 * sqrt(0.3 * 0.7 / runs)
+
+
+def test_bursts_of_another_length_that_it_says_are_alike_are_and_none_beyond() -> None:
+    def drawn(length: float, seed: int) -> tuple[list[bool], tuple[float, float]]:
+        draws = Draws(Fault("one", OnLook("mast"), bursts(0.3, length), Miss()), Chance(seed))
+        return [draws.next() is not None for _ in range(6)], draws.alike
+
+    for seed in range(200):
+        ours, (low, high) = drawn(8.0, seed)
+        assert low < 8.0 < high
+        assert drawn(low * 1.001, seed)[0] == drawn(min(high * 0.999, 1e6), seed)[0] == ours
+        for beyond in ([low * 0.999] if low > 1.0 else []) + ([high * 1.001] if high < 1e9 else []):
+            assert drawn(beyond, seed)[0] != ours
 
 
 def test_bursts_come_together_and_independent_faults_do_not() -> None:
