@@ -243,6 +243,7 @@ def awake_once(
     planner: Planner | None = None,
     on_event: Observer | None = None,
     seed: int = 0,
+    within: float | None = None,
 ) -> Iterator[Agent]:
     """An agent that is born for this block and remembers what it does in it, in RAM; nothing is left of it.
 
@@ -250,4 +251,4 @@ def awake_once(
     """
     identity = born(name)
     with open_memory(IN_RAM, identity) as memory:
-        yield Agent(None, identity, runtime, memory, planner or RulePlanner(), on_event, seed)
+        yield Agent(None, identity, runtime, memory, planner or RulePlanner(), on_event, seed, within)

@@ -38,13 +38,14 @@ class Told:
     """What an architecture says of its own work; `reason`: why it gave up, empty where it did not.
 
     retries: further tries of a step; recoveries: runs of a skill that helps between two tries.
-    replans: plans made after the first.
+    replans: plans made after the first; late: plans that did not come in time.
     """
 
     retries: int = 0
     recoveries: int = 0
     replans: int = 0
     reason: str = ""
+    late: int = 0
 
 
 class Means(Protocol):

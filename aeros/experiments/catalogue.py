@@ -48,6 +48,7 @@ class Row:
     id: as in `4/flat/clean_table`; labels: the same for people.
     variant, task, rate: those of them that there are; architecture: the variant's.
     at: what else the row differs in from others of its variant and task, a number, as in its id.
+    along: what that is a number of.
     """
 
     id: str
@@ -58,6 +59,7 @@ class Row:
     rate: str = ""
     architecture: str = ""
     at: str = ""
+    along: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +68,7 @@ class Experiment:
 
     compared: pairs of variants whose success is compared task by task.
     overhead: whether what a trial takes is shown for each variant, where the plant takes next to nothing.
-    along: what the rows' `at` is a number of.
+    drawn: metrics that are drawn along what is varied.
     """
 
     number: int
@@ -77,7 +79,7 @@ class Experiment:
     compared: tuple[tuple[str, str], ...] = ()
     overhead: bool = False
     figure: str = ""
-    along: str = ""
+    drawn: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,10 +101,12 @@ def catalogue(plant: str, entries: Sequence[Entry] = ()) -> dict[int, Experiment
     metrics = {name: Metric(name, **one) for name, one in data["metric"].items()}
     found = {}
     for one in data["experiment"]:
+        if plant not in one.get("plants", PLANTS):
+            continue
         entered = {entry.name: entry for entry in entries} if one.get("enter", False) else {}
         titles = {name: data["variant"][name]["title"] for name in one.get("variants", ())}
         titles |= {name: f"{entry.architecture} (entered)" for name, entry in entered.items()}
-        rows = _task_rows(one, data, plant, entered) if "tasks" in one else _listed_rows(one, data, plant)
+        rows = [*_task_rows(one, data, plant, entered), *_listed_rows(one, data, plant)]
         found[one["number"]] = Experiment(
             one["number"],
             one["title"],
@@ -112,7 +116,7 @@ def catalogue(plant: str, entries: Sequence[Entry] = ()) -> dict[int, Experiment
             tuple((first, second) for first, second in one.get("compared", ())),
             one.get("overhead", False) and plant == "symbolic",
             one.get("figure", ""),
-            one.get("along", ""),
+            tuple(one.get("drawn", ())),
         )
     return dict(sorted(found.items()))
 
@@ -151,7 +155,7 @@ def read_data(name: str) -> dict[str, Any]:
 def _task_rows(
     one: Mapping[str, Any], data: Mapping[str, Any], plant: str, entered: Mapping[str, Entry]
 ) -> Iterator[Row]:
-    variants = {name: data["variant"][name] for name in one["variants"]}
+    variants = {name: data["variant"][name] for name in one.get("variants", ())}
     for name, entry in entered.items():
         variants[name] = {
             "title": entry.architecture,
@@ -161,27 +165,31 @@ def _task_rows(
     for variant, settings in variants.items():
         for task in one["tasks"]:
             failure = data["task"][task]
-            for at, rate, bursts in _failing(one, failure):
+            for at, label, rate, changed in _varied(one, settings, failure):
                 id_ = [str(one["number"]), variant, task, *([at] if at else [])]
                 labels = [settings["title"], failure["title"], f"{float(100 * Fraction(rate)):g} %"]
-                labels += [f"in bursts of {at}"] if bursts else []
-                made = {**_task_settings(settings, task, failure, rate, plant), **bursts}
-                condition = Condition.of("task", plant, made)
-                named = (variant, task, rate, settings["architecture"], at)
-                yield Row("/".join(id_), tuple(labels), condition, *named)
+                labels += [label] if label else []
+                made = {**_task_settings(settings, task, failure, rate, plant), **changed}
+                named = (variant, task, rate, settings["architecture"], at, one.get("along", ""))
+                yield Row("/".join(id_), tuple(labels), Condition.of("task", plant, made), *named)
 
 
-def _failing(
-    one: Mapping[str, Any], failure: Mapping[str, Any]
-) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
-    """How the skill fails: the place of a row among its like, the rate, and what bursts are like, if any."""
+def _varied(
+    one: Mapping[str, Any], variant: Mapping[str, Any], failure: Mapping[str, Any]
+) -> Iterator[tuple[str, str, str, Mapping[str, Any]]]:
+    """What rows of a variant and a task differ in: a number, its label, the rate, what is set otherwise."""
+    rate = failure["rate"]
     if "rates" in one:
-        yield from ((rate, rate, {}) for rate in one["rates"])
+        yield from ((rate, "", rate, {}) for rate in one["rates"])
     elif "bursts" in one:
         for length in one["bursts"]:
-            yield length, failure["rate"], {"bursts": {"mean_length": length}}
+            yield length, f"in bursts of {length}", rate, {"bursts": {"mean_length": length}}
+    elif "latencies" in one:
+        for latency in one["latencies"]:
+            slow = dict.fromkeys(variant["slow"], float(latency))
+            yield latency, f"{latency} s", rate, {"options": {**variant["options"], **slow}}
     else:
-        yield "", failure["rate"], {}
+        yield "", "", rate, {}
 
 
 def _task_settings(
@@ -214,8 +222,7 @@ def _source_digest(architecture: str) -> str:
 
 
 def _listed_rows(one: Mapping[str, Any], data: Mapping[str, Any], plant: str) -> Iterator[Row]:
-    for row in one["row"]:
-        id_, labels = f"{one['number']}/{row['name']}", (row["title"],)
+    for row in one.get("row", ()):
         # What is in a file of its own decides the trials as well: all of its first list is in the condition.
         listed = {name: next(iter(read_data(file).values())) for name, file in row.get("data", {}).items()}
         tasks = {
@@ -223,5 +230,11 @@ def _listed_rows(one: Mapping[str, Any], data: Mapping[str, Any], plant: str) ->
             for name, task in row.get("tasks", {}).items()
             for failure in [data["task"][task]]
         }
-        condition = Condition.of(one["kind"], plant, {**row.get("settings", {}), **listed, **tasks})
-        yield Row(id_, labels, condition, row["name"])
+        own = {**row.get("settings", {}), **listed, **tasks}
+        sweep = row.get("sweep", {"values": [""]})
+        for at in sweep["values"]:
+            id_ = "/".join([str(one["number"]), row["name"], *([at] if at else [])])
+            labels = [row["title"], *(["", "", f"{at} {sweep['unit']}"] if at else [])]
+            settings = {**own, sweep["setting"]: at} if at else own
+            condition = Condition.of(one["kind"], plant, settings)
+            yield Row(id_, tuple(labels), condition, row["name"], at=at, along=sweep.get("along", ""))

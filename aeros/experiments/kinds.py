@@ -24,7 +24,7 @@ Trial = Callable[[int], Found]
 RAM: Final = next((one for one in (Path("/dev/shm"),) if one.is_dir()), None)  # noqa: S108  kept by nobody
 """Where trials keep what nobody keeps; None for wherever temporary files are."""
 
-TIMES: Final = ("processor_s", "swap_s")
+TIMES: Final = ("processor_s", "swap_s", "reaction_s")
 """What may be found otherwise from one time to the next, s."""
 
 ALIKE: Final = "alike"
@@ -56,6 +56,7 @@ class Kind(Protocol):
 
 KINDS: Final[Mapping[str, tuple[str, ...]]] = {
     "hot_swap": ("hot_swap", "task"),
+    "reaction": ("reaction", "truth"),
     "requests": ("requests",),
     "task": ("task",),
 }

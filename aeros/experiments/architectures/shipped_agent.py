@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any, cast
 
-from aeros.agent.graph import Step, TaskGraph
+from aeros.agent.graph import Step
+from aeros.agent.journal import Event
 from aeros.agent.loop import awake_once
-from aeros.agent.planner import RulePlanner
-from aeros.agent.routing import Routed
-from aeros.agent.world import World
 from aeros.experiments.architecture import Means, Model, Told
+from aeros.experiments.slow_planner import SlowPlanner
 from aeros.runtime.ports import Runtime
 from aeros.sim.symbolic_state import initial_values
 from aeros.spec.closed_loop.chain import Prediction, predict
-from aeros.spec.closed_loop.transition_system import TransitionSystem
+from aeros.spec.closed_loop.transition_system import NotExploredError, TransitionSystem
 from aeros.spec.doubles import as_doubles
-from aeros.spec.model import Ecm, Site
+from aeros.spec.model import Site
 
 
 class ShippedAgent:
@@ -26,25 +25,52 @@ class ShippedAgent:
     retries: of each step at most; None as the rules say.
     recovery: whether `on_failure` runs between two tries.
     replans: at most; None as the site says, and 0 is a plan made once.
+    within: seconds for each plan, which is then made beside the plant's time; None where it is made in place.
+    first, again: what the first plan takes, and each that follows a failure, s.
     """
 
     def __init__(
-        self, retries: int | None = None, *, recovery: bool = True, replans: int | None = None
+        self,
+        retries: int | None = None,
+        *,
+        recovery: bool = True,
+        replans: int | None = None,
+        within: float | None = None,
+        first: float = 0.0,
+        again: float = 0.0,
     ) -> None:
         self._retries = retries
         self._recovery = recovery
         self._replans = replans
+        self._within = within
+        self._takes = (first, again)
 
     def pursue(self, means: Means) -> Told:
         """See `Architecture`."""
         site = self._limited(means.runtime.site)
         runtime = means.runtime if site is means.runtime.site else cast(Runtime, _Under(means.runtime, site))
-        with awake_once(site.id, runtime, _Planner(self), seed=means.seed) as agent:
+        planner = SlowPlanner(*self._takes, self.without)
+        late: list[Event] = []
+
+        def told(event: Event) -> None:
+            if event.kind == "plan-late":
+                late.append(event)
+
+        with awake_once(site.id, runtime, planner, told, means.seed, self._within) as agent:
             report = agent.run(means.routed.task.words[0])
-        return Told(report.retries, report.recoveries, report.replans, report.reason or "")
+        return Told(report.retries, report.recoveries, report.replans, report.reason or "", len(late))
 
     def predict(self, model: Model) -> Prediction:
-        """See `Predicting`: the shipped prediction, of rules with the same parts left out."""
+        """See `Predicting`: the shipped prediction, of rules with the same parts left out.
+
+        Where no first plan comes in time nothing is begun, however often it is asked for.
+        """
+        first, again = self._takes
+        replans = self._limited(model.site).limits.replans
+        if self._within is not None and first >= self._within and again >= self._within:
+            return Prediction(*map(Fraction, (0, 0, 0, 0, replans)))
+        if self._within is not None and max(first, again) >= self._within:
+            raise NotExploredError("what is left of the plan before is followed in place of one that is late")
         rules = tuple(
             replace(
                 rule, retry=self._most(rule.retry), on_failure=rule.on_failure if self._recovery else None
@@ -52,7 +78,7 @@ class ShippedAgent:
             for rule in model.task.rules
         )
         system = TransitionSystem(model.ecm, replace(model.task, rules=rules, invariants=()), model.site)
-        return predict(system, start_of(model, system.names), self._limited(model.site).limits.replans)
+        return predict(system, start_of(model, system.names), replans)
 
     def without(self, step: Step) -> Step:
         """`step` as this variant takes it."""
@@ -72,21 +98,6 @@ def start_of(model: Model, names: tuple[str, ...]) -> tuple[Any, ...]:
     """Where a trial of the task begins: the values of `names`, as the symbolic plant has them."""
     values = initial_values(model.site, as_doubles(model.task.initial))
     return tuple(values[name] for name in names)
-
-
-class _Planner:
-    """The planning rules, each step with what is left of it."""
-
-    name = "rules"
-
-    def __init__(self, variant: ShippedAgent) -> None:
-        self._variant = variant
-        self._rules = RulePlanner()
-
-    def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
-        """See `Planner`."""
-        graph = self._rules.plan(routed, world, modules)
-        return TaskGraph(tuple(self._variant.without(step) for step in graph.steps))
 
 
 class _Under:

@@ -6,14 +6,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from aeros.experiments.report.figures import intervals, sweep
+from aeros.experiments.report.figures import along, intervals, sweep
 
 Results = Mapping[str, Any]
 
 _OTHERS: Final = {"paper": "paper", "independent": "if independent", "exact": "exact"}
 """What may stand beside what was measured, in this order, and what it is called."""
 
-_TIMES: Final = {"processor_s": "processor time", "swap_s": "loading the module, proved and compiled before"}
+_TIMES: Final = {
+    "processor_s": "processor time",
+    "swap_s": "loading the module, proved and compiled before",
+    "reaction_s": "from hazard to stop, real time",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +131,8 @@ def _experiment(one: Mapping[str, Any]) -> Iterator[Block]:
             yield Words(f"Nothing is predicted of {row['id']}: {row['not_predicted']}.")
     for test in one["tests"]:
         yield from _test(test)
+    for variant, drawn in along(one):
+        yield Figure(f"experiment-{one['number']}-{variant}", f"{one['title']}: {variant}", drawn)
     if one["figure"] == "sweep":
         yield Figure(f"experiment-{one['number']}", one["title"], sweep(one))
     elif one["figure"] == "intervals":
@@ -162,9 +168,10 @@ def _means(one: Mapping[str, Any]) -> Table:
     rows = []
     others = _others([mean["cell"] for mean in one["means"]], always=("paper", "exact"))
     for mean in one["means"]:
-        labels = [Cell(mean["title"]), *([Cell(mean["at"])] if one["along"] else [])]
+        labels = [Cell(mean["title"]), *([Cell(mean["at"])] if mean["along"] else [])]
         rows.append((*labels, *_triple(mean["cell"], others)))
-    head = ["mean over tasks", *([one["along"]] if one["along"] else [])]
+    varied = one["means"][0]["along"]
+    head = ["mean over tasks", *([varied] if varied else [])]
     head += [f"{_OTHERS[name]}, %" for name in others]
     return Table((*head, "measured, %"), tuple(rows))
 
@@ -180,7 +187,8 @@ def _rows(one: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[tuple[Cell, ..
         for name in one["metrics"]
         if (cells := [row["cells"][name] for row in one["rows"] if name in row["cells"]])
     }
-    head = ["condition", *[""] * (len(one["rows"][0]["labels"]))]
+    labels = max(len(row["labels"]) for row in one["rows"])
+    head = ["condition", *[""] * labels]
     for name, others in there.items():
         metric = one["metrics"][name]
         unit = ", %" if metric["share"] else ""
@@ -188,7 +196,7 @@ def _rows(one: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[tuple[Cell, ..
         head += [f"{metric['title']}{unit}: {other}" for other in told]
     rows = []
     for row in one["rows"]:
-        cells = [Cell(row["id"]), *map(Cell, row["labels"])]
+        cells = [Cell(row["id"]), *map(Cell, row["labels"]), *[Cell("")] * (labels - len(row["labels"]))]
         for name, others in there.items():
             cell = row["cells"].get(name)
             cells += [Cell("")] * (len(others) + 1) if cell is None else _triple(cell, others)

@@ -10,6 +10,7 @@ _COLOURS: Final = ("#6d4c41", "#ef6c00", "#6a1b9a", "#1565c0", "#2e7d32", "#0083
 
 _LEFT, _TOP, _WIDE, _HIGH = 60, 20, 640, 320
 _LABELS, _LINE = 470, 20
+_PANEL = 110
 
 
 def sweep(one: Mapping[str, Any]) -> str:
@@ -40,7 +41,7 @@ def sweep(one: Mapping[str, Any]) -> str:
             f'<rect x="{_LEFT + _WIDE + 16}" y="{label_y - 9}" width="12" height="9" fill="{colour}"/>'
         )
         parts.append(_text(_LEFT + _WIDE + 34, label_y, of[0]["title"]))
-    parts.append(_text(_LEFT + _WIDE / 2, _TOP + _HIGH + 38, one["along"], "middle"))
+    parts.append(_text(_LEFT + _WIDE / 2, _TOP + _HIGH + 38, means[0]["along"], "middle"))
     told = "success, mean over tasks, %; line: exact, ◇: paper"
     if any(mean["cell"]["independent"] is not None for mean in means):
         told += ", dotted: if attempts were independent"
@@ -61,6 +62,55 @@ def _line(
         )
         dashed = f' stroke-dasharray="{dashes}"' if dashes else ""
         yield f'<polyline points="{points}" fill="none" stroke="{colour}"{dashed}/>'
+
+
+def along(one: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """For each variant, its name and the metrics that are drawn along what is varied, each in a panel."""
+    rows = [row for row in one["rows"] if row["at"] and one["drawn"]]
+    for variant in dict.fromkeys(row["variant"] for row in rows):
+        of = [row for row in rows if row["variant"] == variant]
+        names = [name for name in one["drawn"] if any(name in row["cells"] for row in of)]
+        parts = [
+            part
+            for place, name in enumerate(names)
+            for part in _panel(one["metrics"][name], name, of, _COLOURS[place % len(_COLOURS)], place)
+        ]
+        title = ", ".join(dict.fromkeys(label for label in of[0]["labels"][:2] if label))
+        parts.append(_text(_LEFT, _TOP - 6, title))
+        high = (_PANEL + 70) * len(names) + _TOP
+        yield variant, _svg(_LEFT + _WIDE + 40, high, f"{one['title']}: {title}", parts)
+
+
+def _panel(
+    metric: Mapping[str, Any], name: str, rows: Sequence[Mapping[str, Any]], colour: str, place: int
+) -> Iterator[str]:
+    """One metric: measured as points with intervals, exact as a short line, from 0 to the highest."""
+    top = _TOP + 20 + (_PANEL + 70) * place
+    cells = [row["cells"].get(name) for row in rows]
+    known = [
+        value for cell in cells if cell for value in (cell["high"], cell["measured"]) if value is not None
+    ]
+    most = 100.0 if metric["share"] else max(known) or 1.0
+    step = _WIDE / len(rows)
+
+    def y(value: float) -> float:
+        return top + _PANEL * (1 - value / most)
+
+    for share in (0.0, 0.5, 1.0):
+        yield _bar(_LEFT, y(share * most), _LEFT + _WIDE, y(share * most), "#e0e0e0")
+        yield _text(_LEFT - 8, y(share * most) + 4, f"{share * most:.3g}", "end")
+    yield _text(_LEFT, top - 6, metric["title"] + (", %" if metric["share"] else ""))
+    for number, (row, cell) in enumerate(zip(rows, cells, strict=True)):
+        x = _LEFT + step * (number + 0.5)
+        yield _text(x, top + _PANEL + 16, row["at"], "middle")
+        if cell is None:
+            continue
+        if cell["low"] is not None:
+            yield _bar(x, y(cell["low"]), x, y(cell["high"]), colour)
+        if cell["exact"] is not None:
+            yield _bar(x - 10, y(cell["exact"]), x + 10, y(cell["exact"]), "#222")
+        yield f'<circle cx="{x:.1f}" cy="{y(cell["measured"]):.1f}" r="4" fill="{colour}"/>'
+    yield _text(_LEFT + _WIDE / 2, top + _PANEL + 34, rows[0]["along"], "middle")
 
 
 def intervals(one: Mapping[str, Any]) -> str:

@@ -75,7 +75,7 @@ def _experiment(
         "means": _means(one, rows),
         "tests": [_test(one, *pair, of_rows) for pair in one.compared],
         "figure": one.figure,
-        "along": one.along,
+        "drawn": one.drawn,
         "timings": timings,
         "overhead": _overhead(one, timings) if one.overhead else [],
     }
@@ -123,6 +123,7 @@ def _row(
         "task": row.task,
         "rate": row.rate,
         "at": row.at,
+        "along": row.along,
         "trials": len(found),
         "cells": cells,
         "not_predicted": expected if isinstance(expected, str) else None,
@@ -132,7 +133,9 @@ def _row(
 
 
 def _is_measured(metric: Metric, found: Sequence[Found]) -> bool:
-    names = [name for name in (metric.mean, metric.hits, metric.of) if name]
+    if metric.mean:
+        return any(metric.mean in one for one in found)
+    names = [name for name in (metric.hits, metric.of) if name]
     if not all(name in one for one in found for name in names):
         return False
     return not metric.hits or any(one[metric.of] for one in found)
@@ -148,7 +151,8 @@ def _measured(metric: Metric, found: Sequence[Found]) -> dict[str, Any]:
         hits = sum(one[metric.hits or metric.of] for one in found)
         of = sum(one[metric.of] for one in found) if metric.hits else len(found)
         return {"hits": hits, "of": of, **_share(hits, of)}
-    values = [one[metric.mean] for one in found]
+    # Of those trials that have it: how late a stop was says only one in which there was one.
+    values = [one[metric.mean] for one in found if metric.mean in one]
     middle = fmean(values)
     if len(values) == 1:
         return {"measured": middle, "low": None, "high": None}
@@ -209,6 +213,7 @@ def _means(one: Experiment, rows: Sequence[Mapping[str, Any]]) -> list[dict[str,
                 "title": one.variants[variant],
                 "variant": variant,
                 "at": at,
+                "along": of[0]["along"],
                 "tasks": len(of),
                 "cell": cell,
                 "why": _why(id_) if cell["misses"] else [],

@@ -72,6 +72,17 @@ def test_correlated_failures_stand_beside_what_independence_would_come_to(tmp_pa
     assert "dotted: if attempts were independent" in drawn
 
 
+@pytest.mark.physics
+def test_the_reaction_beside_a_slow_planner_is_drawn_along_its_latency(tmp_path: Path) -> None:
+    options = ("--trials", "1", "--workers", "1", "--ecms", ECMS, "--out", str(tmp_path))
+    assert main(["experiment", "15/person/0", "15/person/1", *options]) == Exit.PROVED
+    (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
+    assert [row["cells"]["reaction"]["measured"] for row in one["rows"]] == [0.0, 0.0]
+    drawn = (tmp_path / "figures" / "experiment-15-person.svg").read_text(encoding="utf-8")
+    assert drawn.count("<circle") == 2 * 4
+    assert "what each plan takes, s" in drawn
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

@@ -72,6 +72,28 @@ def test_an_agent_forgoes_retries_that_28_failures_have_made_hopeless_which_is_n
     assert 1 + exact["replans"] + exact["retries"] == 33
 
 
+def test_in_place_of_a_plan_that_is_late_the_rest_of_the_one_before_is_followed() -> None:
+    options = {"retries": 0, "recovery": False, "replans": 2, "within": 1.5, "again": 9.0}
+    changed = {"architecture": "aeros", "rate": "1", "options": options}
+    (found,) = trials(range(1), **changed)
+    # Laid out, and then folded three times: as often as with plans that are in time.
+    in_time = trials(range(1), **{**changed, "options": {**options, "again": 0.0}})
+    assert (found["late"], found["replans"]) == (2, 2)
+    assert (in_time[0]["late"], in_time[0]["replans"], in_time[0]["steps"]) == (0, 2, found["steps"])
+    assert "what is left of the plan before" in str(KIND.expected(condition(**changed), premises()))
+
+
+def test_without_a_first_plan_nothing_is_begun_as_is_predicted() -> None:
+    options = {"replans": 1, "within": 0.3, "first": 5.0, "again": 5.0}
+    changed = {"architecture": "aeros", "options": options}
+    (found,) = trials(range(1), **changed)
+    expected = KIND.expected(condition(**changed), premises())
+    assert not isinstance(expected, str)
+    assert (found["reached"], found["steps"], found["replans"], found["late"]) == (False, 0, 1, 2)
+    assert (expected["success"], expected["invocations"], expected["replans"]) == (0.0, 0.0, 1.0)
+    assert "stands still" in found["reason"]
+
+
 @pytest.mark.parametrize(
     ("name", "why"), [("Raising", "ZeroDivisionError: mine"), ("Endless", "it does not end")]
 )

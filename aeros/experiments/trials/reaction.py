@@ -1,0 +1,180 @@
+"""Trials of how fast a robot stops for somebody who walks in, while a planner thinks for as long as it likes.
+
+Settings of a condition: `task`, at whose bench it is; `skill`, which is under way on behalf of somebody
+else; `person`, who walks in, by the name of a people file that comes with AEROS; `latency`, what each plan
+takes, s.
+
+The planner really sleeps, beside the plant's time, and is asked again as soon as its plan is there.  The
+hazard is the first tick at which a rule about people does not hold of what is true for a motion under way;
+how soon the monitor names a rule and the robot rests is counted from there.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from aeros.agent.beside import LateError
+from aeros.agent.proposals import Proposals
+from aeros.agent.routing import Routed
+from aeros.agent.world import measured_world
+from aeros.experiments.condition import Condition
+from aeros.experiments.kinds import RAM, Found, Trial
+from aeros.experiments.premises import Premises
+from aeros.experiments.slow_planner import SlowPlanner
+from aeros.experiments.trials.truth import REST, Referee, Refereed, constant
+from aeros.runtime.audit import AuditLog
+from aeros.runtime.executor import Executor
+from aeros.runtime.ports import Ended, Plant, Runtime, StepRequest
+from aeros.sim.profile import TICK
+from aeros.spec.model import Durability
+
+if TYPE_CHECKING:
+    from aeros.sim.sensing import Truth
+
+_MOST: Final = 15.0
+"""Plant seconds after which a trial is over: whoever comes has come."""
+
+_BETWEEN: Final = 0.1
+"""Plant seconds between a plan and the next question."""
+
+_ALLOWED: Final = 60.0
+"""Seconds that a plan may take, so that none is late."""
+
+
+class Reactions:
+    """See `kinds.Kind`."""
+
+    @contextmanager
+    def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
+        """On physics, each trial with a plant of its own."""
+        from aeros.sim.people_file import read_people
+        from aeros.sim.physics import make_plant
+
+        settings = condition.settings
+        routed = premises.routed(settings["task"])
+        people = read_people(settings["person"])
+        site = premises.configuration.site
+        braking = constant(site, "reaction_time") + constant(site, "arm_stopping_time")
+        with (
+            tempfile.TemporaryDirectory(dir=RAM) as folder,
+            AuditLog(Path(folder) / "audit.jsonl", durability=Durability.BATCHED) as audit,
+        ):
+
+            def trial(seed: int) -> Found:
+                began = time.process_time()
+                seen = _Seen()
+                referee = Referee(site, "human_distance", seen.tick)
+                seen.referee = referee
+                scene = routed.task.scene or ""
+                with closing(make_plant(scene, seed, people=people, referee=referee)) as plant:
+                    refereed = cast(Plant, Refereed(plant, referee, seen.named))
+                    with Executor(
+                        premises.configuration, premises.gate, refereed, audit, premises.runs
+                    ) as executor:
+                        _think_beside(executor, routed, settings, seen)
+                return {**seen.found(braking), "processor_s": time.process_time() - began}
+
+            yield trial
+
+    def family(self, condition: Condition) -> tuple[str, float]:
+        """Each condition is one of its own."""
+        return condition.text, 0.0
+
+    def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
+        """The monitor is asked after every tick, whoever thinks, and the plant stops in the same one."""
+        return {"success": 1.0, "stopped": 1.0, "reaction_ticks": 0.0}
+
+
+def _think_beside(runtime: Runtime, routed: Routed, settings: Mapping[str, Any], seen: _Seen) -> None:
+    """Have plans made until the skill that is under way has ended, or nobody comes any more."""
+    noting = _Noting(runtime)
+    latency = float(Fraction(settings["latency"]))
+    proposals = Proposals(cast(Runtime, noting), SlowPlanner(latency, latency), _ALLOWED)
+    runtime.start(StepRequest(routed.module, settings["skill"], {}))
+    while not noting.has_ended and runtime.now() < _MOST:
+        seen.plans += 1
+        seen.is_thinking = True
+        world = measured_world(runtime.site.state, runtime.observe(), runtime.now())
+        try:
+            proposals.plan(routed, world)
+        except LateError:
+            seen.late += 1
+        seen.is_thinking = False
+        if not noting.has_ended:
+            noting.wait(runtime.now() + _BETWEEN)
+
+
+class _Noting:
+    """A runtime of which it is noted that a step has ended, whoever waits."""
+
+    def __init__(self, runtime: Runtime) -> None:
+        self._runtime = runtime
+        self.has_ended = False
+
+    def wait(self, until: float) -> Ended | None:
+        ended = self._runtime.wait(until)
+        self.has_ended = self.has_ended or ended is not None
+        return ended
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._runtime, name)
+
+
+class _Seen:
+    """When the hazard was there, when the monitor named a rule, and when the robot rested: ticks."""
+
+    def __init__(self) -> None:
+        self.referee: Referee | None = None
+        self.is_thinking = False
+        self.plans = self.late = 0
+        self._now = 0
+        self._hazard: int | None = None
+        self._named: int | None = None
+        self._rested: int | None = None
+        self._while_thinking = False
+        self._rule = ""
+        self._hazard_s = self._named_s = 0.0
+
+    def tick(self, truth: Truth) -> None:
+        """What is true after a tick."""
+        self._now = truth.tick
+        if self._hazard is None and self.referee is not None and self.referee.broken:
+            self._hazard, self._while_thinking = truth.tick, self.is_thinking
+            self._hazard_s = time.perf_counter()
+        if self._hazard is not None and self._rested is None and truth.values["link_speed"] < REST:
+            self._rested = truth.tick
+
+    def named(self, rule: str) -> None:
+        """The monitor names a rule at the tick that was last."""
+        if self._named is None and self._hazard is not None:
+            self._named, self._rule = self._now, rule
+            self._named_s = time.perf_counter()
+
+    def found(self, braking: float) -> dict[str, Any]:
+        """What came of it; without a hazard there was nothing to stop for."""
+        told: dict[str, Any] = {
+            "plans": self.plans,
+            "late": self.late,
+            "hazards": int(self._hazard is not None),
+        }
+        told |= {"stopped": int(self._named is not None), "rule": self._rule, "reached": True}
+        if self._hazard is None:
+            return told
+        told["while_thinking"] = int(self._while_thinking)
+        told["reached"] = False
+        if self._named is not None:
+            told["reaction_ticks"] = self._named - self._hazard
+            told["reaction_s"] = self._named_s - self._hazard_s
+        if self._rested is not None:
+            told["rest_s"] = (self._rested - self._hazard) * TICK
+            told["reached"] = told["rest_s"] <= braking
+        return told
+
+
+KIND: Final = Reactions()

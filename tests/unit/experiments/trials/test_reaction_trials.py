@@ -1,0 +1,42 @@
+"""Whoever walks in stops the robot as soon as ever while a planner sleeps, and is missed if nobody looks."""
+
+from __future__ import annotations
+
+import pytest
+
+from aeros.experiments.condition import Condition
+from aeros.experiments.kinds import Found
+from aeros.experiments.trials.reaction import KIND
+from aeros.runtime.monitor import Monitors
+from tests.unit.experiments.common import premises
+
+pytestmark = pytest.mark.physics
+
+SETTINGS = {"task": "make_dumplings", "skill": "prepare", "person": "at_the_bench"}
+
+
+def tried(latency: str) -> Found:
+    condition = Condition.of("reaction", "physics", {**SETTINGS, "latency": latency})
+    with KIND.opened(condition, premises()) as trial:
+        return trial(0)
+
+
+def test_the_stop_is_made_in_the_tick_of_the_hazard_whether_anybody_thinks_or_not() -> None:
+    at_once, asleep = tried("0"), tried("3")
+    assert (at_once["while_thinking"], asleep["while_thinking"]) == (0, 1)
+    assert at_once["plans"] > asleep["plans"]
+    for one in (at_once, asleep):
+        assert (one["hazards"], one["stopped"], one["reaction_ticks"]) == (1, 1, 0)
+        assert one["reached"]
+    assert at_once["rest_s"] == asleep["rest_s"] > 0
+
+
+def test_without_a_monitor_the_hazard_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Monitors, "__call__", lambda *_: None)
+    found = tried("0")
+    assert (found["hazards"], found["stopped"], found["reached"]) == (1, 0, False)
+
+
+def test_what_is_predicted_is_what_a_plant_is_held_to() -> None:
+    condition = Condition.of("reaction", "physics", {**SETTINGS, "latency": "10"})
+    assert KIND.expected(condition, premises()) == {"success": 1.0, "stopped": 1.0, "reaction_ticks": 0.0}
