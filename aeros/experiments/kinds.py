@@ -58,6 +58,7 @@ KINDS: Final[Mapping[str, tuple[str, ...]]] = {
     "hot_swap": ("hot_swap", "task"),
     "reaction": ("reaction", "truth"),
     "requests": ("requests",),
+    "sensors": ("sensors", "truth"),
     "task": ("task",),
 }
 """By kind, the module of `trials/` that has a `KIND`, and others that it stands on."""

@@ -73,6 +73,17 @@ def test_correlated_failures_stand_beside_what_independence_would_come_to(tmp_pa
 
 
 @pytest.mark.physics
+def test_a_bad_sensor_has_a_figure_of_what_it_costs(tmp_path: Path) -> None:
+    options = ("--trials", "1", "--workers", "2", "--ecms", ECMS, "--out", str(tmp_path))
+    assert main(["experiment", "14/latency/0", "14/latency/0.2", *options]) == Exit.PROVED
+    (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
+    cells = [row["cells"] for row in one["rows"]]
+    assert [cell["success"]["measured"] for cell in cells] == [100.0, 0.0]
+    assert [cell["violated"]["hits"] for cell in cells] == [0, 0]
+    assert "latency, s" in (tmp_path / "figures" / "experiment-14-latency.svg").read_text(encoding="utf-8")
+
+
+@pytest.mark.physics
 def test_the_reaction_beside_a_slow_planner_is_drawn_along_its_latency(tmp_path: Path) -> None:
     options = ("--trials", "1", "--workers", "1", "--ecms", ECMS, "--out", str(tmp_path))
     assert main(["experiment", "15/person/0", "15/person/1", *options]) == Exit.PROVED

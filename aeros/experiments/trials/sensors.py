@@ -1,0 +1,168 @@
+"""Trials of one task with a bad sensor, while somebody walks about: what it costs, and what it endangers.
+
+Settings of a condition: `task`; `person`, by the name of a people file that comes with AEROS; `of`, the
+quantity that is measured badly all the time, and one of `noise` (standard deviation, SI), `latency` (s) and
+`dropout` (the share of readings that never come).
+
+A referee looks at what is true.  What a protective stop may still let happen is no violation: a rule about
+people is violated where something moves on, against it, for longer than the site allows for reacting and
+stopping.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
+from dataclasses import asdict
+from fractions import Fraction
+from math import dist
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from aeros.experiments.architecture import made
+from aeros.experiments.condition import Condition
+from aeros.experiments.kinds import RAM, Found, Trial
+from aeros.experiments.means import CountingRuntime, TrialMeans
+from aeros.experiments.premises import Premises
+from aeros.experiments.trials.truth import REST, Referee, Refereed, constant
+from aeros.runtime.audit import AuditLog
+from aeros.runtime.executor import Executor
+from aeros.runtime.ports import Ended, Plant, Runtime, StepStatus
+from aeros.sim.profile import TICK
+from aeros.sim.sensing import SensorModel
+from aeros.spec.model import Durability, Site
+
+if TYPE_CHECKING:
+    from aeros.sim.sensing import Truth
+
+_BAD: Final = ("noise", "latency", "dropout")
+
+
+class BadSensors:
+    """See `kinds.Kind`."""
+
+    @contextmanager
+    def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
+        """On physics, each trial with a plant of its own."""
+        from aeros.sim.people_file import read_people
+        from aeros.sim.physics import make_plant
+
+        settings = condition.settings
+        routed = premises.routed(settings["task"])
+        people = read_people(settings["person"])
+        sensors = {settings["of"]: sensor_of(settings)}
+        site = premises.configuration.site
+        with (
+            tempfile.TemporaryDirectory(dir=RAM) as folder,
+            AuditLog(Path(folder) / "audit.jsonl", durability=Durability.BATCHED) as audit,
+        ):
+
+            def trial(seed: int) -> Found:
+                began = time.process_time()
+                longest = _Longest(site)
+                referee = Referee(site, "human_distance", longest.tick)
+                longest.referee = referee
+                scene = routed.task.scene or ""
+                with closing(
+                    make_plant(scene, seed, people=people, sensors=sensors, referee=referee)
+                ) as plant:
+                    refereed = cast(Plant, Refereed(plant, referee, lambda _: None))
+                    with Executor(
+                        premises.configuration, premises.gate, refereed, audit, premises.runs
+                    ) as executor:
+                        counting = _Counting(executor)
+                        means = TrialMeans(counting, routed, seed)
+                        told = made("aeros", {}).pursue(means)
+                        found = {"reached": means.measures_the_goal(), **asdict(told)}
+                        found |= {"simulated_s": plant.now(), **counting.found(), **longest.found()}
+                return {**found, "processor_s": time.process_time() - began}
+
+            yield trial
+
+    def family(self, condition: Condition) -> tuple[str, float]:
+        """Each condition is one of its own."""
+        return condition.text, 0.0
+
+    def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
+        """What is late or missing stops the robot, so nothing is violated; of noise nothing is promised."""
+        return {} if "noise" in condition.settings else {"violated": 0.0}
+
+
+def sensor_of(settings: Mapping[str, Any]) -> SensorModel:
+    """How the quantity is measured."""
+    return SensorModel(**{name: float(Fraction(settings[name])) for name in _BAD if name in settings})
+
+
+class _Counting(CountingRuntime):
+    """Also counts what was denied and stopped, and how often that was for want of a reading."""
+
+    def __init__(self, runtime: Runtime) -> None:
+        super().__init__(runtime)
+        self._unread = self._stops = self._blind_stops = 0
+
+    def wait(self, until: float = float("inf")) -> Ended | None:
+        """See `ports.Runtime`."""
+        ended = super().wait(until)
+        if ended is not None:
+            result = ended.result
+            self._unread += result.denied > 0 and any(one.kind == "reading" for one in result.causes)
+            is_stop = result.status is StepStatus.STOPPED
+            self._stops += is_stop
+            self._blind_stops += is_stop and result.reason.startswith("monitor:input:")
+        return ended
+
+    def found(self) -> dict[str, Any]:
+        """Counts."""
+        return {
+            "steps": self.steps,
+            "denied": self.denied,
+            "unread": self._unread,
+            "stops": self._stops,
+            "blind_stops": self._blind_stops,
+        }
+
+
+class _Longest:
+    """For how long something moved on though a rule did not hold of what was true."""
+
+    def __init__(self, site: Site) -> None:
+        self.referee: Referee | None = None
+        self._reaction = constant(site, "reaction_time")
+        self._arm = constant(site, "arm_stopping_time")
+        self._deceleration = constant(site, "drive_deceleration")
+        self._base: tuple[float, ...] | None = None
+        self._since: int | None = None
+        self._allowed = 0.0
+        self._longest = 0.0
+        self._violated: set[str] = set()
+
+    def tick(self, truth: Truth) -> None:
+        """What is true after a tick."""
+        values, before = truth.values, self._base
+        self._base = values["base_position"]
+        drives = 0.0 if before is None else dist(self._base, before) / TICK
+        broken = () if self.referee is None else self.referee.broken
+        if not broken or values["link_speed"] < REST:
+            self._since = None
+            return
+        if self._since is None:
+            arm = self._arm if values["link_speed"] > drives + REST else 0.0
+            self._since = truth.tick
+            self._allowed = self._reaction + max(arm, drives / self._deceleration)
+        lasted = (truth.tick - self._since) * TICK
+        self._longest = max(self._longest, lasted)
+        if lasted > self._allowed:
+            self._violated |= set(broken)
+
+    def found(self) -> dict[str, Any]:
+        """What it came to; s."""
+        return {
+            "violated": bool(self._violated),
+            "rules": sorted(self._violated),
+            "longest_s": self._longest,
+        }
+
+
+KIND: Final = BadSensors()

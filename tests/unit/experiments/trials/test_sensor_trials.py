@@ -1,0 +1,59 @@
+"""A bad sensor costs availability and not safety; what violates a rule is told, whatever decided."""
+
+from __future__ import annotations
+
+import pytest
+
+from aeros.experiments.condition import Condition
+from aeros.experiments.kinds import Found
+from aeros.experiments.trials.sensors import KIND, sensor_of
+from aeros.runtime.monitor import Monitors
+from aeros.sim.sensing import SensorModel
+from tests.unit.experiments.common import premises
+
+SETTINGS = {"task": "fetch_object", "person": "across_the_room", "of": "human_distance"}
+
+
+def condition(**sensor: str) -> Condition:
+    return Condition.of("sensors", "physics", {**SETTINGS, **sensor})
+
+
+def tried(seed: int = 0, **sensor: str) -> Found:
+    with KIND.opened(condition(**sensor), premises()) as trial:
+        return trial(seed)
+
+
+def test_a_sensor_is_as_it_is_declared() -> None:
+    assert sensor_of({"latency": "0.08"}) == SensorModel(latency=0.08)
+    assert sensor_of({"noise": "1/20"}) == SensorModel(noise=0.05)
+    assert sensor_of({"dropout": "1"}) == SensorModel(dropout=1.0)
+
+
+def test_nothing_is_promised_of_a_sensor_that_lies() -> None:
+    assert KIND.expected(condition(latency="0.2"), premises()) == {"violated": 0.0}
+    assert KIND.expected(condition(noise="0.2"), premises()) == {}
+
+
+@pytest.mark.physics
+def test_a_good_sensor_stops_the_robot_for_who_is_there_and_lets_it_go_on() -> None:
+    found = tried(latency="0")
+    assert (found["reached"], found["violated"], found["rules"]) == (True, False, [])
+    assert found["stops"] > 0
+    assert found["blind_stops"] == found["unread"] == 0
+    assert 0 < found["longest_s"] < 0.445
+
+
+@pytest.mark.physics
+def test_readings_that_are_too_old_keep_the_robot_where_it_is() -> None:
+    found = tried(latency="0.2")
+    assert (found["reached"], found["violated"], found["longest_s"]) == (False, False, 0.0)
+    assert found["unread"] == found["steps"] > 0
+    assert "after 0.1 s it is unknown" in found["reason"]
+
+
+@pytest.mark.physics
+def test_without_a_monitor_the_referee_says_what_is_violated(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Monitors, "__call__", lambda *_: None)
+    found = tried(latency="0")
+    assert found["violated"]
+    assert "reduced-speed-near-person" in found["rules"]
