@@ -56,6 +56,7 @@ class Kind(Protocol):
 
 KINDS: Final[Mapping[str, tuple[str, ...]]] = {
     "hot_swap": ("hot_swap", "task"),
+    "kills": ("kills", "kill_logs"),
     "reaction": ("reaction", "truth"),
     "requests": ("requests",),
     "sensors": ("sensors", "truth"),

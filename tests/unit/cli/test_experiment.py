@@ -72,6 +72,14 @@ def test_correlated_failures_stand_beside_what_independence_would_come_to(tmp_pa
     assert "dotted: if attempts were independent" in drawn
 
 
+def test_kills_are_tried_on_real_processes(tmp_path: Path) -> None:
+    options = ("--trials", "1", "--workers", "1", "--ecms", ECMS, "--out", str(tmp_path))
+    assert main(["experiment", "12/agent", *options]) == Exit.PROVED
+    (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
+    cells = one["rows"][0]["cells"]
+    assert [cells[name]["measured"] for name in ("ended", "repeated", "lost", "moved")] == [100.0, 0, 0, 0]
+
+
 @pytest.mark.physics
 def test_a_bad_sensor_has_a_figure_of_what_it_costs(tmp_path: Path) -> None:
     options = ("--trials", "1", "--workers", "2", "--ecms", ECMS, "--out", str(tmp_path))

@@ -19,10 +19,10 @@ from aeros.agent.quarantine import Quarantine
 from aeros.cli.exit_codes import Exit
 from aeros.cli.main import main
 from aeros.cli.plants import PlantRefusedError, joined
+from aeros.experiments.trials.kills import VICTIMS, trial_of
 from aeros.runtime.audit import verify_log
-from benchmarks.survival import VICTIMS, trial_of
-from benchmarks.survival import modules as manifests
 from tests.repo.tree import ROOT
+from tests.unit.experiments.common import WHERE, premises
 
 PATIENCE = 120.0
 
@@ -75,7 +75,7 @@ def began(watched: Watched) -> bool:
 
 @pytest.mark.parametrize("seed", [3, 4])
 def test_whoever_is_killed_the_task_ends_and_nothing_is_done_twice_or_lost(seed: int) -> None:
-    trial = trial_of(seed, "symbolic", manifests(), 0.8)
+    trial = trial_of(seed, "symbolic", premises().configuration.modules, 0.8, WHERE)
     assert trial.broken == []
     assert set(trial.kills) <= set(VICTIMS)
 

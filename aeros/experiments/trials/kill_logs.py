@@ -1,0 +1,74 @@
+"""What must not come of a kill, found in the plant's own log: what is done twice, and what nobody judges."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from math import dist
+from pathlib import Path
+from typing import Any, Final
+
+from aeros.spec.model import Ecm
+
+_AT_REST: Final = {"symbolic": 0.0, "kinematic": 0.0, "physics": 0.02}
+"""Joint speed, rad/s, below which an arm is at rest: physics holds it with motors against gravity."""
+
+PLANTS: Final = tuple(_AT_REST)
+
+_STILL: Final = {"symbolic": 0.0, "kinematic": 0.0, "physics": 1e-9}
+"""How far a joint may have moved while nobody was there, rad."""
+
+
+def repeated(told: Iterable[Mapping[str, Any]], modules: Mapping[str, Ecm]) -> list[str]:
+    """Skills that began while what they had brought about before was measured still."""
+    broken: list[str] = []
+    achieved: dict[str, list[Mapping[str, Any]]] = {}
+    helpers = {
+        f"{ecm.id}.{rule.on_failure}"
+        for ecm in modules.values()
+        for task in ecm.tasks.values()
+        for rule in task.rules
+    }
+    for one in told:
+        if one["event"] == "skill-began":
+            still = [was for was in achieved.get(one["skill"], ()) if _holds(was, one["measured"])]
+            broken += [f"once: {one['skill']} at {one['time']:.2f} s, though {dict(was)}" for was in still]
+        elif one["event"] == "skill-ended":
+            module, name = one["skill"].split(".")
+            successes = modules[module].skills[name].success_outcomes if one["finished"] else ()
+            found = [each.effects for each in successes if _holds(each.effects, one["measured"])]
+            achieved.setdefault(one["skill"], []).extend(found)
+            if not found:
+                for helper in helpers:
+                    achieved.pop(helper, None)
+    return broken
+
+
+def _holds(effects: Mapping[str, Any], measured: Mapping[str, Any]) -> bool:
+    return bool(effects) and all(measured.get(name) == value for name, value in effects.items())
+
+
+def moved(told: Sequence[Mapping[str, Any]], plant: str) -> list[str]:
+    """Where the plant was not at rest once its agent was gone, or moved before the next came."""
+    broken: list[str] = []
+    for one, then in zip(told, [*told[1:], None], strict=False):
+        if one["event"] != "let-go":
+            continue
+        speed = max(map(abs, one["measured"]["joint_velocity"]))
+        if speed > _AT_REST[plant]:
+            broken.append(f"stopped: at {one['time']:.2f} s a joint moved at {speed:.4f} rad/s")
+        if then is None:
+            continue
+        if then["event"] != "connected" or then["time"] != one["time"]:
+            broken.append(f"stopped: after {one['time']:.2f} s time went on without an agent")
+        way = dist(one["measured"]["joint_position"], then["measured"]["joint_position"])
+        if way > _STILL[plant]:
+            broken.append(f"stopped: a joint moved by {way:g} rad without an agent")
+    return broken
+
+
+def lines_of(path: Path) -> list[dict[str, Any]]:
+    """The whole lines of a log, if it is there."""
+    if not path.exists():
+        return []
+    return [json.loads(line) for line in path.read_bytes().splitlines() if line.endswith(b"}")]

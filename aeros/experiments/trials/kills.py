@@ -1,0 +1,354 @@
+"""Trials of kill -9: one task under its watchdog, of which processes are killed at random instants.
+
+Each trial is one task under `aeros run --watchdog`, on a plant and with a state folder of its own.  At random
+instants kill -9 hits the agent, one of the processes that its skills run in, or the watchdog, which is then
+started again, as an init system would.  What is checked comes from the plant's own log and from the audit
+log as it was at each kill, and not from what the agent says of itself:
+
+- ended: the task ends;
+- once: no skill begins on the plant while a success that it had before is measured still, but for what
+  the task's rules run between two tries, after a step that has ended in failure;
+- kept: what the audit log held at a kill is the beginning of what it holds at the end, in one sound chain;
+- stopped: whenever an agent let go of the plant, that came to rest, and nothing moved until the next came.
+
+Settings of a condition: `instruction`; `victims`, who may be killed; `on`, the plant.  Processes are real and
+so are the instants: a seed draws them, and what they hit depends on how busy the machine is.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from functools import cache
+from math import inf
+from pathlib import Path
+from typing import Any, Final
+
+import aeros
+from aeros.experiments.condition import Condition
+from aeros.experiments.kinds import RAM, Found
+from aeros.experiments.kinds import Trial as Tried
+from aeros.experiments.premises import Premises, Where
+from aeros.experiments.trials.kill_logs import lines_of, moved, repeated
+from aeros.runtime.audit import verify_log
+from aeros.spec.model import Ecm
+
+_LATEST: Final = 600.0
+"""Real seconds after which a task has not ended."""
+
+VICTIMS: Final = ("agent", "worker", "watchdog")
+
+_LOOK_EVERY: Final = 0.005
+"""Seconds between two looks at the plant's log."""
+
+INSTRUCTION: Final = "make dumplings"
+"""What is asked for where nothing else is said."""
+
+
+@dataclass
+class Trial:
+    """What came of one task.
+
+    kills: who was killed, in order.
+    recovered: how often an agent found that its last session had ended without a word.
+    resumed: how often one went on with a plan, or made another, where it was.
+    amid_motion: how often the plant was moving when its agent let go.
+    missed: why the goal was not reached.
+    to_stop: seconds from a kill to when the plant was let go of and at rest, where it was.
+    to_resume: seconds from a kill to the next skill that began once that was so.
+    broken: what must not be and is; empty where all is as it should be.
+    """
+
+    seed: int
+    kills: list[str] = field(default_factory=list)
+    reached: bool = False
+    missed: str = ""
+    recovered: int = 0
+    resumed: int = 0
+    amid_motion: int = 0
+    seconds: float = 0.0
+    to_stop: list[float] = field(default_factory=list)
+    to_resume: list[float] = field(default_factory=list)
+    broken: list[str] = field(default_factory=list)
+
+
+class _Life:
+    """A task under way, and what harms it."""
+
+    def __init__(self, trial: Trial, plant: str, folder: Path, where: Where, instruction: str) -> None:
+        self._trial = trial
+        self._said = (folder / "said").open("ab")
+        self.state, self.out = folder / "state", folder / "out"
+        self.log = self.out / "audit.jsonl"
+        site = () if where.site is None else ("--site", str(Path(where.site).resolve()))
+        options = ("--plant", plant, "--seed", str(trial.seed), "--no-record", "--out", str(self.out), *site)
+        self._asked = (instruction, *options, "--ecms", str(Path(where.ecms).resolve()))
+        self._watchdog = self._start(*self._asked)
+        self._seen: list[bytes] = []
+        self.stamps = Stamps(self.out / "plant.jsonl")
+        self._killed: list[float] = []
+
+    def _start(self, *arguments: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", "aeros", "run", *arguments, "--watchdog"]
+        more = ("--state", str(self.state), "--crashes", "1000")
+        # The same AEROS as this one, wherever it is.
+        paths = [str(Path(aeros.__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
+        return subprocess.Popen(  # noqa: S603
+            [*command, *more],
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))},
+            stdout=self._said,
+            stderr=self._said,
+        )
+
+    def kill(self, victim: str) -> bool:
+        """Kill it, if it is there to be killed."""
+        agent = self._agent()
+        pids = {"agent": [agent], "watchdog": [self._watchdog.pid], "worker": _below(agent)}[victim]
+        pids = [pid for pid in pids if pid > 0]
+        if not pids or self._watchdog.poll() is not None:
+            return False
+        self._keep()
+        with suppress(ProcessLookupError):
+            os.kill(random.choice(pids), signal.SIGKILL)  # noqa: S311
+        self._trial.kills.append(victim)
+        self._killed.append(time.monotonic())
+        if victim == "watchdog":
+            self._watchdog.wait()
+            # What it had not taken note of was not asked for yet.
+            is_known = (self.state / "run.json").exists()
+            self._watchdog = self._start(*(("--resume",) if is_known else self._asked))
+        return True
+
+    def is_awake(self) -> bool:
+        return self._agent() > 0
+
+    def has_ended(self) -> bool:
+        return self._watchdog.poll() is not None
+
+    def end(self) -> None:
+        """Wait for the task to end, for as long as it may take."""
+        with suppress(subprocess.TimeoutExpired):
+            self._watchdog.wait(_LATEST)
+        if self._watchdog.poll() is None:
+            self._trial.broken.append(f"ended: not after {_LATEST:g} s")
+            for pid in (self._watchdog.pid, self._agent()):
+                with suppress(ProcessLookupError):
+                    os.kill(pid, signal.SIGKILL)
+            self._watchdog.wait()
+        self._said.close()
+        self.stamps.end()
+        self._trial.to_stop, self._trial.to_resume = self.stamps.since(self._killed)
+
+    def unkept(self) -> list[str]:
+        """Where the log has lost what it held at a kill."""
+        held = self.log.read_bytes() if self.log.exists() else b""
+        return [
+            "kept: records that were there at a kill are not"
+            for one in self._seen
+            if not held.startswith(one)
+        ]
+
+    def _keep(self) -> None:
+        held = self.log.read_bytes() if self.log.exists() else b""
+        self._seen.append(held[: held.rfind(b"\n") + 1])
+
+    def _agent(self) -> int:
+        """The process that holds the agent's folder, 0 where there is none."""
+        try:
+            pid = int(json.loads((self.state / "agent.lock").read_text())["pid"])
+        except (OSError, ValueError, KeyError):
+            return 0
+        # The watchdog holds it for a moment itself.
+        return pid if pid != self._watchdog.pid and Path(f"/proc/{pid}").exists() else 0
+
+
+class Stamps:
+    """When each line of the plant's log was there, by this machine's clock."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._lines: list[tuple[float, str]] = []
+        self._is_over = threading.Event()
+        self._thread = threading.Thread(target=self._follow, daemon=True)
+        self._thread.start()
+
+    def end(self) -> None:
+        """There is nothing more to follow."""
+        self._is_over.set()
+        self._thread.join()
+
+    def since(self, killed: Sequence[float]) -> tuple[list[float], list[float]]:
+        """From each kill to when the plant was let go of, and from there to the next skill.
+
+        As far as that came before another kill.  Where nobody let go, the skill is counted from the kill.
+        """
+        stops, resumes = [], []
+        for kill, following in zip(killed, [*killed, inf][1:], strict=True):
+            after = [(at - kill, event) for at, event in self._lines if kill <= at < following]
+            stop = next((at for at, event in after if event == "let-go"), None)
+            begun = (at for at, event in after if event == "skill-began" and (stop is None or at >= stop))
+            resumes.append(next(begun, None))
+            stops.append(stop)
+        return [one for one in stops if one is not None], [one for one in resumes if one is not None]
+
+    def _follow(self) -> None:
+        read = 0
+        while not self._is_over.wait(_LOOK_EVERY):
+            with suppress(OSError), self._path.open("rb") as log:
+                log.seek(read)
+                new = log.read()
+                whole = new[: new.rfind(b"\n") + 1]
+                read += len(whole)
+                now = time.monotonic()
+                self._lines += [(now, str(json.loads(line)["event"])) for line in whole.splitlines()]
+
+
+def _below(pid: int) -> list[int]:
+    """The processes that it started, and that those did."""
+    found: list[int] = []
+    pending = [pid] if pid > 0 else []
+    while pending:
+        one = pending.pop()
+        try:
+            children = Path(f"/proc/{one}/task/{one}/children").read_text().split()
+        except OSError:
+            continue
+        found += map(int, children)
+        pending += map(int, children)
+    return found
+
+
+def trial_of(
+    seed: int,
+    plant: str,
+    modules: Mapping[str, Ecm],
+    lasting: float,
+    where: Where,
+    victims: Sequence[str] = VICTIMS,
+    instruction: str = INSTRUCTION,
+) -> Trial:
+    """One task, killed at up to three instants within `lasting` seconds of its agent's awakening."""
+    trial = Trial(seed)
+    chance = random.Random(seed)  # noqa: S311
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="survival-", dir=RAM) as name:
+        life = _Life(trial, plant, Path(name), where, instruction)
+        for _ in range(chance.randint(1, 3)):
+            # One in four while processes are still starting, the others while the task is under way.
+            if chance.random() < 0.25:
+                time.sleep(chance.uniform(0.0, 2.0))
+            else:
+                _wait_for(life)
+                time.sleep(chance.uniform(0.0, lasting))
+            life.kill(chance.choice(victims))
+        life.end()
+        trial.seconds = time.monotonic() - began
+        _judge(trial, life, plant, modules)
+        if trial.broken:
+            trial.broken.append((Path(name) / "said").read_text(errors="replace")[-3000:])
+    return trial
+
+
+@cache
+def lasts(plant: str, where: Where, instruction: str = INSTRUCTION) -> float:
+    """Seconds from when an undisturbed agent is awake to when it is not: kills that come later hit nobody."""
+    with tempfile.TemporaryDirectory(prefix="survival-", dir=RAM) as name:
+        life = _Life(Trial(0), plant, Path(name), where, instruction)
+        _wait_for(life)
+        began = time.monotonic()
+        while life.is_awake():
+            time.sleep(0.01)
+        ended = time.monotonic()
+        life.end()
+        return ended - began
+
+
+def _wait_for(life: _Life) -> None:
+    latest = time.monotonic() + 60.0
+    while not life.is_awake() and not life.has_ended() and time.monotonic() < latest:
+        time.sleep(0.01)
+
+
+def _judge(trial: Trial, life: _Life, plant: str, modules: Mapping[str, Ecm]) -> None:
+    notes = [one["details"] for one in lines_of(life.log) if one["event"] == "note"]
+    ended = [one["details"] for one in notes if one["event"] == "run-ended"]
+    trial.reached = any(one["reached"] for one in ended)
+    trial.missed = "" if trial.reached or not ended else ended[-1]["reason"]
+    changes = [one["details"]["change"] for one in notes if one["event"] == "lifecycle"]
+    trial.recovered = changes.count("crash")
+    trial.resumed = sum(one["event"] == "resumed" for one in notes)
+    if not ended:
+        trial.broken.append("ended: no record says so")
+    if (life.state / "run.json").exists():
+        trial.broken.append("ended: the state folder says that there is something to resume")
+    chain = verify_log(life.log)
+    if not chain.sound:
+        trial.broken.append(f"kept: record {chain.bad_record}: {chain.why}")
+    trial.broken += life.unkept()
+    told = lines_of(life.out / "plant.jsonl")
+    trial.amid_motion = sum(one["event"] == "let-go" and one["amid_motion"] for one in told)
+    trial.broken += [*repeated(told, modules), *moved(told, plant)]
+
+
+class Kills:
+    """See `kinds.Kind`."""
+
+    @contextmanager
+    def opened(self, condition: Condition, premises: Premises) -> Iterator[Tried]:
+        """How long the task lasts is found out once for a process, by a run that nobody disturbs."""
+        settings = condition.settings
+        plant, instruction = settings["on"], settings["instruction"]
+        modules = premises.configuration.modules
+        lasting = lasts(plant, premises.where, instruction)
+
+        def trial(seed: int) -> Found:
+            began = time.process_time()
+            one = trial_of(seed, plant, modules, lasting, premises.where, settings["victims"], instruction)
+            return {**found_in(one), "processor_s": time.process_time() - began}
+
+        yield trial
+
+    def family(self, condition: Condition) -> tuple[str, float]:
+        """Each condition is one of its own."""
+        return condition.text, 0.0
+
+    def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
+        """What docs/survival.md promises of every kill; that the goal is reached it does not."""
+        return {"ended": 1.0, "repeated": 0.0, "lost": 0.0, "moved": 0.0}
+
+
+def found_in(one: Trial) -> dict[str, Any]:
+    """What is looked at; times are means over the kills of the trial."""
+    broken = [text.partition(":")[0] for text in one.broken]
+    found = {
+        "reached": one.reached,
+        "reason": one.missed,
+        "kills": len(one.kills),
+        "killed": one.kills,
+        "ended": "ended" not in broken,
+        "repeated": broken.count("once"),
+        "lost": broken.count("kept"),
+        "moved": "stopped" in broken,
+        "recovered": one.recovered,
+        "resumed": one.resumed,
+        "amid_motion": one.amid_motion,
+        "broken": one.broken,
+        "seconds": one.seconds,
+    }
+    for name, times in (("to_stop_s", one.to_stop), ("to_resume_s", one.to_resume)):
+        if times:
+            found[name] = sum(times) / len(times)
+    return found
+
+
+KIND: Final = Kills()

@@ -1,0 +1,86 @@
+"""What must not come of kill -9 is found where it did, in the plant's own log; and how long things took."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.experiments.condition import Condition
+from aeros.experiments.trials.kill_logs import moved, repeated
+from aeros.experiments.trials.kills import KIND, Stamps, Trial, found_in
+from tests.unit.experiments.common import premises
+
+MODULES = premises().configuration.modules
+HERE = {"joint_position": [0.0] * 7, "joint_velocity": [0.0] * 7}
+
+
+def told(event: str, at: float = 1.0, skill: str = "make_dumplings.boil", **measured: Any) -> dict[str, Any]:
+    finished = {"finished": True} if event == "skill-ended" else {}
+    return {"event": event, "time": at, "skill": skill, **finished, "measured": {**HERE, **measured}}
+
+
+BOILED = [told("skill-began"), told("skill-ended", dumpling_cooked=True)]
+
+
+def test_a_skill_that_begins_while_its_success_is_measured_is_repeated() -> None:
+    assert repeated(BOILED, MODULES) == []
+    assert repeated([*BOILED, told("skill-began", dumpling_cooked=False)], MODULES) == []
+    (found,) = repeated([*BOILED, told("skill-began", at=7.0, dumpling_cooked=True)], MODULES)
+    assert found.startswith("once: make_dumplings.boil at 7.00 s")
+
+
+@pytest.mark.parametrize(
+    ("log", "said"),
+    [
+        ([told("let-go", joint_velocity=[0.1] + [0.0] * 6)], "a joint moved at 0.1000 rad/s"),
+        ([told("let-go"), told("connected", at=1.5)], "time went on without an agent"),
+        ([told("let-go"), told("skill-began")], "time went on without an agent"),
+        ([told("let-go"), told("connected", joint_position=[0.2] + [0.0] * 6)], "moved by 0.2 rad"),
+    ],
+)
+def test_what_moves_while_nobody_is_there_is_found(log: list[dict[str, Any]], said: str) -> None:
+    (found,) = moved(log, "symbolic")
+    assert said in found
+    assert moved([told("let-go"), told("connected")], "symbolic") == []
+
+
+def test_what_was_found_is_counted_by_its_kind() -> None:
+    trial = Trial(0, ["agent"], broken=["once: a", "once: b", "stopped: c", "what the agent said"])
+    found = found_in(trial)
+    assert (found["repeated"], found["lost"], found["moved"], found["ended"]) == (2, 0, True, True)
+    assert "to_stop_s" not in found
+    trial = Trial(0, broken=["ended: no record says so", "kept: x"], to_stop=[0.1, 0.3], to_resume=[2.0])
+    found = found_in(trial)
+    assert (found["lost"], found["ended"], found["to_resume_s"]) == (1, False, 2.0)
+    assert found["to_stop_s"] == pytest.approx(0.2)
+
+
+def test_times_are_from_a_kill_to_rest_and_to_the_next_skill_after_it(tmp_path: Path) -> None:
+    log = tmp_path / "plant.jsonl"
+    stamps = Stamps(log)
+    killed = []
+    with log.open("a", encoding="utf-8", buffering=1) as file:
+        for events in (["skill-began", "let-go", "skill-began"], ["skill-began"], []):
+            killed.append(time.monotonic())
+            for event in events:
+                time.sleep(0.06)
+                file.write(json.dumps({"event": event}) + "\n")
+            time.sleep(0.06)
+    stamps.end()
+    stops, resumes = stamps.since(killed)
+    assert stamps.since([]) == ([], [])
+    (stop,), (first, second) = stops, resumes
+    # What began between kill and rest was begun by an agent that had not noticed yet.
+    assert 0.12 <= stop < first
+    assert first >= 0.18
+    assert second >= 0.06
+
+
+def test_what_docs_promise_is_what_is_predicted() -> None:
+    settings = {"instruction": "make dumplings", "victims": ["agent"], "on": "symbolic"}
+    expected = KIND.expected(Condition.of("kills", "physics", settings), premises())
+    assert expected == {"ended": 1.0, "repeated": 0.0, "lost": 0.0, "moved": 0.0}
