@@ -7,9 +7,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from math import inf
+from typing import Final
 
 from aeros.spec.errors import MisuseError
+
+LONGEST: Final = 1e9
+"""No burst is as long, in opportunities."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,16 +36,32 @@ class Process:
         """The share of opportunities that are taken."""
         return self.share_bad * self.within + (1.0 - self.share_bad) * self.between
 
-    def is_bad(self, before: bool | None, drawn: float) -> bool:
-        """The state at an opportunity, from that at the one before (None: there was none) and a draw."""
-        if before is None:
-            return drawn < self.share_bad
-        return drawn >= self.mends if before else drawn < self.worsens
 
-    def turns_at(self, before: bool, drawn: float) -> float:
-        """Shorter stays in the bad state than this, at the same rate, have that draw turn the state."""
-        leaves = self.mends if before else self.worsens
-        return inf if drawn == 0.0 else leaves / self.mends / drawn
+class Chain:
+    """The state of a process at one opportunity after the other, by draws from [0, 1).
+
+    alike: mean lengths of stays in the bad state between which all states so far are alike, at the same rate.
+    """
+
+    def __init__(self, process: Process) -> None:
+        self._process = process
+        self._is_bad: bool | None = None
+        self.alike = (0.0, LONGEST)
+
+    def is_bad(self, drawn: float) -> bool:
+        """The state at the next opportunity."""
+        before, process = self._is_bad, self._process
+        if before is None:
+            now = drawn < process.share_bad
+        else:
+            leaves = process.mends if before else process.worsens
+            now = before != (drawn < leaves)
+            # The shortest mean length with which it stays as it was: leaving has that much less of a chance.
+            stays_from = leaves / process.mends / drawn if drawn else LONGEST
+            low, high = self.alike
+            self.alike = (max(low, stays_from), high) if now is before else (low, min(high, stays_from))
+        self._is_bad = now
+        return now
 
 
 @dataclass(frozen=True, slots=True)

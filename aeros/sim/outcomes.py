@@ -23,9 +23,10 @@ class Bursts:
     good: Shares
     bad: Shares
 
-    def is_bad(self, before: bool | None, seed: int, skill: str, invocation: int) -> bool:
-        """The state at the `invocation`-th run of `skill`, by a draw of its own."""
-        return self.process.is_bad(before, float(point_of(seed, f"{skill}/burst", invocation)))
+
+def burst_point_of(seed: int, skill: str, invocation: int) -> float:
+    """Where in [0, 1) the draw falls that decides the state at the `invocation`-th run of `skill`."""
+    return float(point_of(seed, f"{skill}/burst", invocation))
 
 
 def draw_outcome(

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
 from aeros.runtime.ports import Completion, Moment, Monitor, Motion, Motionless, Names, Plan, Readings
-from aeros.sim.outcomes import Bursts, Shares, draw_outcome
+from aeros.sim.channel import Chain
+from aeros.sim.outcomes import Bursts, Shares, burst_point_of, draw_outcome
 from aeros.sim.symbolic_motions import SymbolicMotion, UnableError, check_parameters, motion_of
 from aeros.sim.symbolic_state import initial_values, measured
 from aeros.skill import Action
@@ -102,7 +103,7 @@ class SymbolicPlant:
         self._values: Mapping[str, Any] = self._initial
         self._planned: _Planned | None = None
         self._runs: Counter[str] = Counter()
-        self._is_bad: dict[str, bool] = {}
+        self._chains = {skill: Chain(bursts.process) for skill, bursts in self._bursts.items()}
         self._began: dict[str, float] = {}
         self._under_way: dict[Motion, _UnderWay] = {}
         self._begun = 0
@@ -216,10 +217,8 @@ class SymbolicPlant:
 
     def _in_bursts(self, skill: str, run: int) -> Shares:
         """How likely its outcomes are now that it has run so often."""
-        bursts = self._bursts[skill]
-        is_bad = bursts.is_bad(self._is_bad.get(skill), self._seed, skill, run)
-        self._is_bad[skill] = is_bad
-        return bursts.bad if is_bad else bursts.good
+        is_bad = self._chains[skill].is_bad(burst_point_of(self._seed, skill, run))
+        return self._bursts[skill].bad if is_bad else self._bursts[skill].good
 
     def _motion_of(self, action: Action) -> SymbolicMotion:
         """What `action` would do; raises `UnableError`."""

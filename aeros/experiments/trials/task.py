@@ -23,7 +23,7 @@ from aeros.agent.routing import Routed
 from aeros.experiments.architecture import Model, Told, made
 from aeros.experiments.condition import Condition
 from aeros.experiments.exact import predicted
-from aeros.experiments.failures import bursts_of, failing, process_of, with_channel
+from aeros.experiments.failures import bursts_of, channel_of, failing, process_of, with_channel
 from aeros.experiments.kinds import ALIKE, INDEPENDENT, PREDICTED, RAM, Found, Trial
 from aeros.experiments.means import CountingRuntime, TrialMeans
 from aeros.experiments.open_gate import OpenGate, without_policy
@@ -31,7 +31,8 @@ from aeros.experiments.plants import Plants, physics_plants, symbolic_plants
 from aeros.experiments.premises import Premises
 from aeros.runtime.audit import AuditError, AuditLog
 from aeros.runtime.executor import Executor
-from aeros.sim.outcomes import point_of
+from aeros.sim.channel import Chain
+from aeros.sim.outcomes import burst_point_of, point_of
 from aeros.spec.closed_loop.chances import shares_of
 from aeros.spec.closed_loop.transition_system import NotExploredError
 from aeros.spec.errors import InternalError
@@ -130,20 +131,22 @@ def plants_of(condition: Condition, premises: Premises) -> Plants:
 def _alike(
     counting: CountingRuntime, settings: Mapping[str, Any], routed: Routed, seed: int
 ) -> tuple[float, float]:
-    """Rates between which the symbolic plant would have drawn the same outcomes.
+    """Rates, or mean lengths of bursts, between which the symbolic plant would have drawn the same outcomes.
 
-    The skill succeeds in one way and fails in one, in this order and independently, or nothing is said: a
-    try fails iff the rate is at least what is left of 1 beyond where the draw falls.  Of bursts nothing is.
+    The skill succeeds in one way and fails in one, in this order, or nothing is said of rates: a try
+    fails iff the rate is at least what is left of 1 beyond where the draw falls.
     """
     ecm = failing(counting.active_modules()[routed.module], {**settings, "rate": "1/2"})
     possible = [one for one, share in shares_of(ecm.skills[settings["skill"]].outcomes.values()) if share]
+    name = f"{routed.module}.{settings['skill']}"
     if "bursts" in settings:
-        length = float(Fraction(settings["bursts"]["mean_length"]))
-        return length, length
+        chain = Chain(channel_of(settings).process())
+        for run in range(counting.finished_tries):
+            chain.is_bad(burst_point_of(seed, name, run))
+        return chain.alike
     rate = float(Fraction(settings["rate"]))
     if [one.failure for one in possible] != [False, True]:
         return rate, rate
-    name = f"{routed.module}.{settings['skill']}"
     left = [1.0 - float(point_of(seed, name, run)) for run in range(counting.finished_tries)]
     return (
         max((one for one in left if one <= rate), default=0.0),

@@ -93,6 +93,23 @@ def test_a_rate_at_which_a_trial_would_be_the_same_shares_it(
                 assert told(store.trials[digest_of(one, premises().digest), seed]) == alone(one, seed)
 
 
+@pytest.mark.parametrize("architecture", ["behaviour_tree", "aeros"])
+def test_a_length_of_bursts_with_which_a_trial_would_be_the_same_shares_it(
+    architecture: str, tmp_path: Path
+) -> None:
+    conditions = [
+        condition(architecture=architecture, task="clean_table", bursts={"mean_length": length})
+        for length in ("2", "8", "32")
+    ]
+    with Store(tmp_path) as store:
+        run(store, conditions, 12)
+        ran = {(seed, found["processor_s"]) for (_, seed), found in store.trials.items()}
+        assert 12 < len(ran) < 36
+        for one in conditions:
+            for seed in range(12):
+                assert told(store.trials[digest_of(one, premises().digest), seed]) == alone(one, seed)
+
+
 @pytest.mark.physics
 def test_physics_shares_trials_alike(tmp_path: Path) -> None:
     faults = (ROOT / "aeros/experiments/data/faults/fetch_object.yaml").read_text()
