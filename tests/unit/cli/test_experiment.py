@@ -87,7 +87,7 @@ def test_a_bad_sensor_has_a_figure_of_what_it_costs(tmp_path: Path) -> None:
     (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
     cells = [row["cells"] for row in one["rows"]]
     assert [cell["success"]["measured"] for cell in cells] == [100.0, 0.0]
-    assert [cell["violated"]["hits"] for cell in cells] == [0, 0]
+    assert [cell["violation"]["hits"] for cell in cells] == [0, 0]
     assert "latency, s" in (tmp_path / "figures" / "experiment-14-latency.svg").read_text(encoding="utf-8")
 
 
