@@ -23,7 +23,7 @@ PLANTS: Final = ("physics", "symbolic")
 
 @dataclass(frozen=True, slots=True)
 class Metric:
-    """What is looked at: a share (`of` the trials, or `hits` of what `of` counts) or a mean over trials.
+    """What is looked at: a share (`of` the trials, or `hits` of what `of` counts), a mean or the most of all.
 
     exact: the name of what is computed of it, if anything is.
     """
@@ -33,6 +33,7 @@ class Metric:
     of: str = ""
     hits: str = ""
     mean: str = ""
+    most: str = ""
     exact: str = ""
 
     @property
@@ -95,6 +96,8 @@ def catalogue(plant: str, entries: Sequence[Entry] = ()) -> dict[int, Experiment
     metrics = {name: Metric(name, **one) for name, one in data["metric"].items()}
     found = {}
     for one in data["experiment"]:
+        if plant not in one.get("plants", PLANTS):
+            continue
         entered = {entry.name: entry for entry in entries} if one.get("enter", False) else {}
         titles = {name: data["variant"][name]["title"] for name in one.get("variants", ())}
         titles |= {name: f"{entry.architecture} (entered)" for name, entry in entered.items()}
@@ -127,6 +130,8 @@ def chosen(experiments: Mapping[int, Experiment], names: Iterable[str]) -> list[
             ids += [row.id for one in experiments.values() for row in one.rows]
             near = did_you_mean(name, ids)
             help_ = f"did you mean `{near}`?" if near else "`aeros experiment list` shows all there are"
+            if plants := _other_plants(name):
+                help_ = f"it is tried with `--plant {plants[0]}`"
             raise UserError([Diagnostic("AE130", f"there is no experiment `{name}`", help=(help_,))])
         for number, row in rows:
             wanted.setdefault(number, {})[row.id] = row
@@ -135,6 +140,15 @@ def chosen(experiments: Mapping[int, Experiment], names: Iterable[str]) -> list[
         for number, one in experiments.items()
         if number in wanted
     ]
+
+
+def _other_plants(name: str) -> Sequence[str]:
+    """On which plants alone the experiment of that name is tried."""
+    number = name.partition("/")[0]
+    experiments = read_data("experiments.toml")["experiment"]
+    return next(
+        (one["plants"] for one in experiments if str(one["number"]) == number and "plants" in one), ()
+    )
 
 
 @cache
@@ -194,14 +208,26 @@ def _source_digest(architecture: str) -> str:
 
 
 def _listed_rows(one: Mapping[str, Any], data: Mapping[str, Any], plant: str) -> Iterator[Row]:
+    """Each row, and where there is something `across`, each of these in turn."""
     for row in one["row"]:
-        id_, labels = f"{one['number']}/{row['name']}", (row["title"],)
         # What is in a file of its own decides the trials as well: all of its first list is in the condition.
         listed = {name: next(iter(read_data(file).values())) for name, file in row.get("data", {}).items()}
+        texts = {name: _texts_in(folder) for name, folder in row.get("files", {}).items()}
         tasks = {
             name: _task_settings(data["variant"]["aeros"], task, failure, failure["rate"], plant)
             for name, task in row.get("tasks", {}).items()
             for failure in [data["task"][task]]
         }
-        condition = Condition.of(one["kind"], plant, {**row.get("settings", {}), **listed, **tasks})
-        yield Row(id_, labels, condition, row["name"])
+        own = {**one.get("settings", {}), **row.get("settings", {}), **listed, **texts, **tasks}
+        for across in one.get("across", [{}]):
+            names = [str(one["number"]), row["name"], *([across["name"]] if across else [])]
+            labels = (row["title"], *([across["title"]] if across else []))
+            condition = Condition.of(one["kind"], plant, {**own, **across.get("settings", {})})
+            yield Row("/".join(names), labels, condition, row["name"])
+
+
+@cache
+def _texts_in(folder: str) -> dict[str, str]:
+    """Each file of a folder of `data`, by name."""
+    files = sorted(path for path in (_DATA / folder).iterdir() if path.is_file())
+    return {path.name: path.read_text(encoding="utf-8") for path in files}

@@ -52,6 +52,7 @@ class Kind(Protocol):
 
 
 KINDS: Final[Mapping[str, tuple[str, ...]]] = {
+    "adversaries": ("adversaries", "referee"),
     "hot_swap": ("hot_swap", "task"),
     "requests": ("requests",),
     "task": ("task",),

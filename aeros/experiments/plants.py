@@ -60,9 +60,7 @@ def physics_plants(configuration: Configuration, routed: Routed, faults: str, ra
         from aeros.sim.faults.injector import Injector
         from aeros.sim.physics import make_plant
     except ImportError as error:
-        headline = f"the physics plant needs `pip install 'aeros[sim]'` ({error.name} is missing)"
-        help_ = ("or use `--plant symbolic`",)
-        raise UserError([Diagnostic("AE002", headline, help=help_)]) from error
+        raise no_physics(error) from error
     scene = routed.task.scene or ""
     happening = _faults(faults, rate, configuration, scene)
 
@@ -83,6 +81,12 @@ def physics_plants(configuration: Configuration, routed: Routed, faults: str, ra
             plant.close()
 
     return opened
+
+
+def no_physics(error: ImportError) -> UserError:
+    """What is missing for it, and what to do."""
+    headline = f"the physics plant needs `pip install 'aeros[sim]'` ({error.name} is missing)"
+    return UserError([Diagnostic("AE002", headline, help=("or use `--plant symbolic`",))])
 
 
 def _faults(text: str, rate: float, configuration: Configuration, scene: str) -> tuple[Fault, ...]:

@@ -6,9 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from aeros.experiments.report.figures import boundary, intervals
+from aeros.experiments.report.figures import boundary, intervals, layers
 
 Results = Mapping[str, Any]
+
+_DRAWN: Final = {"boundary": boundary, "intervals": intervals, "layers": layers}
 
 _TIMES: Final = {"processor_s": "processor time", "swap_s": "loading the module, proved and compiled before"}
 
@@ -124,10 +126,8 @@ def _experiment(one: Mapping[str, Any]) -> Iterator[Block]:
             yield Words(f"Nothing is predicted of {row['id']}: {row['not_predicted']}.")
     for test in one["tests"]:
         yield from _test(test)
-    if one["figure"] == "boundary":
-        yield Figure(f"experiment-{one['number']}", one["title"], boundary(one))
-    elif one["figure"] == "intervals":
-        yield Figure(f"experiment-{one['number']}", one["title"], intervals(one))
+    if one["figure"]:
+        yield Figure(f"experiment-{one['number']}", one["title"], _DRAWN[one["figure"]](one))
     if one["overhead"]:
         yield _overhead(one["overhead"])
     yield _timings(one["timings"])
@@ -180,12 +180,15 @@ def _rows(one: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[tuple[Cell, ..
         metric = one["metrics"][name]
         unit = ", %" if metric["share"] else ""
         head += [f"{metric['title']}{unit}: {other}" for other in (*others, "measured")]
+    is_told = any(row.get("told") for row in one["rows"])
+    head += ["what was said"] if is_told else []
     rows = []
     for row in one["rows"]:
         cells = [Cell(row["id"]), *map(Cell, row["labels"])]
         for name, others in there.items():
             cell = row["cells"].get(name)
             cells += [Cell("")] * (len(others) + 1) if cell is None else _triple(cell, others)
+        cells += [Cell(", ".join(row.get("told", ())))] if is_told else []
         rows.append(tuple(cells))
     return tuple(head), tuple(rows)
 

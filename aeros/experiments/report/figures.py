@@ -1,4 +1,4 @@
-"""Figures as SVG: success against the rate of failure, and success of each condition with its interval."""
+"""Figures as SVG: of success against failure, of each condition with its interval, of layers of defence."""
 
 from __future__ import annotations
 
@@ -72,6 +72,37 @@ def intervals(one: Mapping[str, Any]) -> str:
             parts.append(_diamond(_LABELS + _WIDE * cell["paper"] / 100, y, colour))
     parts.append(_text(_LABELS, high + 34, "success; dot and bar: measured, 95 %; line: exact; ◇: paper"))
     return _svg(_LABELS + _WIDE + 30, high + 44, f"{one['title']}: success", parts)
+
+
+def layers(one: Mapping[str, Any]) -> str:
+    """What each module came to behind each layer: how many trials violated something, and the worst."""
+    of = {(row["labels"][0], row["labels"][1]): row for row in one["rows"]}
+    modules, behind = (list(dict.fromkeys(names)) for names in zip(*of, strict=True))
+    wide, high = 200, 26
+    left = 560
+    parts = [_text(left + wide * (x + 0.5), 16, name, "middle") for x, name in enumerate(behind)]
+    for y, module in enumerate(modules):
+        parts.append(_text(left - 10, 24 + high * (y + 0.65), module, "end"))
+        for x, name in enumerate(behind):
+            row = of.get((module, name))
+            if row is None:
+                continue
+            cells = {metric: cell["measured"] for metric, cell in row["cells"].items()}
+            colour = "#ffcdd2" if cells["violated"] else "#c8e6c9"
+            size = f'x="{left + wide * x + 1}" y="{24 + high * y + 1}" width="{wide - 2}" height="{high - 2}"'
+            parts.append(f'<rect {size} fill="{colour}"/>')
+            parts.append(_text(left + wide * (x + 0.5), 24 + high * (y + 0.65), _came_to(cells), "middle"))
+    foot = 24 + high * len(modules) + 20
+    parts.append(
+        _text(left, foot, "trials in which the referee measured a violation; the worst that he measured")
+    )
+    return _svg(left + wide * len(behind) + 20, foot + 14, one["title"], parts)
+
+
+def _came_to(cells: Mapping[str, float]) -> str:
+    if not cells.get("installed", True):
+        return "not installed"
+    return f"{cells['violated']:.0f} % violated, {cells['worst']:.3g}"
 
 
 def _grid() -> Iterator[str]:

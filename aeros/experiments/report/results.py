@@ -120,13 +120,14 @@ def _row(
         "trials": len(found),
         "cells": cells,
         "not_predicted": exact if isinstance(exact, str) else None,
+        "told": sorted({text for one in found for text in one.get("told", ())}),
         "why": _why(row.id) if any(cell["misses"] for cell in cells.values()) else [],
         "rerun": f"aeros experiment {row.id} {ran_with}",
     }
 
 
 def _is_measured(metric: Metric, found: Sequence[Found]) -> bool:
-    names = [name for name in (metric.mean, metric.hits, metric.of) if name]
+    names = [name for name in (metric.mean, metric.most, metric.hits, metric.of) if name]
     if not all(name in one for one in found for name in names):
         return False
     return not metric.hits or any(one[metric.of] for one in found)
@@ -142,6 +143,8 @@ def _measured(metric: Metric, found: Sequence[Found]) -> dict[str, Any]:
         hits = sum(one[metric.hits or metric.of] for one in found)
         of = sum(one[metric.of] for one in found) if metric.hits else len(found)
         return {"hits": hits, "of": of, **_share(hits, of)}
+    if metric.most:
+        return {"measured": max(one[metric.most] for one in found), "low": None, "high": None}
     values = [one[metric.mean] for one in found]
     middle = fmean(values)
     if len(values) == 1:

@@ -46,6 +46,16 @@ def test_a_run_leaves_trials_and_reports(tmp_path: Path, capsys: pytest.CaptureF
     assert row["rerun"].startswith(f"aeros experiment {ONE} --plant symbolic --trials 4")
 
 
+@pytest.mark.physics
+def test_adversaries_are_tried_on_physics(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    row = "9/wide_envelope"
+    assert run(tmp_path, "--plant", "physics", "--trials", "1", row) == Exit.PROVED
+    assert "0 with an interval that misses what is exact" in capsys.readouterr().out
+    (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
+    assert [found["cells"]["violated"]["measured"] for found in one["rows"]] == [100.0, 0.0, 0.0]
+    assert [found["told"] for found in one["rows"]] == [[], ["AE750 cell-speed"], ["AE501"]]
+
+
 def test_trials_that_are_there_are_taken_only_where_that_is_said(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from aeros.experiments.catalogue import Entry, catalogue, chosen
+from aeros.experiments.kinds import digest_of
 from aeros.experiments.report.results import results_of
 from aeros.experiments.report.written import page_of_kept, write_report
 from aeros.experiments.running import run_trials
@@ -217,3 +218,38 @@ def test_a_page_of_kept_results_names_their_figures_beside_it(
     named = re.findall(r"\]\((results/[^)]+\.svg)\)", page)
     assert len(named) == 2
     assert all((tmp_path / name).is_file() for name in named)
+
+
+def test_what_layers_came_to_is_told_and_drawn(tmp_path: Path) -> None:
+    experiments = chosen(catalogue("physics"), ["9/wide_envelope"])
+    counts = {"actions": 3, "attenuated": 0, "denied": 0, "stopped": 0, "processor_s": 0.1}
+    found: dict[str, dict[str, Any]] = {
+        "open": {**counts, "reached": False, "violated": True, "worst": 0.7, "told": []},
+        "gate": {**counts, "reached": True, "violated": False, "worst": 0.2, "told": ["AE750 cell-speed"]},
+        "both": {**counts, "reached": True, "violated": False, "worst": 0.0, "told": ["AE501"]},
+    }
+    found["both"]["installed"] = False
+    trials = {
+        (digest_of(row.condition, premises().digest), seed): {**found[row.id.rpartition("/")[2]]}
+        for row in experiments[0].rows
+        for seed in range(2)
+    }
+    trials[digest_of(experiments[0].rows[0].condition, premises().digest), 1]["worst"] = 0.9
+    results = results_of(experiments, trials, premises(), range(2), "physics", "")
+    open_, gate, both = results["experiments"][0]["rows"]
+    assert open_["cells"]["worst"] == {
+        "measured": 0.9,
+        "low": None,
+        "high": None,
+        "exact": None,
+        "paper": None,
+        "misses": [],
+    }
+    assert "installed" not in open_["cells"]
+    assert (both["cells"]["installed"]["measured"], both["cells"]["installed"]["exact"]) == (0.0, 0.0)
+    assert gate["told"] == ["AE750 cell-speed"]
+    text = text_of(results, tmp_path)
+    assert "| what was said |" in text
+    assert "| AE750 cell-speed |" in text
+    drawn = (tmp_path / "figures" / "experiment-9.svg").read_text(encoding="utf-8")
+    assert all(said in drawn for said in ("100 % violated, 0.9", "0 % violated, 0.2", "not installed"))
