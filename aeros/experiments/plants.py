@@ -51,8 +51,10 @@ def symbolic_plants(site: Site, modules: Mapping[str, Ecm], task: Task) -> Plant
     return opened
 
 
-def physics_plants(configuration: Configuration, routed: Routed, faults: str, rate: float) -> Plants:
-    """Plants in which every fault of the text `faults` happens at `rate`, independently.
+def physics_plants(
+    configuration: Configuration, routed: Routed, faults: str, rate: float | Mapping[str, float]
+) -> Plants:
+    """Plants in which every fault of the text `faults` happens at `rate`, or that of its name, independently.
 
     Raises `UserError` where there is no physics, no such scene, or the text declares no faults.
     """
@@ -89,7 +91,9 @@ def no_physics(error: ImportError) -> UserError:
     return UserError([Diagnostic("AE002", headline, help=("or use `--plant symbolic`",))])
 
 
-def _faults(text: str, rate: float, configuration: Configuration, scene: str) -> tuple[Fault, ...]:
+def _faults(
+    text: str, rate: float | Mapping[str, float], configuration: Configuration, scene: str
+) -> tuple[Fault, ...]:
     from aeros.sim.faults.model import Process
     from aeros.sim.faults.reading import Surroundings, read_faults
     from aeros.sim.scenes import SCENES
@@ -101,8 +105,12 @@ def _faults(text: str, rate: float, configuration: Configuration, scene: str) ->
         path = Path(folder) / "faults.yaml"
         path.write_text(text, encoding="utf-8")
         declared = read_faults(str(path), around)
-    independent = Process(share_bad=0.0, worsens=0.0, mends=1.0, within=rate, between=rate)
-    return tuple(replace(one, process=independent, at_most=None) for one in declared)
+
+    def independent(name: str) -> Process:
+        own = rate[name] if isinstance(rate, Mapping) else rate
+        return Process(share_bad=0.0, worsens=0.0, mends=1.0, within=own, between=own)
+
+    return tuple(replace(one, process=independent(one.name), at_most=None) for one in declared)
 
 
 class _CountingPlant:

@@ -1,4 +1,4 @@
-"""Figures as SVG: of success against failure, of each condition with its interval, of layers of defence."""
+"""Figures as SVG: success against failure, conditions with intervals, layers of defence, sessions in turn."""
 
 from __future__ import annotations
 
@@ -103,6 +103,55 @@ def _came_to(cells: Mapping[str, float]) -> str:
     if not cells.get("installed", True):
         return "not installed"
     return f"{cells['violated']:.0f} % violated, {cells['worst']:.3g}"
+
+
+def series(one: Mapping[str, Any]) -> str:
+    """What was measured in each session as points, what is exact as lines, a part for each quantity."""
+    names = [name for name in one["rows"][0]["series"] if one["rows"][0]["series"][name]["measured"]]
+    parts: list[str] = []
+    for place, name in enumerate(names):
+        parts += _part(one["rows"], name, place * (_HIGH + 70))
+    for number, row in enumerate(one["rows"]):
+        y = _TOP + 16 + 18 * number
+        colour = _COLOURS[number % len(_COLOURS)]
+        parts.append(f'<rect x="{_LEFT + _WIDE + 16}" y="{y - 9}" width="12" height="9" fill="{colour}"/>')
+        parts.append(_text(_LEFT + _WIDE + 34, y, ", ".join(row["labels"])))
+    title = f"{one['title']}: session by session"
+    return _svg(_LEFT + _WIDE + 330, len(names) * (_HIGH + 70), title, parts)
+
+
+def _part(rows: Sequence[Mapping[str, Any]], name: str, below: float) -> Iterator[str]:
+    """One quantity of every row, the axis from 0 to the most there is."""
+    measured = [row["series"][name]["measured"] for row in rows]
+    most: float = max(1.0, *map(max, measured))
+    count = len(measured[0])
+
+    def x(session: int) -> float:
+        return _LEFT + _WIDE * (session + 0.5) / count
+
+    def y(value: float) -> float:
+        return below + _TOP + _HIGH * (1 - value / most)
+
+    def line(values: Sequence[float], style: str) -> str:
+        points = " ".join(f"{x(place):.1f},{y(value):.1f}" for place, value in enumerate(values))
+        return f'<polyline points="{points}" fill="none" {style}/>'
+
+    for share in range(6):
+        yield _bar(_LEFT, y(most * share / 5), _LEFT + _WIDE, y(most * share / 5), "#e0e0e0")
+        yield _text(_LEFT - 8, y(most * share / 5) + 4, f"{most * share / 5:.3g}", "end")
+    for session in range(0, count, max(1, count // 10)):
+        yield _text(x(session), y(0) + 18, str(session + 1), "middle")
+    best = rows[0]["series"].get("best") if name == "success" else None
+    if best is not None:
+        yield line(best["exact"], 'stroke="#9e9e9e" stroke-dasharray="2 4"')
+    for number, row in enumerate(rows):
+        found, colour = row["series"][name], _COLOURS[number % len(_COLOURS)]
+        if found["exact"] is not None:
+            yield line(found["exact"], f'stroke="{colour}" stroke-width="2"')
+        for place, value in enumerate(found["measured"]):
+            yield f'<circle cx="{x(place):.1f}" cy="{y(value):.1f}" r="2.5" fill="{colour}"/>'
+    told = "; grey: of one who knows the chances" if best is not None else ""
+    yield _text(_LEFT, below + _TOP - 6, f"{name} by session; points: measured, lines: exact{told}")
 
 
 def _grid() -> Iterator[str]:

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from aeros.experiments.catalogue import Experiment, Metric, Row, read_data
 from aeros.experiments.environment import environment
-from aeros.experiments.kinds import TIMES, Found, digest_of, kind_of
+from aeros.experiments.kinds import TIMES, Found, Tracing, digest_of, kind_of
 from aeros.experiments.premises import Premises
 from aeros.experiments.statistics import fisher, mcnemar, wilson
 
@@ -120,9 +120,26 @@ def _row(
         "trials": len(found),
         "cells": cells,
         "not_predicted": exact if isinstance(exact, str) else None,
+        "series": _series(row, found),
         "told": sorted({text for one in found for text in one.get("told", ())}),
         "why": _why(row.id) if any(cell["misses"] for cell in cells.values()) else [],
         "rerun": f"aeros experiment {row.id} {ran_with}",
+    }
+
+
+def _series(row: Row, found: Sequence[Found]) -> dict[str, dict[str, Any]]:
+    """Of trials that have any: by name the mean at each place, and what is exact there."""
+    if not all("series" in one for one in found):
+        return {}
+    kind = kind_of(row.condition.kind)
+    exact = kind.traced(row.condition) if isinstance(kind, Tracing) else {}
+    measured = {
+        name: [fmean(values) for values in zip(*(one["series"][name] for one in found), strict=True)]
+        for name in found[0]["series"]
+    }
+    return {
+        name: {"measured": measured.get(name), "exact": exact.get(name)}
+        for name in sorted(measured.keys() | exact)
     }
 
 

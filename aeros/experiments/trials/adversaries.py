@@ -27,6 +27,7 @@ from aeros.experiments.kinds import RAM, Found, Trial
 from aeros.experiments.open_gate import OpenGate, without_policy
 from aeros.experiments.plants import no_physics
 from aeros.experiments.premises import Premises
+from aeros.experiments.trials.given_module import proved, written
 from aeros.experiments.trials.referee import Referee
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import Configuration
@@ -43,11 +44,9 @@ from aeros.runtime.ports import (
     StepResult,
     StepStatus,
 )
-from aeros.runtime.proving import prove
 from aeros.skill import Action
 from aeros.spec.diagnostics import Diagnostics, Severity
 from aeros.spec.errors import InternalError, UserError
-from aeros.spec.folders import reference_site
 from aeros.spec.loading import load_ecm
 from aeros.spec.model import Durability, Site
 
@@ -76,8 +75,7 @@ class Adversaries:
             tempfile.TemporaryDirectory(dir=RAM) as scratch,
             AuditLog(Path(scratch) / "audit.jsonl", durability=Durability.BATCHED) as audit,
         ):
-            folder = Path(scratch) / "module"
-            _write(settings["module"], folder)
+            folder = written(settings["module"], Path(scratch) / "module")
             defence = _defence(settings["layer"], folder, premises)
 
             def trial(seed: int) -> Found:
@@ -123,19 +121,10 @@ class Adversaries:
         }
 
 
-def _write(files: Mapping[str, str], folder: Path) -> None:
-    folder.mkdir()
-    for name, text in files.items():
-        (folder / name).write_text(text, encoding="utf-8")
-
-
 def _defence(layer: str, folder: Path, premises: Premises) -> _Defence:
     if layer == "both":
-        site = premises.where.site
         try:
-            configuration, _ = prove(
-                [folder], reference_site() if site is None else Path(site), certified=False
-            )
+            configuration = proved(folder, premises)
         except UserError as refusal:
             errors = {one.code for one in refusal.diagnostics if one.severity is Severity.ERROR}
             return _Defence(None, refused=tuple(sorted(errors)))

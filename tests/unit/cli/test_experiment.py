@@ -56,6 +56,14 @@ def test_adversaries_are_tried_on_physics(tmp_path: Path, capsys: pytest.Capture
     assert [found["told"] for found in one["rows"]] == [[], ["AE750 cell-speed"], ["AE501"]]
 
 
+def test_sessions_are_told_in_turn(tmp_path: Path) -> None:
+    assert run(tmp_path, "--trials", "2", "11/once") == Exit.PROVED
+    (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
+    assert [row["id"] for row in one["rows"]] == ["11/once/on", "11/once/off"]
+    assert all(len(row["series"]["success"]["measured"]) == 50 for row in one["rows"])
+    assert (tmp_path / "figures" / "experiment-11.svg").is_file()
+
+
 def test_trials_that_are_there_are_taken_only_where_that_is_said(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -253,3 +253,33 @@ def test_what_layers_came_to_is_told_and_drawn(tmp_path: Path) -> None:
     assert "| AE750 cell-speed |" in text
     drawn = (tmp_path / "figures" / "experiment-9.svg").read_text(encoding="utf-8")
     assert all(said in drawn for said in ("100 % violated, 0.9", "0 % violated, 0.2", "not installed"))
+
+
+def test_sessions_are_drawn_one_by_one(tmp_path: Path) -> None:
+    experiments = chosen(catalogue("symbolic"), ["11/once"])
+    success = [1.0] * 25 + [0.0] * 25
+    found = {
+        "reached": False,
+        "successes": 30,
+        "late": 5,
+        "tries": 1.0,
+        "regret": 8.0,
+        "series": {"success": success, "tries": [1] * 50},
+        "processor_s": 0.1,
+    }
+    trials = {
+        (digest_of(row.condition, premises().digest), seed): found
+        for row in experiments[0].rows
+        for seed in range(2)
+    }
+    results = results_of(experiments, trials, premises(), range(2), "symbolic", "")
+    series = results["experiments"][0]["rows"][0]["series"]
+    assert series["success"]["measured"] == success
+    assert len(series["success"]["exact"]) == len(series["best"]["exact"]) == 50
+    assert (series["best"]["measured"], series["tries"]["exact"]) == (None, None)
+    text_of(results, tmp_path)
+    drawn = (tmp_path / "figures" / "experiment-11.svg").read_text(encoding="utf-8")
+    # two conditions of fifty sessions, and two quantities of each
+    assert drawn.count("<circle") == 200
+    assert drawn.count("<polyline") == 3
+    assert "knows the chances" in drawn
