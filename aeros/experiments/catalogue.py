@@ -23,7 +23,7 @@ PLANTS: Final = ("physics", "symbolic")
 
 @dataclass(frozen=True, slots=True)
 class Metric:
-    """What is looked at: a share (`of` the trials, or `hits` of what `of` counts), a mean or the most of all.
+    """What is looked at: a share (`of` the trials, or `hits` of what `of` counts), a mean, median or maximum.
 
     exact: the name of what is computed of it, if anything is.
     """
@@ -33,6 +33,7 @@ class Metric:
     of: str = ""
     hits: str = ""
     mean: str = ""
+    median: str = ""
     most: str = ""
     exact: str = ""
 
@@ -101,7 +102,11 @@ def catalogue(plant: str, entries: Sequence[Entry] = ()) -> dict[int, Experiment
         entered = {entry.name: entry for entry in entries} if one.get("enter", False) else {}
         titles = {name: data["variant"][name]["title"] for name in one.get("variants", ())}
         titles |= {name: f"{entry.architecture} (entered)" for name, entry in entered.items()}
-        rows = _task_rows(one, data, plant, entered) if "tasks" in one else _listed_rows(one, data, plant)
+        rows = (
+            _task_rows(one, data, plant, entered)
+            if "tasks" in one
+            else _listed_rows(one, data, one.get("plant", plant))
+        )
         found[one["number"]] = Experiment(
             one["number"],
             one["title"],

@@ -63,6 +63,7 @@ KINDS: Final[Mapping[str, tuple[str, ...]]] = {
     "adversaries": ("adversaries", "given_module", "referee"),
     "hot_swap": ("hot_swap", "task"),
     "requests": ("requests",),
+    "scale": ("scale", "synthetic"),
     "sessions": ("sessions", "given_module", "thompson"),
     "task": ("task",),
 }

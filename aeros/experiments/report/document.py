@@ -6,11 +6,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from aeros.experiments.report.figures import boundary, intervals, layers, series
+from aeros.experiments.report.figures import boundary, intervals, layers, scale, series
 
 Results = Mapping[str, Any]
 
-_DRAWN: Final = {"boundary": boundary, "intervals": intervals, "layers": layers, "series": series}
+_DRAWN: Final = {
+    "boundary": boundary,
+    "intervals": intervals,
+    "layers": layers,
+    "scale": scale,
+    "series": series,
+}
 
 _TIMES: Final = {"processor_s": "processor time", "swap_s": "loading the module, proved and compiled before"}
 

@@ -1,9 +1,10 @@
-"""Figures as SVG: success against failure, conditions with intervals, layers of defence, sessions in turn."""
+"""Figures as SVG: success against failure, conditions with intervals, layers of defence, sessions, scale."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from html import escape
+from math import floor, log10
 from typing import Any, Final
 
 _COLOURS: Final = ("#6d4c41", "#ef6c00", "#6a1b9a", "#1565c0", "#2e7d32", "#00838f", "#ad1457", "#455a64")
@@ -152,6 +153,65 @@ def _part(rows: Sequence[Mapping[str, Any]], name: str, below: float) -> Iterato
             yield f'<circle cx="{x(place):.1f}" cy="{y(value):.1f}" r="2.5" fill="{colour}"/>'
     told = "; grey: of one who knows the chances" if best is not None else ""
     yield _text(_LEFT, below + _TOP - 6, f"{name} by session; points: measured, lines: exact{told}")
+
+
+def scale(one: Mapping[str, Any]) -> str:
+    """What each quantity takes against how many modules there are; both axes by powers of ten."""
+    seconds = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+    names = [name for name in one["metrics"] if name.rpartition("_")[2] in seconds]
+    found = {
+        name: [
+            (float(row["variant"]), [unit * value for value in _ends(row["cells"][name])])
+            for row in one["rows"]
+        ]
+        for name in names
+        for unit in [seconds[name.rpartition("_")[2]]]
+    }
+    sizes = [size for size, _ in found[names[0]]]
+    times = [value for points in found.values() for _, values in points for value in values if value > 0]
+    x, y = _log_axis(sizes, _LEFT, _WIDE), _log_axis(times, _TOP + _HIGH, -_HIGH)
+    parts = []
+    for power in range(-9, 6):
+        for axis, among in ((x, sizes), (y, times)):
+            if not _floor(min(among)) <= power <= -_floor(1 / max(among)):
+                continue
+            at = axis(10.0**power)
+            if axis is x:
+                parts.append(_text(at, _TOP + _HIGH + 18, f"{10.0**power:g}", "middle"))
+            else:
+                parts.append(_bar(_LEFT, at, _LEFT + _WIDE, at, "#e0e0e0"))
+                parts.append(_text(_LEFT - 8, at + 4, f"{10.0**power:g}", "end"))
+    for number, (name, points) in enumerate(found.items()):
+        colour = _COLOURS[number % len(_COLOURS)]
+        line = " ".join(f"{x(size):.1f},{y(values[0]):.1f}" for size, values in points if values[0] > 0)
+        parts.append(f'<polyline points="{line}" fill="none" stroke="{colour}"/>')
+        for size, (middle, low, high) in points:
+            if low > 0:
+                parts.append(_bar(x(size), y(low), x(size), y(high), colour))
+                parts.append(f'<circle cx="{x(size):.1f}" cy="{y(middle):.1f}" r="3" fill="{colour}"/>')
+        at = _TOP + 16 + 18 * number
+        parts.append(f'<rect x="{_LEFT + _WIDE + 16}" y="{at - 9}" width="12" height="9" fill="{colour}"/>')
+        title = one["metrics"][name]["title"].rpartition(",")[0]
+        parts.append(_text(_LEFT + _WIDE + 34, at, title))
+    parts.append(_text(_LEFT, _TOP - 6, "seconds of processor; medians with 95 % intervals"))
+    parts.append(_text(_LEFT + _WIDE / 2, _TOP + _HIGH + 38, "modules", "middle"))
+    return _svg(_LEFT + _WIDE + 270, _TOP + _HIGH + 50, one["title"], parts)
+
+
+def _ends(cell: Mapping[str, Any]) -> list[float]:
+    """The value, and its interval where there is one."""
+    middle = cell["measured"]
+    return [middle, *((middle, middle) if cell["low"] is None else (cell["low"], cell["high"]))]
+
+
+def _log_axis(among: Sequence[float], begin: float, length: float) -> Callable[[float], float]:
+    """From a value to its place: whole powers of ten at both ends."""
+    low, high = _floor(min(among)), -_floor(1 / max(among))
+    return lambda value: begin + length * (log10(value) - low) / max(high - low, 1)
+
+
+def _floor(value: float) -> int:
+    return floor(log10(value) + 1e-9)
 
 
 def _grid() -> Iterator[str]:

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from math import sqrt
-from statistics import fmean, stdev
+from statistics import fmean, median, stdev
 from typing import Any, Final
 
 from aeros.experiments.catalogue import Experiment, Metric, Row, read_data
 from aeros.experiments.environment import environment
 from aeros.experiments.kinds import TIMES, Found, Tracing, digest_of, kind_of
 from aeros.experiments.premises import Premises
-from aeros.experiments.statistics import fisher, mcnemar, wilson
+from aeros.experiments.statistics import fisher, mcnemar, of_median, wilson
 
 SCHEMA: Final = "aeros/experiments/1"
 
@@ -144,7 +144,7 @@ def _series(row: Row, found: Sequence[Found]) -> dict[str, dict[str, Any]]:
 
 
 def _is_measured(metric: Metric, found: Sequence[Found]) -> bool:
-    names = [name for name in (metric.mean, metric.most, metric.hits, metric.of) if name]
+    names = [name for name in (metric.mean, metric.median, metric.most, metric.hits, metric.of) if name]
     if not all(name in one for one in found for name in names):
         return False
     return not metric.hits or any(one[metric.of] for one in found)
@@ -160,6 +160,10 @@ def _measured(metric: Metric, found: Sequence[Found]) -> dict[str, Any]:
         hits = sum(one[metric.hits or metric.of] for one in found)
         of = sum(one[metric.of] for one in found) if metric.hits else len(found)
         return {"hits": hits, "of": of, **_share(hits, of)}
+    if metric.median:
+        values = [one[metric.median] for one in found]
+        low, high = of_median(values) or (None, None)
+        return {"measured": median(values), "low": low, "high": high}
     if metric.most:
         return {"measured": max(one[metric.most] for one in found), "low": None, "high": None}
     values = [one[metric.mean] for one in found]

@@ -64,6 +64,14 @@ def test_sessions_are_told_in_turn(tmp_path: Path) -> None:
     assert (tmp_path / "figures" / "experiment-11.svg").is_file()
 
 
+def test_scale_is_measured_whatever_the_plant(tmp_path: Path) -> None:
+    assert run(tmp_path, "--plant", "physics", "--trials", "2", "10/1") == Exit.PROVED
+    (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
+    (row,) = one["rows"]
+    assert row["cells"]["found"]["measured"] == 100.0
+    assert row["cells"]["installing_s"]["measured"] > 0
+
+
 def test_trials_that_are_there_are_taken_only_where_that_is_said(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

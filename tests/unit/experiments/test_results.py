@@ -283,3 +283,33 @@ def test_sessions_are_drawn_one_by_one(tmp_path: Path) -> None:
     assert drawn.count("<circle") == 200
     assert drawn.count("<polyline") == 3
     assert "knows the chances" in drawn
+
+
+def test_times_are_drawn_on_logarithmic_axes(tmp_path: Path) -> None:
+    experiments = chosen(catalogue("symbolic"), ["10/1", "10/10", "10/1000"])
+    names = [metric.median or metric.most for metric in experiments[0].metrics if not metric.is_share]
+    trials = {
+        (digest_of(row.condition, premises().digest), seed): {
+            "reached": True,
+            "processor_s": 0.1,
+            **{name: float(row.variant) + seed for name in names},
+        }
+        for row in experiments[0].rows
+        for seed in range(7)
+    }
+    results = results_of(experiments, trials, premises(), range(7), "symbolic", "")
+    cell = results["experiments"][0]["rows"][1]["cells"]["decide_us"]
+    assert (cell["measured"], cell["low"], cell["high"]) == (13.0, 10.0, 16.0)
+    text_of(results, tmp_path)
+    drawn = (tmp_path / "figures" / "experiment-10.svg").read_text(encoding="utf-8")
+    assert drawn.count("<circle") == 3 * len(names)
+    assert all(f">{tick}<" in drawn for tick in ("1", "10", "100", "1000"))
+    assert "lookup of a task" in drawn
+    numbers = [float(one) for one in re.findall(r'c[xy]="([^"]+)"', drawn)]
+    assert all(0 <= one <= 1000 for one in numbers)
+
+
+def test_scale_is_the_same_on_each_plant() -> None:
+    of = [[row.condition for row in catalogue(plant)[10].rows] for plant in ("physics", "symbolic")]
+    assert of[0] == of[1]
+    assert [condition.settings["modules"] for condition in of[0]] == [1, 3, 10, 30, 100, 300, 1000]
