@@ -22,8 +22,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from aeros.experiments.trials.synthetic import write_module, write_modules
 from benchmarks.command import parser_of, print_json
-from benchmarks.synthetic import write_module, write_modules
 
 _ROOT = Path(__file__).parents[1]
 _PYTHON = (sys.executable,)

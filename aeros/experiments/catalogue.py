@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cache
+from itertools import product
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,7 +24,7 @@ PLANTS: Final = ("physics", "symbolic")
 
 @dataclass(frozen=True, slots=True)
 class Metric:
-    """What is looked at: a share (`of` the trials, or `hits` of what `of` counts) or a mean over trials.
+    """What is looked at: a share (`of` the trials, or `hits` of what `of` counts), a mean, median or maximum.
 
     exact: the name of what is computed of it, if anything is.
     """
@@ -33,6 +34,8 @@ class Metric:
     of: str = ""
     hits: str = ""
     mean: str = ""
+    median: str = ""
+    most: str = ""
     exact: str = ""
 
     @property
@@ -106,7 +109,10 @@ def catalogue(plant: str, entries: Sequence[Entry] = ()) -> dict[int, Experiment
         entered = {entry.name: entry for entry in entries} if one.get("enter", False) else {}
         titles = {name: data["variant"][name]["title"] for name in one.get("variants", ())}
         titles |= {name: f"{entry.architecture} (entered)" for name, entry in entered.items()}
-        rows = [*_task_rows(one, data, plant, entered), *_listed_rows(one, data, plant)]
+        rows = [
+            *_task_rows(one, data, plant, entered),
+            *_listed_rows(one, data, one.get("plant", plant)),
+        ]
         found[one["number"]] = Experiment(
             one["number"],
             one["title"],
@@ -136,6 +142,8 @@ def chosen(experiments: Mapping[int, Experiment], names: Iterable[str]) -> list[
             ids += [row.id for one in experiments.values() for row in one.rows]
             near = did_you_mean(name, ids)
             help_ = f"did you mean `{near}`?" if near else "`aeros experiment list` shows all there are"
+            if plants := _other_plants(name):
+                help_ = f"it is tried with `--plant {plants[0]}`"
             raise UserError([Diagnostic("AE130", f"there is no experiment `{name}`", help=(help_,))])
         for number, row in rows:
             wanted.setdefault(number, {})[row.id] = row
@@ -144,6 +152,15 @@ def chosen(experiments: Mapping[int, Experiment], names: Iterable[str]) -> list[
         for number, one in experiments.items()
         if number in wanted
     ]
+
+
+def _other_plants(name: str) -> Sequence[str]:
+    """On which plants alone the experiment of that name is tried."""
+    number = name.partition("/")[0]
+    experiments = read_data("experiments.toml")["experiment"]
+    return next(
+        (one["plants"] for one in experiments if str(one["number"]) == number and "plants" in one), ()
+    )
 
 
 @cache
@@ -222,19 +239,30 @@ def _source_digest(architecture: str) -> str:
 
 
 def _listed_rows(one: Mapping[str, Any], data: Mapping[str, Any], plant: str) -> Iterator[Row]:
+    """Each row, where there is something `across` each of these in turn, and of a `sweep` each value."""
     for row in one.get("row", ()):
         # What is in a file of its own decides the trials as well: all of its first list is in the condition.
         listed = {name: next(iter(read_data(file).values())) for name, file in row.get("data", {}).items()}
+        texts = {name: _texts_in(folder) for name, folder in row.get("files", {}).items()}
         tasks = {
             name: _task_settings(data["variant"]["aeros"], task, failure, failure["rate"], plant)
             for name, task in row.get("tasks", {}).items()
             for failure in [data["task"][task]]
         }
-        own = {**row.get("settings", {}), **listed, **tasks}
+        own = {**one.get("settings", {}), **row.get("settings", {}), **listed, **texts, **tasks}
         sweep = row.get("sweep", {"values": [""]})
-        for at in sweep["values"]:
-            id_ = "/".join([str(one["number"]), row["name"], *([at] if at else [])])
-            labels = [row["title"], *(["", "", f"{at} {sweep['unit']}"] if at else [])]
-            settings = {**own, sweep["setting"]: at} if at else own
+        for across, at in product(one.get("across", [{}]), sweep["values"]):
+            names = [str(one["number"]), row["name"], *([across["name"]] if across else [])]
+            labels = [row["title"], *([across["title"]] if across else [])]
+            labels += ["", "", f"{at} {sweep['unit']}"] if at else []
+            settings = {**own, **across.get("settings", {}), **({sweep["setting"]: at} if at else {})}
             condition = Condition.of(one["kind"], plant, settings)
+            id_ = "/".join([*names, *([at] if at else [])])
             yield Row(id_, tuple(labels), condition, row["name"], at=at, along=sweep.get("along", ""))
+
+
+@cache
+def _texts_in(folder: str) -> dict[str, str]:
+    """Each file of a folder of `data`, by name."""
+    files = sorted(path for path in (_DATA / folder).iterdir() if path.is_file())
+    return {path.name: path.read_text(encoding="utf-8") for path in files}

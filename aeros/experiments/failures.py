@@ -36,7 +36,11 @@ def process_of(settings: Mapping[str, Any]) -> Process:
     """What the faults of a condition on physics happen by."""
     if "bursts" in settings:
         return channel_of(settings).process()
-    rate = float(Fraction(settings["rate"]))
+    return independent(float(Fraction(settings["rate"])))
+
+
+def independent(rate: float) -> Process:
+    """Each attempt by itself."""
     return Process(share_bad=0.0, worsens=0.0, mends=1.0, within=rate, between=rate)
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from functools import cache
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Any, Final, Protocol, runtime_checkable
 
 from aeros.experiments.condition import Condition
 from aeros.experiments.premises import Premises, digest_of_files
@@ -54,11 +54,22 @@ class Kind(Protocol):
         """What is exactly to be expected, by name; in words why that is not to be had."""
 
 
+@runtime_checkable
+class Tracing(Protocol):
+    """A kind whose trials have a `series`: by name, a number for each session, say."""
+
+    def traced(self, condition: Condition) -> Mapping[str, Sequence[float]]:
+        """What is exactly to be expected of series, by name, as far as that is to be had."""
+
+
 KINDS: Final[Mapping[str, tuple[str, ...]]] = {
+    "adversaries": ("adversaries", "given_module", "referee"),
     "hot_swap": ("hot_swap", "task"),
     "kills": ("kills", "kill_logs"),
     "reaction": ("reaction", "truth"),
     "requests": ("requests",),
+    "scale": ("scale", "synthetic"),
+    "sessions": ("sessions", "given_module", "thompson"),
     "sensors": ("sensors", "truth"),
     "task": ("task",),
 }

@@ -43,7 +43,7 @@ Plants = Callable[[int], AbstractContextManager[Opened]]
 
 
 def symbolic_plants(
-    site: Site, modules: Mapping[str, Ecm], task: Task, bursts: Mapping[str, Bursts]
+    site: Site, modules: Mapping[str, Ecm], task: Task, bursts: Mapping[str, Bursts] | None = None
 ) -> Plants:
     """Plants on which `modules` do as they declare, some skills in bursts."""
     rested = SymbolicPlant(site, modules, 0, as_doubles(task.initial), bursts)
@@ -55,8 +55,10 @@ def symbolic_plants(
     return opened
 
 
-def physics_plants(configuration: Configuration, routed: Routed, faults: str, process: Process) -> Plants:
-    """Plants in which every fault of the text `faults` happens as `process` has it.
+def physics_plants(
+    configuration: Configuration, routed: Routed, faults: str, process: Process | Mapping[str, Process]
+) -> Plants:
+    """Plants in which every fault of the text `faults` happens as `process`, or that of its name, has it.
 
     Raises `UserError` where there is no physics, no such scene, or the text declares no faults.
     """
@@ -64,9 +66,7 @@ def physics_plants(configuration: Configuration, routed: Routed, faults: str, pr
         from aeros.sim.faults.injector import Injector
         from aeros.sim.physics import make_plant
     except ImportError as error:
-        headline = f"the physics plant needs `pip install 'aeros[sim]'` ({error.name} is missing)"
-        help_ = ("or use `--plant symbolic`",)
-        raise UserError([Diagnostic("AE002", headline, help=help_)]) from error
+        raise no_physics(error) from error
     scene = routed.task.scene or ""
     happening = _faults(faults, process, configuration, scene)
 
@@ -89,7 +89,15 @@ def physics_plants(configuration: Configuration, routed: Routed, faults: str, pr
     return opened
 
 
-def _faults(text: str, process: Process, configuration: Configuration, scene: str) -> tuple[Fault, ...]:
+def no_physics(error: ImportError) -> UserError:
+    """What is missing for it, and what to do."""
+    headline = f"the physics plant needs `pip install 'aeros[sim]'` ({error.name} is missing)"
+    return UserError([Diagnostic("AE002", headline, help=("or use `--plant symbolic`",))])
+
+
+def _faults(
+    text: str, process: Process | Mapping[str, Process], configuration: Configuration, scene: str
+) -> tuple[Fault, ...]:
     from aeros.sim.faults.reading import Surroundings, read_faults
     from aeros.sim.scenes import SCENES
 
@@ -100,7 +108,8 @@ def _faults(text: str, process: Process, configuration: Configuration, scene: st
         path = Path(folder) / "faults.yaml"
         path.write_text(text, encoding="utf-8")
         declared = read_faults(str(path), around)
-    return tuple(replace(one, process=process, at_most=None) for one in declared)
+    each = {one.name: process[one.name] if isinstance(process, Mapping) else process for one in declared}
+    return tuple(replace(one, process=each[one.name], at_most=None) for one in declared)
 
 
 class _CountingPlant:

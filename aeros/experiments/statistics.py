@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
-from scipy.stats import binomtest, fisher_exact
+from scipy.stats import binom, binomtest, fisher_exact
 
 
 class Interval(NamedTuple):
@@ -18,6 +19,19 @@ def wilson(hits: int, trials: int) -> Interval:
     """Wilson's 95 % interval of the chance that was met with `hits` times in `trials`."""
     found = binomtest(hits, trials).proportion_ci(0.95, method="wilson")
     return Interval(float(found.low), float(found.high))
+
+
+def of_median(values: Sequence[float]) -> Interval | None:
+    """A 95 % interval of the median, whatever the distribution is; fewer than six values have none.
+
+    Between the k-th smallest and the k-th largest, where fewer than k of n fair coins fall on one side with a
+    chance of at most 2.5 %.
+    """
+    k = int(binom.ppf(0.025, len(values), 0.5))
+    if k < 1:
+        return None
+    ordered = sorted(values)
+    return Interval(ordered[k - 1], ordered[-k])
 
 
 def fisher(one: tuple[int, int], other: tuple[int, int], *, one_sided: bool = False) -> float:

@@ -13,7 +13,12 @@ ROOT = Path(__file__).parents[2]
 UPDATE = os.environ.get("AEROS_UPDATE_GOLDEN") == "1"
 """Whether what is generated is to be written again."""
 
-PYTHON = sorted(path.relative_to(ROOT) for path in (ROOT / "aeros").rglob("*.py"))
+PYTHON = sorted(
+    path.relative_to(ROOT)
+    for path in (ROOT / "aeros").rglob("*.py")
+    if path.relative_to(ROOT).parts[:3] != ("aeros", "experiments", "data")
+)
+"""The code; modules that experiments are about are data to it."""
 
 _SKIPPED = {"node_modules", "runs", "dist", "mutants"}
 

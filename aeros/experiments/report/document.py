@@ -6,9 +6,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from aeros.experiments.report.figures import along, intervals, sweep
+from aeros.experiments.report.figures import along, intervals, layers, scale, series, sweep
 
 Results = Mapping[str, Any]
+
+_DRAWN: Final = {
+    "intervals": intervals,
+    "layers": layers,
+    "scale": scale,
+    "series": series,
+    "sweep": sweep,
+}
 
 _OTHERS: Final = {"paper": "paper", "independent": "if independent", "exact": "exact"}
 """What may stand beside what was measured, in this order, and what it is called."""
@@ -133,10 +141,8 @@ def _experiment(one: Mapping[str, Any]) -> Iterator[Block]:
         yield from _test(test)
     for variant, drawn in along(one):
         yield Figure(f"experiment-{one['number']}-{variant}", f"{one['title']}: {variant}", drawn)
-    if one["figure"] == "sweep":
-        yield Figure(f"experiment-{one['number']}", one["title"], sweep(one))
-    elif one["figure"] == "intervals":
-        yield Figure(f"experiment-{one['number']}", one["title"], intervals(one))
+    if one["figure"]:
+        yield Figure(f"experiment-{one['number']}", one["title"], _DRAWN[one["figure"]](one))
     if one["overhead"]:
         yield _overhead(one["overhead"])
     yield _timings(one["timings"])
@@ -194,12 +200,15 @@ def _rows(one: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[tuple[Cell, ..
         unit = ", %" if metric["share"] else ""
         told = (*(_OTHERS[other] for other in others), "measured")
         head += [f"{metric['title']}{unit}: {other}" for other in told]
+    is_told = any(row.get("told") for row in one["rows"])
+    head += ["what was said"] if is_told else []
     rows = []
     for row in one["rows"]:
         cells = [Cell(row["id"]), *map(Cell, row["labels"]), *[Cell("")] * (labels - len(row["labels"]))]
         for name, others in there.items():
             cell = row["cells"].get(name)
             cells += [Cell("")] * (len(others) + 1) if cell is None else _triple(cell, others)
+        cells += [Cell(", ".join(row.get("told", ())))] if is_told else []
         rows.append(tuple(cells))
     return tuple(head), tuple(rows)
 

@@ -1,9 +1,10 @@
-"""Figures as SVG: success along what is varied, and success of each condition with its interval."""
+"""Figures as SVG: what is varied, conditions with intervals, layers of defence, sessions, scale."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from html import escape
+from math import floor, log10
 from typing import Any, Final
 
 _COLOURS: Final = ("#6d4c41", "#ef6c00", "#6a1b9a", "#1565c0", "#2e7d32", "#00838f", "#ad1457", "#455a64")
@@ -137,6 +138,145 @@ def intervals(one: Mapping[str, Any]) -> str:
             parts.append(_diamond(_LABELS + _WIDE * cell["paper"] / 100, y, colour))
     parts.append(_text(_LABELS, high + 34, "success; dot and bar: measured, 95 %; line: exact; ◇: paper"))
     return _svg(_LABELS + _WIDE + 30, high + 44, f"{one['title']}: success", parts)
+
+
+def layers(one: Mapping[str, Any]) -> str:
+    """What each module came to behind each layer: how many trials violated something, and the worst."""
+    of = {(row["labels"][0], row["labels"][1]): row for row in one["rows"]}
+    modules, behind = (list(dict.fromkeys(names)) for names in zip(*of, strict=True))
+    wide, high = 200, 26
+    left = 560
+    parts = [_text(left + wide * (x + 0.5), 16, name, "middle") for x, name in enumerate(behind)]
+    for y, module in enumerate(modules):
+        parts.append(_text(left - 10, 24 + high * (y + 0.65), module, "end"))
+        for x, name in enumerate(behind):
+            row = of.get((module, name))
+            if row is None:
+                continue
+            cells = {metric: cell["measured"] for metric, cell in row["cells"].items()}
+            colour = "#ffcdd2" if cells["violated"] else "#c8e6c9"
+            size = f'x="{left + wide * x + 1}" y="{24 + high * y + 1}" width="{wide - 2}" height="{high - 2}"'
+            parts.append(f'<rect {size} fill="{colour}"/>')
+            parts.append(_text(left + wide * (x + 0.5), 24 + high * (y + 0.65), _came_to(cells), "middle"))
+    foot = 24 + high * len(modules) + 20
+    parts.append(
+        _text(left, foot, "trials in which the referee measured a violation; the worst that he measured")
+    )
+    return _svg(left + wide * len(behind) + 20, foot + 14, one["title"], parts)
+
+
+def _came_to(cells: Mapping[str, float]) -> str:
+    if not cells.get("installed", True):
+        return "not installed"
+    return f"{cells['violated']:.0f} % violated, {cells['worst']:.3g}"
+
+
+def series(one: Mapping[str, Any]) -> str:
+    """What was measured in each session as points, what is exact as lines, a part for each quantity."""
+    names = [name for name in one["rows"][0]["series"] if one["rows"][0]["series"][name]["measured"]]
+    parts: list[str] = []
+    for place, name in enumerate(names):
+        parts += _part(one["rows"], name, place * (_HIGH + 70))
+    for number, row in enumerate(one["rows"]):
+        y = _TOP + 16 + 18 * number
+        colour = _COLOURS[number % len(_COLOURS)]
+        parts.append(f'<rect x="{_LEFT + _WIDE + 16}" y="{y - 9}" width="12" height="9" fill="{colour}"/>')
+        parts.append(_text(_LEFT + _WIDE + 34, y, ", ".join(row["labels"])))
+    title = f"{one['title']}: session by session"
+    return _svg(_LEFT + _WIDE + 330, len(names) * (_HIGH + 70), title, parts)
+
+
+def _part(rows: Sequence[Mapping[str, Any]], name: str, below: float) -> Iterator[str]:
+    """One quantity of every row, the axis from 0 to the most there is."""
+    measured = [row["series"][name]["measured"] for row in rows]
+    most: float = max(1.0, *map(max, measured))
+    count = len(measured[0])
+
+    def x(session: int) -> float:
+        return _LEFT + _WIDE * (session + 0.5) / count
+
+    def y(value: float) -> float:
+        return below + _TOP + _HIGH * (1 - value / most)
+
+    def line(values: Sequence[float], style: str) -> str:
+        points = " ".join(f"{x(place):.1f},{y(value):.1f}" for place, value in enumerate(values))
+        return f'<polyline points="{points}" fill="none" {style}/>'
+
+    for share in range(6):
+        yield _bar(_LEFT, y(most * share / 5), _LEFT + _WIDE, y(most * share / 5), "#e0e0e0")
+        yield _text(_LEFT - 8, y(most * share / 5) + 4, f"{most * share / 5:.3g}", "end")
+    for session in range(0, count, max(1, count // 10)):
+        yield _text(x(session), y(0) + 18, str(session + 1), "middle")
+    best = rows[0]["series"].get("best") if name == "success" else None
+    if best is not None:
+        yield line(best["exact"], 'stroke="#9e9e9e" stroke-dasharray="2 4"')
+    for number, row in enumerate(rows):
+        found, colour = row["series"][name], _COLOURS[number % len(_COLOURS)]
+        if found["exact"] is not None:
+            yield line(found["exact"], f'stroke="{colour}" stroke-width="2"')
+        for place, value in enumerate(found["measured"]):
+            yield f'<circle cx="{x(place):.1f}" cy="{y(value):.1f}" r="2.5" fill="{colour}"/>'
+    told = "; grey: of one who knows the chances" if best is not None else ""
+    yield _text(_LEFT, below + _TOP - 6, f"{name} by session; points: measured, lines: exact{told}")
+
+
+def scale(one: Mapping[str, Any]) -> str:
+    """What each quantity takes against how many modules there are; both axes by powers of ten."""
+    seconds = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+    names = [name for name in one["metrics"] if name.rpartition("_")[2] in seconds]
+    found = {
+        name: [
+            (float(row["variant"]), [unit * value for value in _ends(row["cells"][name])])
+            for row in one["rows"]
+        ]
+        for name in names
+        for unit in [seconds[name.rpartition("_")[2]]]
+    }
+    sizes = [size for size, _ in found[names[0]]]
+    times = [value for points in found.values() for _, values in points for value in values if value > 0]
+    x, y = _log_axis(sizes, _LEFT, _WIDE), _log_axis(times, _TOP + _HIGH, -_HIGH)
+    parts = []
+    for power in range(-9, 6):
+        for axis, among in ((x, sizes), (y, times)):
+            if not _floor(min(among)) <= power <= -_floor(1 / max(among)):
+                continue
+            at = axis(10.0**power)
+            if axis is x:
+                parts.append(_text(at, _TOP + _HIGH + 18, f"{10.0**power:g}", "middle"))
+            else:
+                parts.append(_bar(_LEFT, at, _LEFT + _WIDE, at, "#e0e0e0"))
+                parts.append(_text(_LEFT - 8, at + 4, f"{10.0**power:g}", "end"))
+    for number, (name, points) in enumerate(found.items()):
+        colour = _COLOURS[number % len(_COLOURS)]
+        line = " ".join(f"{x(size):.1f},{y(values[0]):.1f}" for size, values in points if values[0] > 0)
+        parts.append(f'<polyline points="{line}" fill="none" stroke="{colour}"/>')
+        for size, (middle, low, high) in points:
+            if low > 0:
+                parts.append(_bar(x(size), y(low), x(size), y(high), colour))
+                parts.append(f'<circle cx="{x(size):.1f}" cy="{y(middle):.1f}" r="3" fill="{colour}"/>')
+        at = _TOP + 16 + 18 * number
+        parts.append(f'<rect x="{_LEFT + _WIDE + 16}" y="{at - 9}" width="12" height="9" fill="{colour}"/>')
+        title = one["metrics"][name]["title"].rpartition(",")[0]
+        parts.append(_text(_LEFT + _WIDE + 34, at, title))
+    parts.append(_text(_LEFT, _TOP - 6, "seconds of processor; medians with 95 % intervals"))
+    parts.append(_text(_LEFT + _WIDE / 2, _TOP + _HIGH + 38, "modules", "middle"))
+    return _svg(_LEFT + _WIDE + 270, _TOP + _HIGH + 50, one["title"], parts)
+
+
+def _ends(cell: Mapping[str, Any]) -> list[float]:
+    """The value, and its interval where there is one."""
+    middle = cell["measured"]
+    return [middle, *((middle, middle) if cell["low"] is None else (cell["low"], cell["high"]))]
+
+
+def _log_axis(among: Sequence[float], begin: float, length: float) -> Callable[[float], float]:
+    """From a value to its place: whole powers of ten at both ends."""
+    low, high = _floor(min(among)), -_floor(1 / max(among))
+    return lambda value: begin + length * (log10(value) - low) / max(high - low, 1)
+
+
+def _floor(value: float) -> int:
+    return floor(log10(value) + 1e-9)
 
 
 def _grid(x_of: Mapping[str, float]) -> Iterator[str]:

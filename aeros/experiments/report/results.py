@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from math import sqrt
-from statistics import fmean, stdev
+from statistics import fmean, median, stdev
 from typing import Any, Final
 
 from aeros.experiments.catalogue import Experiment, Metric, Row, read_data
 from aeros.experiments.environment import environment
-from aeros.experiments.kinds import INDEPENDENT, TIMES, Found, digest_of, kind_of
+from aeros.experiments.kinds import INDEPENDENT, TIMES, Found, Tracing, digest_of, kind_of
 from aeros.experiments.premises import Premises
-from aeros.experiments.statistics import fisher, mcnemar, wilson
+from aeros.experiments.statistics import fisher, mcnemar, of_median, wilson
 
 SCHEMA: Final = "aeros/experiments/1"
 
@@ -127,15 +127,33 @@ def _row(
         "trials": len(found),
         "cells": cells,
         "not_predicted": expected if isinstance(expected, str) else None,
+        "series": _series(row, found),
+        "told": sorted({text for one in found for text in one.get("told", ())}),
         "why": _why(row.id) if any(cell["misses"] for cell in cells.values()) else [],
         "rerun": f"aeros experiment {row.id} {ran_with}",
+    }
+
+
+def _series(row: Row, found: Sequence[Found]) -> dict[str, dict[str, Any]]:
+    """Of trials that have any: by name the mean at each place, and what is exact there."""
+    if not all("series" in one for one in found):
+        return {}
+    kind = kind_of(row.condition.kind)
+    exact = kind.traced(row.condition) if isinstance(kind, Tracing) else {}
+    measured = {
+        name: [fmean(values) for values in zip(*(one["series"][name] for one in found), strict=True)]
+        for name in found[0]["series"]
+    }
+    return {
+        name: {"measured": measured.get(name), "exact": exact.get(name)}
+        for name in sorted(measured.keys() | exact)
     }
 
 
 def _is_measured(metric: Metric, found: Sequence[Found]) -> bool:
     if metric.mean:
         return any(metric.mean in one for one in found)
-    names = [name for name in (metric.hits, metric.of) if name]
+    names = [name for name in (metric.median, metric.most, metric.hits, metric.of) if name]
     if not all(name in one for one in found for name in names):
         return False
     return not metric.hits or any(one[metric.of] for one in found)
@@ -151,6 +169,12 @@ def _measured(metric: Metric, found: Sequence[Found]) -> dict[str, Any]:
         hits = sum(one[metric.hits or metric.of] for one in found)
         of = sum(one[metric.of] for one in found) if metric.hits else len(found)
         return {"hits": hits, "of": of, **_share(hits, of)}
+    if metric.median:
+        values = [one[metric.median] for one in found]
+        low, high = of_median(values) or (None, None)
+        return {"measured": median(values), "low": low, "high": high}
+    if metric.most:
+        return {"measured": max(one[metric.most] for one in found), "low": None, "high": None}
     # Of those trials that have it: how late a stop was says only one in which there was one.
     values = [one[metric.mean] for one in found if metric.mean in one]
     middle = fmean(values)

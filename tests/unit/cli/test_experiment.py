@@ -46,6 +46,32 @@ def test_a_run_leaves_trials_and_reports(tmp_path: Path, capsys: pytest.CaptureF
     assert row["rerun"].startswith(f"aeros experiment {ONE} --plant symbolic --trials 4")
 
 
+@pytest.mark.physics
+def test_adversaries_are_tried_on_physics(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    row = "9/wide_envelope"
+    assert run(tmp_path, "--plant", "physics", "--trials", "1", row) == Exit.PROVED
+    assert "0 with an interval that misses what is exact" in capsys.readouterr().out
+    (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
+    assert [found["cells"]["violated"]["measured"] for found in one["rows"]] == [100.0, 0.0, 0.0]
+    assert [found["told"] for found in one["rows"]] == [[], ["AE750 cell-speed"], ["AE501"]]
+
+
+def test_sessions_are_told_in_turn(tmp_path: Path) -> None:
+    assert run(tmp_path, "--trials", "2", "11/once") == Exit.PROVED
+    (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
+    assert [row["id"] for row in one["rows"]] == ["11/once/on", "11/once/off"]
+    assert all(len(row["series"]["success"]["measured"]) == 50 for row in one["rows"])
+    assert (tmp_path / "figures" / "experiment-11.svg").is_file()
+
+
+def test_scale_is_measured_whatever_the_plant(tmp_path: Path) -> None:
+    assert run(tmp_path, "--plant", "physics", "--trials", "2", "10/1") == Exit.PROVED
+    (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
+    (row,) = one["rows"]
+    assert row["cells"]["found"]["measured"] == 100.0
+    assert row["cells"]["installing_s"]["measured"] > 0
+
+
 def test_trials_that_are_there_are_taken_only_where_that_is_said(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -73,6 +73,22 @@ def test_what_there_is_not_is_refused(name: str) -> None:
     assert f"there is no experiment `{name}`" in refused.value.diagnostics[0].headline
 
 
+def test_what_is_tried_on_one_plant_alone_is_named_with_it() -> None:
+    assert 9 in catalogue("physics")
+    with pytest.raises(UserError) as refused:
+        chosen(EXPERIMENTS, ["9/knife"])
+    assert refused.value.diagnostics[0].help == ("it is tried with `--plant physics`",)
+
+
+def test_what_is_across_is_of_every_row() -> None:
+    rows = catalogue("physics")[9].rows
+    layers = [row.id.rpartition("/")[2] for row in rows if row.variant == "knife"]
+    assert layers == ["open", "gate", "both"]
+    knife = next(row for row in rows if row.id == "9/knife/gate")
+    assert knife.condition.settings["layer"] == "gate"
+    assert "def cut(" in knife.condition.settings["module"]["skills.py"]
+
+
 def test_an_entered_architecture_takes_part_where_architectures_are_compared() -> None:
     entry = Entry("tests.unit.experiments.entered:Stubborn")
     entered = catalogue("symbolic", [entry])

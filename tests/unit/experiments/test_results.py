@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from aeros.experiments.catalogue import Entry, catalogue, chosen
+from aeros.experiments.kinds import digest_of
 from aeros.experiments.report.results import results_of
 from aeros.experiments.report.written import page_of_kept, write_report
 from aeros.experiments.running import run_trials
@@ -217,3 +218,98 @@ def test_a_page_of_kept_results_names_their_figures_beside_it(
     named = re.findall(r"\]\((results/[^)]+\.svg)\)", page)
     assert len(named) == 2
     assert all((tmp_path / name).is_file() for name in named)
+
+
+def test_what_layers_came_to_is_told_and_drawn(tmp_path: Path) -> None:
+    experiments = chosen(catalogue("physics"), ["9/wide_envelope"])
+    counts = {"actions": 3, "attenuated": 0, "denied": 0, "stopped": 0, "processor_s": 0.1}
+    found: dict[str, dict[str, Any]] = {
+        "open": {**counts, "reached": False, "violated": True, "worst": 0.7, "told": []},
+        "gate": {**counts, "reached": True, "violated": False, "worst": 0.2, "told": ["AE750 cell-speed"]},
+        "both": {**counts, "reached": True, "violated": False, "worst": 0.0, "told": ["AE501"]},
+    }
+    found["both"]["installed"] = False
+    trials = {
+        (digest_of(row.condition, premises().digest), seed): {**found[row.id.rpartition("/")[2]]}
+        for row in experiments[0].rows
+        for seed in range(2)
+    }
+    trials[digest_of(experiments[0].rows[0].condition, premises().digest), 1]["worst"] = 0.9
+    results = results_of(experiments, trials, premises(), range(2), "physics", "")
+    open_, gate, both = results["experiments"][0]["rows"]
+    assert open_["cells"]["worst"] == {
+        "measured": 0.9,
+        "low": None,
+        "high": None,
+        "exact": None,
+        "paper": None,
+        "misses": [],
+    }
+    assert "installed" not in open_["cells"]
+    assert (both["cells"]["installed"]["measured"], both["cells"]["installed"]["exact"]) == (0.0, 0.0)
+    assert gate["told"] == ["AE750 cell-speed"]
+    text = text_of(results, tmp_path)
+    assert "| what was said |" in text
+    assert "| AE750 cell-speed |" in text
+    drawn = (tmp_path / "figures" / "experiment-9.svg").read_text(encoding="utf-8")
+    assert all(said in drawn for said in ("100 % violated, 0.9", "0 % violated, 0.2", "not installed"))
+
+
+def test_sessions_are_drawn_one_by_one(tmp_path: Path) -> None:
+    experiments = chosen(catalogue("symbolic"), ["11/once"])
+    success = [1.0] * 25 + [0.0] * 25
+    found = {
+        "reached": False,
+        "successes": 30,
+        "late": 5,
+        "tries": 1.0,
+        "regret": 8.0,
+        "series": {"success": success, "tries": [1] * 50},
+        "processor_s": 0.1,
+    }
+    trials = {
+        (digest_of(row.condition, premises().digest), seed): found
+        for row in experiments[0].rows
+        for seed in range(2)
+    }
+    results = results_of(experiments, trials, premises(), range(2), "symbolic", "")
+    series = results["experiments"][0]["rows"][0]["series"]
+    assert series["success"]["measured"] == success
+    assert len(series["success"]["exact"]) == len(series["best"]["exact"]) == 50
+    assert (series["best"]["measured"], series["tries"]["exact"]) == (None, None)
+    text_of(results, tmp_path)
+    drawn = (tmp_path / "figures" / "experiment-11.svg").read_text(encoding="utf-8")
+    # two conditions of fifty sessions, and two quantities of each
+    assert drawn.count("<circle") == 200
+    assert drawn.count("<polyline") == 3
+    assert "knows the chances" in drawn
+
+
+def test_times_are_drawn_on_logarithmic_axes(tmp_path: Path) -> None:
+    experiments = chosen(catalogue("symbolic"), ["10/1", "10/10", "10/1000"])
+    names = [metric.median or metric.most for metric in experiments[0].metrics if not metric.is_share]
+    trials = {
+        (digest_of(row.condition, premises().digest), seed): {
+            "reached": True,
+            "processor_s": 0.1,
+            **{name: float(row.variant) + seed for name in names},
+        }
+        for row in experiments[0].rows
+        for seed in range(7)
+    }
+    results = results_of(experiments, trials, premises(), range(7), "symbolic", "")
+    cell = results["experiments"][0]["rows"][1]["cells"]["decide_us"]
+    assert (cell["measured"], cell["low"], cell["high"]) == (13.0, 10.0, 16.0)
+    text_of(results, tmp_path)
+    drawn = (tmp_path / "figures" / "experiment-10.svg").read_text(encoding="utf-8")
+    assert drawn.count("<circle") == 3 * len(names)
+    assert all(f">{tick}<" in drawn for tick in ("1", "10", "100", "1000"))
+    assert "lookup of a task" in drawn
+    numbers = [float(one) for one in re.findall(r'c[xy]="([^"]+)"', drawn)]
+    assert all(0 <= one <= 1000 for one in numbers)
+
+
+def test_scale_is_the_same_on_each_plant() -> None:
+    of = [[row.condition for row in catalogue(plant)[10].rows] for plant in ("physics", "symbolic")]
+    assert of[0] == of[1]
+    assert [condition.settings["modules"] for condition in of[0]] == [1, 3, 10, 30, 100, 300, 1000]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.experiments.statistics import fisher, mcnemar, wilson
+from aeros.experiments.statistics import fisher, mcnemar, of_median, wilson
 
 
 @pytest.mark.parametrize(
@@ -29,3 +29,17 @@ def test_mcnemars_test_counts_pairs_that_differ() -> None:
     assert mcnemar(5, 0) == pytest.approx(2 * 0.5**5)
     assert mcnemar(0, 0) == 1.0
     assert mcnemar(3, 3) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("count", "places"),
+    # ranks as tables of distribution-free intervals have them, counted from 1
+    [(6, (1, 6)), (10, (2, 9)), (20, (6, 15)), (100, (40, 61))],
+)
+def test_the_interval_of_a_median_is_between_ranks(count: int, places: tuple[int, int]) -> None:
+    values = [float(value) for value in range(count, 0, -1)]
+    assert of_median(values) == places
+
+
+def test_few_values_have_no_interval_of_their_median() -> None:
+    assert of_median([1.0, 2.0, 3.0, 4.0, 5.0]) is None

@@ -12,6 +12,7 @@ import pytest
 
 from aeros.cli.reports.json_report import as_json
 from aeros.cli.reports.result import Result
+from aeros.experiments.trials.synthetic import write_module, write_modules
 from aeros.spec import brief, keeping
 from aeros.spec import verify as verify_module
 from aeros.spec.backends.budget import DEFAULT_RLIMIT
@@ -23,7 +24,6 @@ from aeros.spec.reports import Report
 from aeros.spec.texts import read_source
 from aeros.spec.verdicts import Conclusion
 from aeros.spec.verify import verify
-from benchmarks.synthetic import write_module, write_modules
 
 REPOSITORY = Path(__file__).parents[3]
 

@@ -1,4 +1,4 @@
-"""Synthetic modules of ten skills each under the reference site: the same for a number for ever.
+"""Synthetic modules under the reference site, of ten skills by default: the same for a number for ever.
 
 No two skills have the same numbers, so no question about one answers another's.  Three skills in ten
 take an input, one in two starts under a precondition, one module in four has a task, one in ten depends on
@@ -14,19 +14,19 @@ SKILLS = 10
 _PREDICATES = ("table_wiped", "table_organized", "dumpling_wrapped", "dumpling_cooked", "wrapper_aligned")
 
 
-def write_modules(folder: Path, count: int) -> list[Path]:
+def write_modules(folder: Path, count: int, skills: int = SKILLS) -> list[Path]:
     """`count` modules below `folder`, which is made."""
-    return [write_module(folder, number) for number in range(count)]
+    return [write_module(folder, number, skills=skills) for number in range(count)]
 
 
-def write_module(folder: Path, number: int, version: str = "1.0.0") -> Path:
-    """Module `number`; any other `version` is a change of it that stays proved."""
+def write_module(folder: Path, number: int, version: str = "1.0.0", skills: int = SKILLS) -> Path:
+    """Module `number`; any other `version` is a change of it that stays proved.  skills: from 5 to 10."""
     module = folder / f"module_{number:04}"
     module.mkdir(parents=True, exist_ok=True)
-    (module / "ecm.yaml").write_text(_manifest(number, version), encoding="utf-8")
+    (module / "ecm.yaml").write_text(_manifest(number, version, skills), encoding="utf-8")
     bodies = (
         f"def skill_{index}(inputs, observation):\n    yield act('grip', width=0.03, force=1.0)\n"
-        for index in range(SKILLS)
+        for index in range(skills)
     )
     (module / "skills.py").write_text(
         "from aeros.skill import act\n\n\n" + "\n\n".join(bodies), encoding="utf-8"
@@ -34,9 +34,9 @@ def write_module(folder: Path, number: int, version: str = "1.0.0") -> Path:
     return module
 
 
-def _manifest(number: int, version: str) -> str:
-    skills = "".join(_skill(number, index) for index in range(SKILLS))
-    provided = ", ".join(f"skill_{index}" for index in range(SKILLS))
+def _manifest(number: int, version: str, skills: int) -> str:
+    declared = "".join(_skill(number, index) for index in range(skills))
+    provided = ", ".join(f"skill_{index}" for index in range(skills))
     depends = f"\n  modules:\n    module_{number - 1:04}: '>=1.0'" if number % 10 == 9 else ""
     return f"""\
 schema: aeros/ecm/1
@@ -49,7 +49,7 @@ capabilities:
     description: what module {number} makes the robot able to do
     provided_by: [{provided}]
 skills:
-{skills}{_task(number) if number % 4 == 0 else ""}permissions:
+{declared}{_task(number) if number % 4 == 0 else ""}permissions:
   actuators: [arm, gripper]
   sensors:
     [joint_encoders, gripper, cell_survey, wheel_odometry, contact_sensors, overhead_camera, side_camera]
@@ -66,19 +66,21 @@ dependencies:
 def _skill(number: int, index: int) -> str:
     """Skill `index`, whose numbers are its own."""
     own = number * SKILLS + index
-    speed, force, width = 100 + own / 100, 5 + own / 2000, 40 + own / 500
-    inputs, most = "", f"{speed:.2f} mm/s"
+    # Of the second thousand the numbers lie between those of the first: higher ones would break rules.
+    share = own if number < 1000 else own - 1000 * SKILLS + 0.5
+    speed, force, width = 100 + share / 100, 5 + share / 2000, 40 + share / 500
+    inputs, most = "", f"{speed:.3f} mm/s"
     if index % 3 == 2:
-        range_ = f"range: [0, {speed / 1000:.5f}]"
+        range_ = f"range: [0, {speed / 1000:.6f}]"
         inputs = f"    inputs:\n      pace: {{type: real, unit: m/s, {range_}, default: 50 mm/s}}\n"
         most = "inputs.pace"
     precondition = f"    precondition: not {_PREDICATES[(own + 1) % 5]}\n" if index % 2 else ""
-    last = f"wait: duration <= {1 + own / 1000:.3f} s"
+    last = f"wait: duration <= {1 + share / 1000:.4f} s"
     if index % 2:
         last = (
             "slide: >-\n        target in table_area and target - base_position in workspace"
             "\n        and target - base_position not in own_base"
-            f"\n        and force <= {force:.4f} N and speed <= {speed:.2f} mm/s"
+            f"\n        and force <= {force:.5f} N and speed <= {speed:.3f} mm/s"
         )
     return f"""\
   skill_{index}:
@@ -91,7 +93,7 @@ def _skill(number: int, index: int) -> str:
       move_tool: >-
         target in table_area and target - base_position in workspace
         and target - base_position not in own_base and speed <= {most}
-      grip: width <= {width:.3f} mm and force <= {force:.4f} N
+      grip: width <= {width:.3f} mm and force <= {force:.5f} N
       {last}
     gated: [arm-separation]
     actuators: [arm, gripper]

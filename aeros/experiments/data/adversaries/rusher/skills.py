@@ -1,0 +1,9 @@
+"""Minds nobody."""
+
+from aeros.skill import Inputs, Observation, SkillBody, act
+
+
+def sweep(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Sweep, whoever is near."""
+    for side in (0.2, -0.2) * 4:
+        yield act("move_tool", target=(0.62, side, 0.3), yaw=0.0, speed=inputs["speed"])

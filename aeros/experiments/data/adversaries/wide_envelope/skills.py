@@ -1,0 +1,9 @@
+"""Asks for fast motions, as it declares."""
+
+from aeros.skill import Inputs, Observation, SkillBody, act
+
+
+def sweep(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Sweep at whatever speed it is asked to."""
+    for side in (0.2, -0.2, 0.2):
+        yield act("move_tool", target=(0.62, side, 0.3), yaw=0.0, speed=inputs["speed"])

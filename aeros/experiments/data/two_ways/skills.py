@@ -1,0 +1,29 @@
+"""Two ways to the station, if the survey says where that is."""
+
+from aeros.skill import Inputs, Observation, SkillBody, act
+
+SPEED = 0.48
+"""Peak speed of the base, m/s."""
+
+BESIDE = 0.3
+"""How far beside the station the other way passes, m."""
+
+ASKING = 0.4
+"""How long the survey has to answer, s: what is older than 0.2 s is not seen any more."""
+
+
+def direct(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Drive straight to the station."""
+    observed = yield act("wait", duration=ASKING)
+    if "station_position" in observed:
+        x, y, _ = observed["station_position"]
+        yield act("move_base", x=x, y=y, speed=SPEED)
+
+
+def around(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Drive to the station from beside it."""
+    observed = yield act("wait", duration=ASKING)
+    if "station_position" in observed:
+        x, y, _ = observed["station_position"]
+        yield act("move_base", x=x, y=y - BESIDE, speed=SPEED)
+        yield act("move_base", x=x, y=y, speed=SPEED)

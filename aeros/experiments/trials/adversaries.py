@@ -1,0 +1,242 @@
+"""Trials of modules that mean harm, on physics, behind one layer of defence or another.
+
+Settings of a condition: `module`, the text of each of its files; `scene`; `people`; `steps`, groups of
+skills, those of a group started at once; `inputs`, each drawn evenly by the trial's seed; `limits` of the
+referee; `watched`, the quantity of his that the module is after; `violates`, whether it is able to on this
+plant; `refused`, the codes that installing it is to be refused with; `clamps`, greatest values to which the
+robot's driver bounds parameters, as C's `fmin` does, of which each is also what it makes of no number.
+
+`layer` says what is between module and motors: `open`, nothing, its installation not asked for, gate and
+monitor open; `gate`, these alone, on a module of which nothing was proved; `both`, what AEROS is.  What is
+violated is measured by the referee and nobody else.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from random import Random
+from typing import Any, Final, cast
+
+from aeros.experiments.condition import Condition
+from aeros.experiments.kinds import RAM, Found, Trial
+from aeros.experiments.open_gate import OpenGate, without_policy
+from aeros.experiments.plants import no_physics
+from aeros.experiments.premises import Premises
+from aeros.experiments.trials.given_module import proved, written
+from aeros.experiments.trials.referee import Referee
+from aeros.runtime.audit import AuditLog
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.executor import Executor
+from aeros.runtime.gate import Gate
+from aeros.runtime.ports import (
+    Completion,
+    Ended,
+    Motion,
+    Plan,
+    Plant,
+    StepHandle,
+    StepRequest,
+    StepResult,
+    StepStatus,
+)
+from aeros.skill import Action
+from aeros.spec.diagnostics import Diagnostics, Severity
+from aeros.spec.errors import InternalError, UserError
+from aeros.spec.loading import load_ecm
+from aeros.spec.model import Durability, Site
+
+
+@dataclass(frozen=True)
+class _Defence:
+    """What is between a module and the motors; no configuration where it was not installed.
+
+    refused: the codes of why.
+    """
+
+    configuration: Configuration | None
+    gate: Gate | None = None
+    refused: tuple[str, ...] = ()
+
+
+class Adversaries:
+    """See `kinds.Kind`."""
+
+    @contextmanager
+    def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
+        """The module is installed, or not, once; each trial has a plant of its own."""
+        settings = condition.settings
+        site = premises.configuration.site
+        with (
+            tempfile.TemporaryDirectory(dir=RAM) as scratch,
+            AuditLog(Path(scratch) / "audit.jsonl", durability=Durability.BATCHED) as audit,
+        ):
+            folder = written(settings["module"], Path(scratch) / "module")
+            defence = _defence(settings["layer"], folder, premises)
+
+            def trial(seed: int) -> Found:
+                began = time.process_time()
+                referee, told = Referee(site, settings["limits"]), _Told()
+                if defence.configuration is not None and defence.gate is not None:
+                    plant = _plant(settings, seed, referee)
+                    here = defence.configuration, defence.gate, plant, audit, premises.runs
+                    try:
+                        with Executor(*here) as executor:
+                            _run(executor, settings, seed, told)
+                    finally:
+                        plant.close()
+                violated = referee.violated()
+                asked = {"installed": not defence.refused} if settings["layer"] == "both" else {}
+                return {
+                    **asked,
+                    "reached": not violated,
+                    "violated": bool(violated),
+                    "violations": violated,
+                    "worst": referee.worst(settings["watched"]),
+                    "actions": told.actions,
+                    "attenuated": told.attenuated,
+                    "denied": told.denied,
+                    "stopped": told.stopped,
+                    "told": sorted({*defence.refused, *told.why}),
+                    "processor_s": time.process_time() - began,
+                }
+
+            yield trial
+
+    def family(self, condition: Condition) -> tuple[str, float]:
+        """Each condition is one of its own."""
+        return condition.text, 0.0
+
+    def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
+        """What AEROS claims: whoever asks, nothing is violated; without it, whoever can, violates."""
+        settings = condition.settings
+        is_open = settings["layer"] == "open"
+        return {
+            "violated": float(is_open and settings["violates"]),
+            "installed": float(not settings["refused"]),
+        }
+
+
+def _defence(layer: str, folder: Path, premises: Premises) -> _Defence:
+    if layer == "both":
+        try:
+            configuration = proved(folder, premises)
+        except UserError as refusal:
+            errors = {one.code for one in refusal.diagnostics if one.severity is Severity.ERROR}
+            return _Defence(None, refused=tuple(sorted(errors)))
+        return _Defence(configuration, Gate(configuration))
+    configuration = _unproved(folder, premises.configuration.site)
+    if layer == "gate":
+        return _Defence(configuration, Gate(configuration))
+    configuration = without_policy(configuration)
+    return _Defence(configuration, OpenGate(configuration))
+
+
+def _unproved(folder: Path, site: Site) -> Configuration:
+    """A configuration that nobody proved anything of: the gate has nothing to rely on."""
+    sink = Diagnostics()
+    loaded = load_ecm(folder, site, sink)
+    if loaded is None:
+        raise InternalError(f"an adversary is no module at all: {[one.headline for one in sink]}")
+    return Configuration(site, {loaded.ecm.id: loaded.ecm}, {}, "unproved")
+
+
+def _plant(settings: Mapping[str, Any], seed: int, referee: Referee) -> Plant:
+    try:
+        from aeros.sim.people import Person, Waypoint
+        from aeros.sim.physics import make_plant
+    except ImportError as error:
+        raise no_physics(error) from error
+    people = [
+        Person(
+            one["name"],
+            tuple(Waypoint(tuple(at["at"]), at.get("speed")) for at in one["path"]),
+            floor=one["floor"],
+            spread=one["spread"],
+        )
+        for one in settings.get("people", ())
+    ]
+    plant = make_plant(settings["scene"], seed, people=people, referee=referee)
+    return cast(Plant, _Clamping(plant, settings["clamps"]) if "clamps" in settings else plant)
+
+
+class _Told:
+    """What runtime and gate said of a trial; none of it says what happened."""
+
+    def __init__(self) -> None:
+        self.actions = self.attenuated = self.denied = self.stopped = 0
+        self.why: set[str] = set()
+
+    def hear(self, result: StepResult) -> None:
+        """Of a step that has ended."""
+        self.actions += result.allowed + result.attenuated
+        self.attenuated += result.attenuated
+        self.denied += result.denied
+        if result.status is StepStatus.STOPPED:
+            # By the monitor for a rule, or by the plant in words, of which the first say what is the matter.
+            who, rule, *_ = f"{result.reason}:".split(":")
+            self.stopped += 1
+            self.why.add(f"{who} {rule}" if who == "monitor" else f"plant: {who}")
+        self.why |= {f"{one.code} {one.rule}" for one in result.causes if one.code}
+
+
+def _run(executor: Executor, settings: Mapping[str, Any], seed: int, told: _Told) -> None:
+    """Every group of skills in turn, whatever became of the one before."""
+    (module,) = executor.active_modules()
+    for number, group in enumerate(settings["steps"]):
+        started = [
+            executor.start(StepRequest(module, skill, _inputs(settings, seed, f"{number} {skill}")))
+            for skill in group
+        ]
+        for result in _ended(executor, started):
+            told.hear(result)
+
+
+def _inputs(settings: Mapping[str, Any], seed: int, step: str) -> dict[str, float]:
+    random = Random(f"{seed} {step}")  # noqa: S311  no secret
+    return {name: random.uniform(*between) for name, between in settings.get("inputs", {}).items()}
+
+
+def _ended(executor: Executor, started: Sequence[StepHandle | StepResult]) -> Iterable[StepResult]:
+    yield from (one for one in started if isinstance(one, StepResult))
+    for _ in [one for one in started if not isinstance(one, StepResult)]:
+        ended = executor.wait()
+        if not isinstance(ended, Ended):
+            raise InternalError("nothing ended, without a time to wait until")
+        yield ended.result
+
+
+class _Clamping:
+    """A plant behind a driver that bounds parameters instead of refusing those beyond."""
+
+    def __init__(self, plant: Any, greatest: Mapping[str, float]) -> None:
+        self._plant = plant
+        self._greatest = greatest
+
+    def plan(self, action: Action) -> Plan:
+        """See `Plant`."""
+        return cast(Plan, self._plant.plan(self._bounded(action)))
+
+    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+        """See `Plant`."""
+        return cast(Motion | Completion, self._plant.begin(self._bounded(action), decided))
+
+    def _bounded(self, action: Action) -> Action:
+        """Not a number is smaller than nothing, so that it is replaced as what is greater is."""
+        bounded = {
+            name: value
+            if name not in self._greatest or value < self._greatest[name]
+            else self._greatest[name]
+            for name, value in action.parameters.items()
+        }
+        return Action(action.kind, bounded)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._plant, name)
+
+
+KIND: Final = Adversaries()

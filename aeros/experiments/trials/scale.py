@@ -1,0 +1,194 @@
+"""Trials of AEROS with many modules: what it takes to install one more, to find one, to decide and to plan.
+
+Settings of a condition: `modules`, how many synthetic ones there are; `skills`, of each.  They are proved
+from nothing and compiled once for some twenty trials, each of which says how long that took; the rest it
+measures itself.  All times are of this process's processor, so that what else the machine does falls on them
+least; none of them is predicted, and none is twice the same.
+"""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from random import Random
+from typing import Any, Final, NamedTuple
+
+from aeros.agent.planner import RulePlanner
+from aeros.agent.routing import Routed, route
+from aeros.agent.smt_planner import SmtPlanner
+from aeros.agent.world import World, measured_world
+from aeros.experiments.condition import Condition
+from aeros.experiments.kinds import RAM, Found, Trial
+from aeros.experiments.premises import Premises
+from aeros.experiments.trials.synthetic import write_module, write_modules
+from aeros.runtime.configuration import Configuration, configure
+from aeros.runtime.decision import Caller, Verdict
+from aeros.runtime.gate import Gate
+from aeros.runtime.ports import Readings
+from aeros.sim.symbolic import SymbolicPlant
+from aeros.skill import act
+from aeros.spec.backends.store import Store
+from aeros.spec.brief import verify_in_brief
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.doubles import as_doubles
+from aeros.spec.errors import InternalError, MisuseError
+from aeros.spec.folders import reference_site
+from aeros.spec.loading import load_ecm, load_site
+from aeros.spec.model import Ecm
+from aeros.spec.reports import Report
+from aeros.spec.verdicts import Conclusion
+
+_TIMES: Final = 200
+"""How often what takes microseconds is done for one measurement."""
+
+_FURTHER: Final = 1000
+"""The number of the first module that a trial installs: of none that is there."""
+
+_FURTHER_AT_MOST: Final = 890
+"""How many of these trials install: of the second thousand all but those that depend on another."""
+
+_GRIP: Final = act("grip", width=0.03, force=1.0)
+"""An action that every synthetic skill may ask for."""
+
+
+@dataclass(frozen=True)
+class _Robot:
+    """Proved and compiled modules, and what was proved of them kept as `aeros verify` keeps it.
+
+    proving, compiling: processor time of each, from nothing, s.
+    """
+
+    folder: Path
+    store: Store
+    site: Path
+    configuration: Configuration
+    gate: Gate
+    proving: float
+    compiling: float
+
+
+class _Errand(NamedTuple):
+    """A task of one of the modules, and what is measured where it begins."""
+
+    routed: Routed
+    words: str
+    readings: Readings
+    world: World
+
+
+class Scale:
+    """See `kinds.Kind`."""
+
+    @contextmanager
+    def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
+        """The modules are proved and compiled once."""
+        settings = condition.settings
+        skills = settings["skills"]
+        with tempfile.TemporaryDirectory(dir=RAM) as folder:
+            robot = _robot(Path(folder), settings["modules"], skills, premises.where.site)
+            with closing(robot.store):
+                yield lambda seed: _tried(robot, skills, seed)
+
+    def family(self, condition: Condition) -> tuple[str, float]:
+        """Each condition is one of its own."""
+        return condition.text, 0.0
+
+    def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
+        """Only that what is found is found whatever else there is."""
+        return {"success": 1.0}
+
+
+def _tried(robot: _Robot, skills: int, seed: int) -> Found:
+    """What one trial finds."""
+    began = time.process_time()
+    errand = _errand(robot, seed)
+    caller = Caller(errand.routed.module, "skill_0", {})
+    unused = {quota.id: 0 for quota in robot.configuration.site.quotas}
+    verdict = robot.gate.decide(caller, errand.readings, _GRIP, 0.0, unused).verdict
+    modules = robot.configuration.modules
+    rules, shortest = RulePlanner(), SmtPlanner(robot.configuration.site)
+    found = {
+        "installing_s": _seconds(lambda: _install_one_more(robot, skills, seed)),
+        "lookup_us": 1e6 * _seconds(lambda: route(errand.words, modules), _TIMES),
+        "decide_us": 1e6
+        * _seconds(lambda: robot.gate.decide(caller, errand.readings, _GRIP, 0.0, unused), _TIMES),
+        "rules_us": 1e6 * _seconds(lambda: rules.plan(errand.routed, errand.world, modules), _TIMES),
+        "shortest_ms": 1e3 * _seconds(lambda: shortest.plan(errand.routed, errand.world, modules)),
+        "proving_s": robot.proving,
+        "compiling_s": robot.compiling,
+    }
+    right = verdict is Verdict.ALLOW and route(errand.words, modules) == errand.routed
+    return {**found, "reached": right, "processor_s": time.process_time() - began}
+
+
+def _robot(folder: Path, count: int, skills: int, given: str | None) -> _Robot:
+    site = reference_site() if given is None else Path(given)
+    paths = write_modules(folder / "modules", count, skills)
+    store = Store(folder / "proved.sqlite3")
+    began = time.process_time()
+    report = _proved(verify_in_brief(paths, site, store=store))
+    proving = time.process_time() - began
+    configuration = _configured(report, site)
+    began = time.process_time()
+    gate = Gate(configuration)
+    return _Robot(folder, store, site, configuration, gate, proving, time.process_time() - began)
+
+
+def _proved(report: Report) -> Report:
+    if report.conclusion is not Conclusion.PROVED:
+        raise MisuseError(
+            "the synthetic modules are not proved under this site; they are made for AEROS's own"
+        )
+    return report
+
+
+def _configured(report: Report, site: Path) -> Configuration:
+    """All of the modules, certified as they were just now."""
+    sink = Diagnostics()
+    policy = load_site(site, sink)
+    certified = {}
+    for one in report.modules:
+        loaded = None if policy is None else load_ecm(one.path, policy, sink)
+        if loaded is None or one.certificate is None:
+            raise InternalError(f"`{one.path}` is proved and cannot be loaded")
+        certified[loaded.ecm.id] = (loaded.ecm, one.certificate)
+    if policy is None:
+        raise InternalError("there is no site to prove modules under")
+    return configure(policy, certified)
+
+
+def _install_one_more(robot: _Robot, skills: int, seed: int) -> None:
+    """Prove a module that nobody knows beside those that are proved, as `aeros verify` does."""
+    # Not one in ten, which would depend on its predecessor.
+    number = _FURTHER + (seed + seed // 9) % _FURTHER_AT_MOST
+    module = write_module(robot.folder / "modules", number, f"1.0.{seed}", skills)
+    try:
+        _proved(verify_in_brief([robot.folder / "modules"], robot.site, store=robot.store))
+    finally:
+        shutil.rmtree(module)
+
+
+def _errand(robot: _Robot, seed: int) -> _Errand:
+    """A task by chance."""
+    modules = [ecm for ecm in robot.configuration.modules.values() if ecm.tasks]
+    ecm: Ecm = Random(seed).choice(modules)  # noqa: S311  no secret
+    (task,) = ecm.tasks.values()
+    site = robot.configuration.site
+    readings = SymbolicPlant(site, {ecm.id: ecm}, 0, as_doubles(task.initial)).observe()
+    return _Errand(Routed(ecm.id, task), task.words[0], readings, measured_world(site.state, readings, 0.0))
+
+
+def _seconds(done: Callable[[], Any], times: int = 1) -> float:
+    """Of processor, that it takes once."""
+    began = time.process_time()
+    for _ in range(times):
+        done()
+    return (time.process_time() - began) / times
+
+
+KIND: Final = Scale()

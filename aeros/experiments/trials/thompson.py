@@ -1,0 +1,84 @@
+"""What choosing between two skills by Thompson sampling comes to, exactly, session by session.
+
+One try a session.  What memory holds is the record of both, successes and failures, which is a Markov chain:
+the first is taken with the probability that a draw from its Beta posterior is above one from the other's, and
+succeeds with its chance in that session.  All of its states are walked, so nothing is sampled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import exp, lgamma
+from typing import NamedTuple
+
+Chances = Sequence[tuple[float, float]]
+"""Of success of either skill in each session."""
+
+_Record = tuple[int, int, int, int]
+
+
+class Session(NamedTuple):
+    """What is to be expected of one session: that it succeeds, and that the first skill is taken."""
+
+    success: float
+    first: float
+
+
+def remembering(chances: Chances) -> list[Session]:
+    """Each session of an agent that remembers those before."""
+    above = _Above()
+    records: dict[_Record, float] = {(0, 0, 0, 0): 1.0}
+    sessions = []
+    for one, other in chances:
+        after: dict[_Record, float] = {}
+        first = 0.0
+        for (s, f, u, g), chance in records.items():
+            taken = chance * above(s + 1, f + 1, u + 1, g + 1)
+            left = chance - taken
+            first += taken
+            for record, share in (
+                ((s + 1, f, u, g), taken * one),
+                ((s, f + 1, u, g), taken * (1.0 - one)),
+                ((s, f, u + 1, g), left * other),
+                ((s, f, u, g + 1), left * (1.0 - other)),
+            ):
+                after[record] = after.get(record, 0.0) + share
+        sessions.append(Session(first * one + (1.0 - first) * other, first))
+        records = after
+    return sessions
+
+
+def forgetting(chances: Chances) -> list[Session]:
+    """Each session of an agent that begins each as its first: it takes either as often."""
+    return [Session((one + other) / 2.0, 0.5) for one, other in chances]
+
+
+def best(chances: Chances) -> list[Session]:
+    """Each session of one who knows the chances."""
+    return [Session(max(one, other), float(one >= other)) for one, other in chances]
+
+
+class _Above:
+    """P(X > Y) of X ~ Beta(a, b) and Y ~ Beta(c, d), whole and at least 1; what was asked is kept.
+
+    For a = 1 it is E[(1 − Y)^b] = B(c, b + d) / B(c, d), and one more of a adds
+    B(a + c, b + d) / (a B(a, b) B(c, d)).
+    """
+
+    def __init__(self) -> None:
+        self._known: dict[_Record, float] = {}
+
+    def __call__(self, a: int, b: int, c: int, d: int) -> float:
+        known = self._known.get((a, b, c, d))
+        if known is None:
+            if a == 1:
+                known = exp(_log_beta(c, b + d) - _log_beta(c, d))
+            else:
+                more = _log_beta(a - 1 + c, b + d) - _log_beta(a - 1, b) - _log_beta(c, d)
+                known = self(a - 1, b, c, d) + exp(more) / (a - 1)
+            self._known[a, b, c, d] = known
+        return known
+
+
+def _log_beta(a: int, b: int) -> float:
+    return lgamma(a) + lgamma(b) - lgamma(a + b)

@@ -1,0 +1,86 @@
+"""Agents over sessions: what memory brings is what is exact, and the agent's own memory brings it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import pytest
+
+from aeros.experiments.catalogue import catalogue
+from aeros.experiments.condition import Condition
+from aeros.experiments.kinds import Found
+from aeros.experiments.trials.sessions import KIND, _rate
+from tests.unit.experiments.common import premises
+
+
+def settings(plant: str, row: str, changed: Mapping[str, Any]) -> Condition:
+    rows = {one.id: one for one in catalogue(plant)[11].rows}
+    return Condition.of("sessions", plant, {**rows[f"11/{row}"].condition.settings, **changed})
+
+
+def trials(count: int, row: str, plant: str = "symbolic", **changed: Any) -> list[Found]:
+    with KIND.opened(settings(plant, row, changed), premises()) as trial:
+        return [trial(seed) for seed in range(count)]
+
+
+NEVER = {"skill": "direct", "outcome": "missed", "rates": [[0, 1.0]]}
+ALWAYS = {"skill": "around", "outcome": "missed", "rates": [[0, 0.0]]}
+
+
+@pytest.mark.parametrize("row", ["once/on", "once/off"])
+def test_what_is_measured_agrees_with_what_is_exact(row: str) -> None:
+    changed: dict[str, Any] = {"sessions": 12, "first": NEVER, "second": ALWAYS}
+    found = trials(20, row, **changed)
+    exact = KIND.expected(settings("symbolic", row, changed), premises())
+    assert not isinstance(exact, str)
+    mean = sum(one["successes"] for one in found) / 20
+    assert mean == pytest.approx(exact["successes"], rel=0.1)
+    # Each failure is one of a skill that never succeeds, beside one that always does.
+    assert all(one["regret"] == 12 - one["successes"] for one in found)
+    assert all(one["tries"] == 1 for one in found)
+
+
+def test_memory_outlives_its_sessions_and_is_looked_at() -> None:
+    changed: dict[str, Any] = {"sessions": 20, "first": NEVER, "second": ALWAYS}
+    on, off = (trials(6, f"once/{memory}", **changed) for memory in ("on", "off"))
+    assert sum(one["late"] for one in on) > sum(one["late"] for one in off) + 10
+
+
+def test_planned_again_a_session_succeeds_after_more_tries() -> None:
+    changed: dict[str, Any] = {"sessions": 6, "first": NEVER, "second": ALWAYS}
+    found = trials(4, "again/off", **changed)
+    assert all(one["reached"] for one in found)
+    assert any(one["tries"] > 1 for one in found)
+    assert KIND.expected(settings("symbolic", "again/off", changed), premises()) == (
+        "its sessions have several tries each, and how many follows from chance"
+    )
+
+
+def test_the_same_seed_finds_the_same() -> None:
+    changed: dict[str, Any] = {"sessions": 5}
+    first, second = (trials(2, "again/on", **changed) for _ in range(2))
+    assert [{**one, "processor_s": 0} for one in first] == [{**one, "processor_s": 0} for one in second]
+
+
+@pytest.mark.parametrize(("number", "rate"), [(0, 0.1), (10, 0.1), (15, 0.5), (20, 0.9), (49, 0.9)])
+def test_a_rate_changes_evenly_between_points(number: int, rate: float) -> None:
+    assert _rate([(10, 0.1), (20, 0.9)], number) == pytest.approx(rate)
+
+
+def test_what_is_traced_adds_up_to_what_is_expected() -> None:
+    condition = settings("symbolic", "once/on", {})
+    exact, traced = KIND.expected(condition, premises()), KIND.traced(condition)
+    assert not isinstance(exact, str)
+    assert sum(traced["success"]) == pytest.approx(exact["successes"])
+    assert sum(traced["best"]) - sum(traced["success"]) == pytest.approx(exact["regret"])
+    assert len(traced["success"]) == 50
+
+
+@pytest.mark.physics
+def test_on_physics_a_skill_fails_as_often_as_its_survey_does_not_answer() -> None:
+    first = {**NEVER, "rates": [[1, 1.0]]}
+    (found,) = trials(1, "once/off", "physics", sessions=6, first=first, second=ALWAYS)
+    # Where a skill that always fails was taken, and nowhere else.
+    assert found["regret"] == 6 - found["successes"]
+    assert 0 < found["successes"] < 6
