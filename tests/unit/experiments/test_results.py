@@ -242,6 +242,7 @@ def test_what_layers_came_to_is_told_and_drawn(tmp_path: Path) -> None:
         "low": None,
         "high": None,
         "exact": None,
+        "independent": None,
         "paper": None,
         "misses": [],
     }
