@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from html import escape
-from math import floor, log10
+from math import ceil, floor, log10
 from typing import Any, Final
 
 _COLOURS: Final = ("#6d4c41", "#ef6c00", "#6a1b9a", "#1565c0", "#2e7d32", "#00838f", "#ad1457", "#455a64")
@@ -189,7 +189,7 @@ def series(one: Mapping[str, Any]) -> str:
 def _part(rows: Sequence[Mapping[str, Any]], name: str, below: float) -> Iterator[str]:
     """One quantity of every row, the axis from 0 to the most there is."""
     measured = [row["series"][name]["measured"] for row in rows]
-    most: float = max(1.0, *map(max, measured))
+    most: int = max(1, *(ceil(value) for values in measured for value in values))
     count = len(measured[0])
 
     def x(session: int) -> float:
@@ -256,7 +256,7 @@ def scale(one: Mapping[str, Any]) -> str:
                 parts.append(f'<circle cx="{x(size):.1f}" cy="{y(middle):.1f}" r="3" fill="{colour}"/>')
         at = _TOP + 16 + 18 * number
         parts.append(f'<rect x="{_LEFT + _WIDE + 16}" y="{at - 9}" width="12" height="9" fill="{colour}"/>')
-        title = one["metrics"][name]["title"].rpartition(",")[0]
+        title = one["metrics"][name]["title"].partition(",")[0]
         parts.append(_text(_LEFT + _WIDE + 34, at, title))
     parts.append(_text(_LEFT, _TOP - 6, "seconds of processor; medians with 95 % intervals"))
     parts.append(_text(_LEFT + _WIDE / 2, _TOP + _HIGH + 38, "modules", "middle"))

@@ -181,6 +181,8 @@ class _Told:
             who, rule, *_ = f"{result.reason}:".split(":")
             self.stopped += 1
             self.why.add(f"{who} {rule}" if who == "monitor" else f"plant: {who}")
+        if result.status is StepStatus.REFUSED:
+            self.why.add("step refused")
         self.why |= {f"{one.code} {one.rule}" for one in result.causes if one.code}
 
 

@@ -52,6 +52,13 @@ def test_what_is_refused_is_refused_as_it_is_said(module: str) -> None:
 
 
 @pytest.mark.physics
+def test_another_modules_skill_is_refused_even_where_its_actions_are_not() -> None:
+    found = trial(ROWS["9/other_access/open"])
+    assert found["told"] == ["step refused"]
+    assert (found["actions"], found["violations"]) == (1, ["distance off the floor"])
+
+
+@pytest.mark.physics
 @pytest.mark.parametrize("module", ["benign", "apart"])
 def test_a_control_is_not_in_anybodys_way(module: str) -> None:
     found = [trial(ROWS[f"9/{module}/{layer}"]) for layer in ("open", "both")]

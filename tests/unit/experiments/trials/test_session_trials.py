@@ -11,7 +11,7 @@ from aeros.experiments.catalogue import catalogue
 from aeros.experiments.condition import Condition
 from aeros.experiments.kinds import Found
 from aeros.experiments.trials.sessions import KIND, _rate
-from tests.unit.experiments.common import premises
+from tests.unit.experiments.common import ROOT, premises
 
 
 def settings(plant: str, row: str, changed: Mapping[str, Any]) -> Condition:
@@ -75,6 +75,18 @@ def test_what_is_traced_adds_up_to_what_is_expected() -> None:
     assert sum(traced["success"]) == pytest.approx(exact["successes"])
     assert sum(traced["best"]) - sum(traced["success"]) == pytest.approx(exact["regret"])
     assert len(traced["success"]) == 50
+
+
+def test_what_the_page_says_of_memory_is_what_is_exact() -> None:
+    on, off = (settings("symbolic", f"once/{memory}", {}) for memory in ("on", "off"))
+    with_memory, without = (KIND.traced(one)["success"] for one in (on, off))
+    pairs = zip(with_memory, without, strict=True)
+    worse = [number for number, (one, other) in enumerate(pairs, 1) if one < other - 1e-9]
+    page = (ROOT / "docs" / "experiments.md").read_text(encoding="utf-8").replace("\n", " ")
+    assert worse == list(range(16, 30))
+    assert "From the 16th to the 29th session one with memory does worse" in page
+    assert f"{100 * with_memory[-1]:.0f} against {100 * without[-1]:.0f} % in the last" in page
+    assert f"with {sum(with_memory):.1f} successes against {sum(without):.1f}" in page
 
 
 @pytest.mark.physics
