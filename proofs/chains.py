@@ -184,12 +184,14 @@ def _triangle(_: Code) -> Obligation:
 
 # A chain of joints.
 
-CHAIN: Final = (
-    "(declare-fun norm (Real Real Real) Real)",
+PLACES: Final = (
     *(line for joint in JOINTS for line in declared_vectors(f"o{joint}", f"z{joint}")),
     *declared_vectors("p"),
 )
 """The origin and the axis of each joint, and a point that all of them move."""
+
+CHAIN: Final = ("(declare-fun norm (Real Real Real) Real)", *PLACES)
+"""The same, and lengths."""
 
 
 def arm(joint: int) -> tuple[str, ...]:
