@@ -413,6 +413,24 @@ DECISION: Final = (
 """What is decided, by what objects and what the short way says; `wrong` is anything that is no decision."""
 
 
+def where_nothing_objects(holds: Callable[[str], str]) -> dict[str, str]:
+    """What is assumed of an action to which nothing objects: that this `holds` of it, whichever it is.
+
+    The short way speaks for the action asked for, and of a request that is one.
+    """
+    return {
+        **{
+            f"objections.{place}": implication(f"(= (objections {one}) none)", holds(one))
+            for place, one in enumerate(CANDIDATES)
+        },
+        "short-way-allows": implication("(= (short-way asked) short-allows)", holds(ASKED)),
+        "short-way-speaks": SHORT_WAY_SPEAKS,
+    }
+
+
+SHORT_WAY_SPEAKS: Final = "(or (= (short-way asked) short-silent) (and request-formed time-formed))"
+
+
 def _less(rules: Any, _: str, asked: Mapping[str, Any], __: Any) -> dict[str, Any]:
     """Stands for `attenuated`."""
     less = _LESS[tuple(rule.id for rule in rules)]

@@ -20,6 +20,7 @@ from aeros.runtime.history import Histories
 from aeros.runtime.merging import Companion, companions_of
 from aeros.runtime.monitor import Monitors
 from aeros.runtime.ports import Plan, Plant, Readings, Trajectory
+from aeros.runtime.records import DecisionRecord
 from aeros.runtime.recounting import Recount
 from aeros.runtime.stated_motion import told_body
 from aeros.runtime.step import UnderWay
@@ -101,19 +102,10 @@ class Deciding:
         causes: tuple[Cause, ...] = ()
         if decision.verdict is not Verdict.ALLOW:
             causes = causes_of_denial(self._configuration, decision, caller, readings, asked, now)
-        details = self._teller.tell(
-            decision,
-            digest,
-            now,
-            readings,
-            caller,
-            asked,
-            usage,
-            beside,
-            halting,
-            motion,
-            causes,
+        made = DecisionRecord(
+            decision, digest, now, readings, caller, asked, usage, beside, halting, motion, causes
         )
+        details = self._teller.tell(made)
         record = self._audit.append("decision", details)
         if decision.verdict is Verdict.DENY:
             return Decided(decision, None, plan, ends_others=False, causes=causes)

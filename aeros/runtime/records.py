@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 from aeros.runtime.canonical import Encoded, encoded
 from aeros.runtime.configuration import Configuration
@@ -38,43 +38,51 @@ def session_details(configuration: Configuration) -> dict[str, Any]:
     }
 
 
-def decision_details(
-    decision: Decision,
-    configuration_digest: str,
-    now: float,
-    readings: Readings,
-    caller: Caller,
-    asked: Action,
-    usage: Mapping[str, int] | None,
-    beside: Sequence[int] = (),
-    halting: Sequence[int] = (),
-    motion: Mapping[str, Any] = MappingProxyType({}),
-    tell: Callable[[Readings], Encoded] = told_readings,
-    causes: Sequence[Cause] = (),
-) -> dict[str, Any]:
-    """Everything that was decided on, and what was decided: enough to decide it again.
+class DecisionRecord(NamedTuple):
+    """What was decided, and everything that it was decided on: enough to decide it again.
 
+    configuration: its digest.
     usage: by quota, what was used up; None where the clock was wrong and the gate was not asked.
     beside: the records of the decisions on the actions that were under way.
     halting: those of them that came to rest before their ends.
     motion: where the whole motion was to be decided, what `motion_details` says of it.
-    tell: what says of the readings what `told_readings` says.
     causes: the reasons as data.
     """
-    state = tell(readings)
+
+    decision: Decision
+    configuration: str
+    now: float
+    readings: Readings
+    caller: Caller
+    asked: Action
+    usage: Mapping[str, int] | None
+    beside: Sequence[int] = ()
+    halting: Sequence[int] = ()
+    motion: Mapping[str, Any] = MappingProxyType({})
+    causes: Sequence[Cause] = ()
+
+
+def decision_details(
+    one: DecisionRecord, tell: Callable[[Readings], Encoded] = told_readings
+) -> dict[str, Any]:
+    """What the log has of it.
+
+    tell: what says of the readings what `told_readings` says.
+    """
+    state = tell(one.readings)
     return {
-        **outcome_details(decision),
-        "configuration": configuration_digest,
-        "time": now,
+        **outcome_details(one.decision),
+        "configuration": one.configuration,
+        "time": one.now,
         "state_digest": state.digest,
         "state": state,
-        "usage": None if usage is None else dict(usage),
-        **({"beside": list(beside)} if beside else {}),
-        **({"halting": list(halting)} if halting else {}),
-        **motion,
-        **({"causes": told(causes)} if causes else {}),
-        **caller_details(caller),
-        "asked": _action_details(asked),
+        "usage": None if one.usage is None else dict(one.usage),
+        **({"beside": list(one.beside)} if one.beside else {}),
+        **({"halting": list(one.halting)} if one.halting else {}),
+        **one.motion,
+        **({"causes": told(one.causes)} if one.causes else {}),
+        **caller_details(one.caller),
+        "asked": _action_details(one.asked),
     }
 
 

@@ -6,7 +6,7 @@ others `decision_details` is encoded like anything else.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from json.encoder import encode_basestring_ascii
 from math import isfinite
 from operator import is_
@@ -14,12 +14,11 @@ from typing import Any, Final
 
 from aeros.runtime.canonical import MARKS, MOST_SIZE, Encoded, encoded
 from aeros.runtime.decision import Caller, Decision, Verdict
-from aeros.runtime.ports import Motionless, Plan, Readings
-from aeros.runtime.records import caller_details, decision_details, motion_details
+from aeros.runtime.ports import Motionless, Plan
+from aeros.runtime.records import DecisionRecord, caller_details, decision_details, motion_details
 from aeros.runtime.stated_motion import told_motion
 from aeros.runtime.told_readings import ReadingsTeller
 from aeros.skill import Action
-from aeros.spec.cause import Cause
 
 _PLAIN: Final = MOST_SIZE // 4
 """Size of a plain decision's readings, and of its motion, at most: then all of it fits into a record."""
@@ -55,53 +54,16 @@ class DecisionTeller:
             self._motionless = plan, motion_details(gated, decision, told_motion(plan, body))
         return self._motionless[1]
 
-    def tell(
-        self,
-        decision: Decision,
-        configuration_digest: str,
-        now: float,
-        readings: Readings,
-        caller: Caller,
-        asked: Action,
-        usage: Mapping[str, int] | None,
-        beside: Sequence[int],
-        halting: Sequence[int],
-        motion: Mapping[str, Any],
-        causes: Sequence[Cause],
-    ) -> Mapping[str, Any] | Encoded:
+    def tell(self, one: DecisionRecord) -> Mapping[str, Any] | Encoded:
         """The details of the decision's record; see `decision_details`."""
-        told = None
-        if decision.verdict is Verdict.ALLOW and not (decision.reasons or beside or halting or causes):
-            told = self._plain(decision, configuration_digest, now, readings, caller, asked, usage, motion)
-        if told is not None:
-            return told
-        return decision_details(
-            decision,
-            configuration_digest,
-            now,
-            readings,
-            caller,
-            asked,
-            usage,
-            beside,
-            halting,
-            motion,
-            self._readings.tell,
-            causes,
-        )
+        text = self._plain(one)
+        return decision_details(one, self._readings.tell) if text is None else text
 
-    def _plain(
-        self,
-        decision: Decision,
-        configuration_digest: str,
-        now: float,
-        readings: Readings,
-        caller: Caller,
-        asked: Action,
-        usage: Mapping[str, int] | None,
-        motion: Mapping[str, Any],
-    ) -> Encoded | None:
-        """The text of a plain decision; None of one that is not as plain as it seemed."""
+    def _plain(self, one: DecisionRecord) -> Encoded | None:
+        """The text of a plain decision; None of another."""
+        decision, configuration, now, readings, caller, asked, usage, beside, halting, motion, causes = one
+        if decision.verdict is not Verdict.ALLOW or decision.reasons or beside or halting or causes:
+            return None
         if usage is None or type(now) is not float or not isfinite(now) or decision.action is None:
             return None
         if caller is not self._caller:
@@ -122,7 +84,7 @@ class DecisionTeller:
             return None
         who, skill = self._who
         text = (
-            f'{{"asked":{wanted},"configuration":"{configuration_digest}","decided":{decided},{who}{moved}'
+            f'{{"asked":{wanted},"configuration":"{configuration}","decided":{decided},{who}{moved}'
             f',"reasons":[],{skill},"state":{state.text},"state_digest":"{state.digest}","time":{now!r}'
             f',"usage":{self._told_usage(usage)},"verdict":"ALLOW"}}'
         )

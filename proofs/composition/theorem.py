@@ -20,6 +20,7 @@ from aeros.spec.theorems.shipped import Code, Mutant, put_in_place
 from aeros.spec.theorems.theorem import Obligation, Table, Theorem
 
 BESIDE: Final = "aeros.runtime.beside"
+DECIDING: Final = "aeros.runtime.deciding"
 GATE: Final = "aeros.runtime.gate"
 JOINT: Final = "aeros.spec.obligations.joint"
 PARALLEL: Final = "aeros.spec.obligations.parallel"
@@ -101,6 +102,67 @@ def _decided(code: Code) -> Obligation:
         ),
         "(= decided (ite (and forwarded nothing-objects) same deny))",
         tables=(Table("decided", "Beside", explore(run)),),
+    )
+
+
+def _under_way(code: Code) -> Obligation:
+    """With the gate, the motions and what is measured put aside; each is explored elsewhere."""
+    deciding = code.module(DECIDING, companions_of=lambda *_: (), causes_of_denial=lambda *_: ())
+    allowed = Decision(Verdict.ALLOW, Action("a", {}), ())
+    denied = Decision(Verdict.DENY, None, (Reason("AE751", "rule", ""),))
+
+    def run(ask: Ask) -> str:
+        recorded: list[Any] = []
+
+        def decide_beside(given: Decision, _: Any, __: Any, others: Sequence[str]) -> Decision:
+            obeys = all(ask(f"obeys.{other.record}") for other in cast("Any", others))
+            return given if obeys else denied
+
+        def decide_motion(gated: Decision, *_: Any) -> Any:
+            return gated if gated.action is None or ask("motion-obeys") else denied, None, {}
+
+        def append(_: str, made: Any) -> int:
+            recorded.append(made)
+            return 1
+
+        one = object.__new__(deciding.Deciding)
+        one._plant = SimpleNamespace(observe=dict, now=lambda: 0.0)
+        one._histories = SimpleNamespace(look=lambda measured, _: measured)
+        one._configuration = SimpleNamespace(digest="")
+        one._teller = SimpleNamespace(tell=lambda made: made)
+        one._audit = SimpleNamespace(append=append)
+        one._gate = SimpleNamespace(decide_beside=decide_beside)
+        one._decide_alone = lambda *_: (allowed if ask("obeys-alone") else denied, {})
+        one._decide_motion = decide_motion
+        one._is_protective = lambda gated: gated.action is not None and ask("is-protective")
+        others = [
+            SimpleNamespace(
+                begun=SimpleNamespace(record=name), plan=None, is_halting=ask(f"{name}.is-halting")
+            )
+            for name in _OTHERS
+        ]
+        found = one.decide(cast("Any", None), Action("a", {}), others)
+        (made,) = recorded
+        beside = [] if found.ends_others or ask("is-protective") else list(_OTHERS)
+        if made.decision is not found.decision or (found.begun is not None and made.beside != beside):
+            return "wrong"
+        if found.begun is None:
+            return "nothing"
+        return "ends-others" if found.ends_others else "begins"
+
+    obeyed = conjunction(("obeys-alone", "motion-obeys", *(f"obeys.{name}" for name in _OTHERS)))
+    names = ("obeys-alone", "motion-obeys", "is-protective", *(f"obeys.{name}" for name in _OTHERS))
+    return Obligation(
+        "`Deciding.decide` begins an action only if it obeys by itself, beside all that is under way, those\n"
+        "that come to rest included, and in its motion; or it is a protective stop, which ends the others.",
+        (
+            "(declare-datatypes ((Begins 0)) (((begins) (ends-others) (nothing) (wrong))))",
+            *(f"(declare-const {name} Bool)" for name in names),
+            *(f"(declare-const {name}.is-halting Bool)" for name in _OTHERS),
+        ),
+        "(= found (ite (and is-protective obeys-alone motion-obeys) ends-others"
+        f" (ite (and (not is-protective) {obeyed}) begins nothing)))",
+        tables=(Table("found", "Begins", explore(run)),),
     )
 
 
@@ -279,6 +341,7 @@ THEOREM = Theorem(
     {
         "beside": _beside,
         "decided-beside": _decided,
+        "under-way": _under_way,
         "proved-joint": _proved,
         "pairs": _pairs,
     },
@@ -303,6 +366,13 @@ THEOREM = Theorem(
             GATE,
             "if reasons else decision\n",
             "if not reasons else decision\n",
+        ),
+        Mutant(
+            "overlooks-what-comes-to-rest",
+            "under-way",
+            DECIDING,
+            "[other.begun for other in others])",
+            "[other.begun for other in others if not other.is_halting])",
         ),
         Mutant(
             "takes-an-envelope-to-hold-now",

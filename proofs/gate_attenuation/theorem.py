@@ -47,7 +47,7 @@ def _allowed(code: Code) -> Obligation:
         assumptions={
             "again": "(= again (ite ((_ is attenuate) first) (reduced first) asked))",
             "short-way-allows": "(=> (= (short-way asked) short-allows) (= (objections asked) none))",
-            "short-way-speaks": "(or (= (short-way asked) short-silent) (and request-formed time-formed))",
+            "short-way-speaks": gate.SHORT_WAY_SPEAKS,
             "short-way-is-complete": f"(=> (= (objections again) none) {silent_or_allows})",
         },
     )

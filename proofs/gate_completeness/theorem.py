@@ -5,7 +5,7 @@ from __future__ import annotations
 from aeros.spec.theorems.shipped import Code, Mutant
 from aeros.spec.theorems.theorem import Obligation, Table, Theorem
 from proofs import gate_code as gate
-from proofs import gate_forms as forms
+from proofs import gate_short_way as short_way
 
 
 def _decision(code: Code) -> Obligation:
@@ -49,7 +49,7 @@ THEOREM = Theorem(
         "decision": _decision,
         "objections": _objections,
         "short-way-criteria": _criteria,
-        **forms.short_way_obligations(forms.allows_what_holds),
+        **short_way.short_way_obligations(short_way.allows_what_holds),
     },
     (
         Mutant(
@@ -76,7 +76,7 @@ THEOREM = Theorem(
         Mutant(
             "keeps-one-action-of-a-quota-back",
             "short-way-parameters",
-            forms.STRAIGHT,
+            short_way.STRAIGHT,
             "< {quota.at_most}",
             "< {quota.at_most - 1}",
         ),

@@ -29,14 +29,7 @@ def _denied(code: Code) -> Obligation:
         (*gate.DECLARATIONS, *gate.PASSES, gate.OBJECTIONS, *gate.DECISION),
         "(=> (not finite-layers-pass) (= decision deny))",
         tables=(Table("decision", "Decision", gate.explore_decision(code)),),
-        assumptions={
-            **{
-                f"objections.{place}": f"(=> (= (objections {one}) none) finite-layers-pass)"
-                for place, one in enumerate(gate.CANDIDATES)
-            },
-            "short-way-allows": "(=> (= (short-way asked) short-allows) finite-layers-pass)",
-            "short-way-speaks": "(or (= (short-way asked) short-silent) (and request-formed time-formed))",
-        },
+        assumptions=gate.where_nothing_objects(lambda _: "finite-layers-pass"),
     )
 
 

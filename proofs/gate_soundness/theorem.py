@@ -7,9 +7,9 @@ from typing import Final
 from aeros.spec.theorems.shipped import Code, Mutant
 from aeros.spec.theorems.theorem import Obligation, Table, Theorem
 from proofs import gate_code as gate
-from proofs import gate_forms as forms
 from proofs import gate_layers as layers
 from proofs import gate_moments as moments
+from proofs import gate_short_way as short_way
 
 
 def _decision(code: Code) -> Obligation:
@@ -21,14 +21,7 @@ def _decision(code: Code) -> Obligation:
         " (and ((_ is allow) decision) (sound (allowed decision)) (= (allowed decision) asked))"
         " (and ((_ is attenuate) decision) (sound (reduced decision))))",
         tables=(Table("decision", "Decision", gate.explore_decision(code)),),
-        assumptions={
-            **{
-                f"objections.{place}": f"(=> (= (objections {one}) none) (passes {one}))"
-                for place, one in enumerate(gate.CANDIDATES)
-            },
-            "short-way-allows": "(=> (= (short-way asked) short-allows) (passes asked))",
-            "short-way-speaks": "(or (= (short-way asked) short-silent) (and request-formed time-formed))",
-        },
+        assumptions=gate.where_nothing_objects(lambda one: f"(passes {one})"),
     )
 
 
@@ -61,7 +54,7 @@ _OBLIGATIONS: Final = {
     "objections": _objections,
     **layers.layer_obligations(),
     "short-way-criteria": _criteria,
-    **forms.short_way_obligations(forms.allows_only_what_holds),
+    **short_way.short_way_obligations(short_way.allows_only_what_holds),
     **moments.moment_obligations(),
 }
 
@@ -93,28 +86,28 @@ THEOREM = Theorem(
         Mutant(
             "forgets-the-age-of-a-reading-with-a-time-of-its-own",
             "short-way-readings",
-            forms.STRAIGHT,
+            short_way.STRAIGHT,
             'self.require(f"age < {forms[name].surely_fresh!r}")',
             'self.require(f"age >= 0 or age < {forms[name].surely_fresh!r}")',
         ),
         Mutant(
             "forgets-the-age-of-a-moment",
             "short-way-readings",
-            forms.STRAIGHT,
+            short_way.STRAIGHT,
             'self.require(f"exactly - time < {min(limits)!r}")',
             "pass",
         ),
         Mutant(
             "takes-a-moment-for-well-formed",
             "short-way-inputs",
-            forms.STRAIGHT,
+            short_way.STRAIGHT,
             'self.require("taken is not None")',
             "pass",
         ),
         Mutant(
             "takes-one-value-of-a-moment-for-all",
             "short-way-readings",
-            forms.STRAIGHT,
+            short_way.STRAIGHT,
             "taken[{scalar!r}]",
             "taken[{min(required)!r}]",
         ),

@@ -8,17 +8,15 @@ from functools import partial
 from itertools import zip_longest
 from typing import Any, Final
 
-from aeros.spec.theorems.exploring import Ask, Symbol, explore
+from aeros.spec.theorems.exploring import Ask, explore
 from aeros.spec.theorems.formulas import literal
 from aeros.spec.theorems.shipped import Code, Mutant
 from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+from proofs.reals import POLYNOMIALS, SIZE, Real, largest
 
 PEAKS: Final = "aeros.runtime.peaks"
 BEZIER: Final = "aeros.runtime.bezier"
 PROFILE: Final = "aeros.sim.profile"
-
-_SIZE: Final = "(define-fun size ((x Real)) Real (ite (<= 0 x) x (- x)))"
-_POLYNOMIALS: Final = "QF_NRA"  # cvc5 then decides by coverings
 
 # The profile, whatever is moved and however long it takes.
 
@@ -81,10 +79,10 @@ def _peak(order: int, code: Code) -> Obligation:
     bound = literal(Fraction(code.module(PEAKS).TIMING[order - 1]))
     return Obligation(
         f"The derivative of order {order} of the profile by u is nowhere in [0, 1] larger than `TIMING`.",
-        (_SIZE, "(declare-const u Real)", f"(define-fun derivative () Real {s.term()})"),
+        (SIZE, "(declare-const u Real)", f"(define-fun derivative () Real {s.term()})"),
         f"(<= (size derivative) {bound})",
         assumptions={"in-the-motion": "(<= 0.0 u 1.0)"},
-        logic=_POLYNOMIALS,
+        logic=POLYNOMIALS,
     )
 
 
@@ -104,21 +102,6 @@ def _own(code: Code) -> Obligation:
 
 
 # Along a path.
-
-
-class _Real(Symbol):
-    """A real; powers are products."""
-
-    __slots__ = ()
-
-    def _with(self, operator: str, *parts: Any) -> _Real:
-        return _Real(Symbol._with(self, operator, *parts).term, self.ask)
-
-    def __pow__(self, power: int) -> Any:
-        return self if power == 1 else self * self ** (power - 1)
-
-    def __truediv__(self, other: float) -> _Real:
-        return self._with("/", self, other)
 
 
 class _Duration:
@@ -150,15 +133,15 @@ def _timed(rate: str, code: Code) -> Obligation:
     place = _RATES.index(rate)
 
     def run(ask: Ask) -> str:
-        most = (_Real(f"most.{name}", ask) for name in _MOST)
-        found = peaks.timed(*most, _Duration(_Real("per-duration", ask)))
+        most = (Real(f"most.{name}", ask) for name in _MOST)
+        found = peaks.timed(*most, _Duration(Real("per-duration", ask)))
         return str(found[place].term)
 
     limits = {
         f"s.{order}": " ".join(["*", literal(Fraction(peaks.TIMING[order - 1])), *["per-duration"] * order])
         for order in (1, 2, 3)
     }
-    declarations = [_SIZE, "(declare-const per-duration Real)"]
+    declarations = [SIZE, "(declare-const per-duration Real)"]
     declarations += [f"(declare-const most.{name} Real)" for name in _MOST]
     declarations += [f"(declare-const {one}.{order} Real)" for one in "ps" for order in (1, 2, 3)]
 
@@ -185,7 +168,7 @@ def _timed(rate: str, code: Code) -> Obligation:
 def _products(_: Code) -> Obligation:
     return Obligation(
         "A product is no larger than that of bounds of its factors; of more than two, by saying so again.",
-        (_SIZE, *(f"(declare-const {name}{what} Real)" for name in "xy" for what in ("", ".size"))),
+        (SIZE, *(f"(declare-const {name}{what} Real)" for name in "xy" for what in ("", ".size"))),
         "(<= (size (* x y)) (* x.size y.size))",
         assumptions={name: f"(<= (size {name}) {name}.size)" for name in "xy"},
     )
@@ -197,10 +180,10 @@ _POINTS: Final = "abcd"
 
 
 def _piece(name: str, code: Code) -> Obligation:
-    bezier = code.module(BEZIER, max=_largest)
+    bezier = code.module(BEZIER, max=largest)
 
     def run(ask: Ask, field: str) -> str:
-        piece = tuple((_Real(point, ask),) for point in _POINTS)
+        piece = tuple((Real(point, ask),) for point in _POINTS)
         return str(getattr(bezier.derivatives(piece), field)[0].term)
 
     order = _MOST.index(name) + 1
@@ -214,7 +197,7 @@ def _piece(name: str, code: Code) -> Obligation:
     return Obligation(
         f"`derivatives` bounds the {name} derivative of a cubic piece wherever it is, by its parameter x.",
         (
-            _SIZE,
+            SIZE,
             *(f"(declare-const {point} Real)" for point in _POINTS),
             "(declare-const x Real)",
             "(define-fun y () Real (- 1.0 x))",
@@ -222,16 +205,8 @@ def _piece(name: str, code: Code) -> Obligation:
         f"(<= (size {exact}) bound)",
         tables=(Table("bound", "Real", explore(partial(run, field=field))),),
         assumptions={"on-the-piece": "(<= 0.0 x 1.0)"},
-        logic=_POLYNOMIALS,
+        logic=POLYNOMIALS,
     )
-
-
-def _largest(*values: Any) -> Any:
-    """Stands for `max`."""
-    first, *others = values
-    for other in others:
-        first = first._with("ite", other <= first, first, other)
-    return first
 
 
 _TIMED: dict[str, Callable[[Code], Obligation]] = {f"timed-{one}": partial(_timed, one) for one in _RATES}

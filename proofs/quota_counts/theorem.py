@@ -8,65 +8,33 @@ from functools import partial
 from types import ModuleType, SimpleNamespace
 from typing import Any, Final, cast
 
-from aeros.spec.doubles import neighbours
 from aeros.spec.model import Quota
 from aeros.spec.theorems.exploring import Ask, Symbol, explore
 from aeros.spec.theorems.formulas import literal
 from aeros.spec.theorems.shipped import Code, Mutant
 from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+from proofs import windows
 
 USAGE: Final = "aeros.runtime.usage"
-WINDOW: Final = "aeros.runtime.window"
 
 # A window of time.
 
 
-class _Double(Symbol):
-    """A double; what is added and subtracted is rounded."""
-
-    __slots__ = ()
-
-    def __sub__(self, other: Any) -> _Double:
-        return _Double(f"(rounded (- {self.term} {other.term}))", self.ask)
-
-    def __add__(self, other: Any) -> _Double:
-        return _Double(f"(rounded (+ {self.term} {other.term}))", self.ask)
-
-
-_LENGTHS: Final = {"a-double": Fraction(10), "no-double": Fraction(1, 10)}
-
-
 def _window(length: Fraction, code: Code) -> Obligation:
-    window = code.module(WINDOW, Fraction=lambda value: Symbol(value.term, value.ask))
+    window = windows.window_module(code)
 
     def run(ask: Ask) -> str:
         made = window.Window(length)
-        return literal(bool(made.spans(_Double("earlier", ask), _Double("later", ask))))
+        return literal(bool(made.spans(windows.Double("earlier", ask), windows.Double("later", ask))))
 
-    apart = "(- later earlier)"
-    share = f"(rounded (- (rounded {apart}) later))"
-    corrected = f"(rounded (- later (rounded (- (rounded {apart}) {share}))))"
-    error = f"(rounded (- {corrected} (rounded (+ earlier {share}))))"
-    bounds = dict(zip(("below", "above"), map(Fraction, neighbours(length)), strict=True))
+    bounds = windows.bounds_of(length)
     return Obligation(
         f"`Window.spans` exactly where one time is at most {length} s after another; that is\n"
         f"{'a double' if bounds['below'] == bounds['above'] else 'no double'}.",
-        (
-            "(declare-const earlier Real)",
-            "(declare-const later Real)",
-            "(declare-fun rounded (Real) Real)",
-        ),
-        f"(= spans (<= {apart} {literal(length)}))",
+        windows.TIMES,
+        f"(= spans (<= {windows.APART} {literal(length)}))",
         tables=(Table("spans", "Bool", explore(run)),),
-        assumptions={
-            **{
-                f"rounding-keeps-order.{name}": f"(and (=> (<= {apart} {literal(one)})"
-                f" (<= (rounded {apart}) {literal(one)}))"
-                f" (=> (>= {apart} {literal(one)}) (>= (rounded {apart}) {literal(one)})))"
-                for name, one in bounds.items()
-            },
-            "twosum": f"(= {error} (- {apart} (rounded {apart})))",
-        },
+        assumptions=windows.rounding(length),
     )
 
 
@@ -207,7 +175,7 @@ THEOREM = Theorem(
         "begins": _begins,
         "executed": _executed,
         "count": _count,
-        **{f"window-of-{name}": partial(_window, length) for name, length in _LENGTHS.items()},
+        **{f"window-of-{name}": partial(_window, length) for name, length in windows.LENGTHS.items()},
     },
     (
         Mutant(
@@ -234,14 +202,14 @@ THEOREM = Theorem(
         Mutant(
             "takes-a-rounded-difference-for-the-difference",
             "window-of-no-double",
-            WINDOW,
+            windows.WINDOW,
             "apart < self.surely or (",
             "apart <= self.surely or (",
         ),
         Mutant(
             "has-an-open-window",
             "window-of-a-double",
-            WINDOW,
+            windows.WINDOW,
             "(earlier + share) <= 0.0",
             "(earlier + share) < 0.0",
         ),

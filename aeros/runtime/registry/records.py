@@ -74,6 +74,7 @@ class Records:
         with self._open() as database:
             if database is None:
                 return Snapshot()
+            database.execute("BEGIN")  # what another process changes meanwhile is seen whole, or not at all
             policy = database.execute("SELECT generation, site FROM policy").fetchone()
             modules = database.execute(
                 "SELECT name, version, digest, folder, state FROM modules ORDER BY name"

@@ -88,8 +88,7 @@ class Registry:
         snapshot = self.snapshot()
         if snapshot.generation == live.generation:
             return snapshot
-        with _opened(self.folder / _LOCK) as lock, suppress(BlockingIOError):
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        with suppress(BlockingIOError), _locked(self.folder / _LOCK, fcntl.LOCK_NB):
             live.publish(self.snapshot().generation)
         return None
 
@@ -276,10 +275,8 @@ class Registry:
     def _changing(self) -> Iterator[Snapshot]:
         """One change at a time; what stood in the folder before stays if it is refused."""
         was_there = self.folder.exists()
-        self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        with _opened(self.folder / _LOCK) as lock:
+        with _locked(self.folder / _LOCK):
             try:
-                fcntl.flock(lock, fcntl.LOCK_EX)
                 yield self.snapshot()
             except BaseException:
                 if not was_there:
@@ -289,12 +286,43 @@ class Registry:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[int]:
-    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+def _locked(path: Path, how: int = 0) -> Iterator[None]:
+    """Hold the lock that the file at `path` is, in a folder that is made for it.
+
+    Whoever made the file and was refused has removed it: a lock on what is no longer there is none.
+    """
+    while (lock := _locked_file(path, how)) is None:
+        pass
     try:
-        yield descriptor
+        yield
     finally:
-        os.close(descriptor)
+        os.close(lock)
+
+
+def _locked_file(path: Path, how: int) -> int | None:
+    """The file at `path`, locked; None where that was removed before it could be."""
+    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    try:
+        lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    except FileNotFoundError:
+        return None
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | how)
+        if _is_at(path, lock):
+            return lock
+    except BaseException:
+        os.close(lock)
+        raise
+    os.close(lock)
+    return None
+
+
+def _is_at(path: Path, descriptor: int) -> bool:
+    """Whether the open file is the one that is found there."""
+    try:
+        return os.path.samestat(path.stat(), os.fstat(descriptor))
+    except FileNotFoundError:
+        return False
 
 
 def _with(old: Snapshot, one: Installed) -> Snapshot:

@@ -14,7 +14,7 @@ from aeros.cli.main import main
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.audit_check import GENESIS, end_record
 from aeros.runtime.canonical import canonical
-from aeros.runtime.records import decision_details, session_details
+from aeros.runtime.records import DecisionRecord, decision_details, session_details
 from tests.unit.runtime import bench
 
 REPOSITORY = Path(__file__).parents[3]
@@ -222,10 +222,8 @@ def decided(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         log.append("session-opened", session_details(bench.configuration()))
         for one in asked:
             decision, digest = one.decided_by(bench.gate()), bench.configuration().digest
-            details = decision_details(
-                decision, digest, one.now, one.readings, one.caller, one.action, one.usage
-            )
-            log.append("decision", details)
+            made = DecisionRecord(decision, digest, one.now, one.readings, one.caller, one.action, one.usage)
+            log.append("decision", decision_details(made))
         log.append("step-ended", {"module": "handling", "skill": "slowly", "status": "denied", "reason": "r"})
         log.append("note", {"event": "plan\x1b[2J"})
     return tmp_path

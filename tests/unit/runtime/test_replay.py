@@ -16,7 +16,7 @@ from aeros.runtime.configuration import Configuration, Configurations, UnknownCo
 from aeros.runtime.decision import Caller, Decision, Verdict
 from aeros.runtime.gate import Gate, GateDisagreementError, GateMode
 from aeros.runtime.ports import Reading
-from aeros.runtime.records import decision_details, session_details
+from aeros.runtime.records import DecisionRecord, decision_details, session_details
 from aeros.runtime.replay import Replay
 from aeros.runtime.usage import ClockError, Usage, denied_by_clock
 from aeros.skill import Action
@@ -32,7 +32,9 @@ def decided(parameters: Mapping[str, Any], **state: Any) -> tuple[Decision, dict
     usage = dict.fromkeys((quota.id for quota in bench.configuration().site.quotas), 0)
     decision = bench.gate().decide(CALLER, readings, action, bench.NOW, usage)
     digest = bench.configuration().digest
-    return decision, decision_details(decision, digest, bench.NOW, readings, CALLER, action, usage)
+    return decision, decision_details(
+        DecisionRecord(decision, digest, bench.NOW, readings, CALLER, action, usage)
+    )
 
 
 OPENED = ("session-opened", session_details(bench.configuration()))
@@ -153,10 +155,10 @@ def test_a_clock_that_went_back_denies_again_and_a_new_session_has_a_new_clock(l
     with pytest.raises(ClockError) as wrong:
         clock.count(bench.NOW - 1)
     readings = bench.measured(bench.STATE)
-    denied = decision_details(
+    denied = decision_details(DecisionRecord(
         denied_by_clock(wrong.value), details["configuration"], bench.NOW - 1, readings, CALLER,
         Action("move", {}), None,
-    )  # fmt: skip
+    ))  # fmt: skip
     records = [("decision", details), ("decision", denied)]
     assert replayed(OPENED, *records, OPENED, records[0], path=log).disagreements == []
     (found,) = replayed(records[1], path=log.with_name("other")).disagreements
@@ -205,7 +207,9 @@ def carried(used: int, configuration: Configuration, time: float = bench.NOW) ->
     usage = {"carry-rate": used}
     decision = Gate(configuration).decide(CALLER, readings, action, time, usage)
     digest = configuration.digest
-    return "decision", decision_details(decision, digest, time, readings, CALLER, action, usage)
+    return "decision", decision_details(
+        DecisionRecord(decision, digest, time, readings, CALLER, action, usage)
+    )
 
 
 def test_a_log_is_decided_again_across_changes_of_the_configuration(log: Path) -> None:

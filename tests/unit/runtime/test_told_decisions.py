@@ -11,7 +11,7 @@ from aeros.runtime.audit import AuditLog, verify_log
 from aeros.runtime.canonical import Encoded, canonical
 from aeros.runtime.decision import Caller, Decision, Reason, Verdict
 from aeros.runtime.ports import Completion, Moment, Motionless, Names, Plan, Reading, Readings
-from aeros.runtime.records import decision_details, motion_details
+from aeros.runtime.records import DecisionRecord, decision_details, motion_details
 from aeros.runtime.stated_motion import told_motion
 from aeros.runtime.told_decisions import DecisionTeller
 from aeros.runtime.told_readings import ReadingsTeller
@@ -57,7 +57,7 @@ def _said(
     now: float, readings: Readings, caller: Caller, asked: Action, usage: Any, beside: list[int]
 ) -> dict[str, Any]:
     return {
-        "configuration_digest": "c0ffee",
+        "configuration": "c0ffee",
         "now": now,
         "readings": readings,
         "caller": caller,
@@ -94,10 +94,11 @@ def test_decisions_are_told_as_their_details_are_encoded(tmp_path: Path) -> None
             motion = teller.motion(plan, "", before, decision) if moved else {}
             same = motion_details(before, decision, told_motion(plan, "")) if moved else {}
             said = _said(time, readings, caller, asked, usage, beside)
-            details = teller.tell(decision, **said, motion=motion, causes=())
+            details = teller.tell(DecisionRecord(decision, **said, motion=motion))
             as_text += type(details) is Encoded
             told.append("decision", details)
-            usual.append("decision", decision_details(decision, **said, motion=same, tell=one_by_one.tell))
+            usually = DecisionRecord(decision, **said, motion=same)
+            usual.append("decision", decision_details(usually, one_by_one.tell))
     assert (tmp_path / "told").read_bytes() == (tmp_path / "usual").read_bytes()
     assert verify_log(tmp_path / "told").sound
     assert 200 < as_text < 2700
@@ -108,7 +109,8 @@ def test_what_is_told_as_text_takes_as_much_room_as_it_needs_at_most() -> None:
     readings = {"lid": Reading(True, 1.0), "pot": Reading((0.1, 0.2), 1.0)}
     said = _said(1.0, readings, Caller("dumplings", "wrap", {}), asked, {"grip": 1}, [])
     decision = Decision(Verdict.ALLOW, asked, ())
-    told = DecisionTeller().tell(decision, **said, motion={}, causes=())
+    made = DecisionRecord(decision, **said)
+    told = DecisionTeller().tell(made)
     assert type(told) is Encoded
-    assert told.text.encode() == canonical({"details": decision_details(decision, **said)}, ["state"])[11:-1]
+    assert told.text.encode() == canonical({"details": decision_details(made)}, ["state"])[11:-1]
     assert told.size >= len(told.text)

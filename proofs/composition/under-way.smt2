@@ -1,0 +1,21 @@
+; `Deciding.decide` begins an action only if it obeys by itself, beside all that is under way, those
+; that come to rest included, and in its motion; or it is a protective stop, which ends the others.
+; unsat: proved
+(set-logic ALL)
+(declare-datatypes ((Begins 0)) (((begins) (ends-others) (nothing) (wrong))))
+(declare-const obeys-alone Bool)
+(declare-const motion-obeys Bool)
+(declare-const is-protective Bool)
+(declare-const obeys.first Bool)
+(declare-const obeys.second Bool)
+(declare-const first.is-halting Bool)
+(declare-const second.is-halting Bool)
+(define-fun found.0 () Begins (ite motion-obeys ends-others nothing))
+(define-fun found.1 () Begins (ite motion-obeys begins nothing))
+(define-fun found.2 () Begins (ite obeys.second found.1 nothing))
+(define-fun found.3 () Begins (ite obeys.first found.2 nothing))
+(define-fun found.4 () Begins (ite is-protective found.0 found.3))
+(define-fun found.5 () Begins (ite obeys-alone found.4 nothing))
+(define-fun found () Begins found.5)
+(assert (! (not (= found (ite (and is-protective obeys-alone motion-obeys) ends-others (ite (and (not is-protective) (and obeys-alone motion-obeys obeys.first obeys.second)) begins nothing)))) :named negated-conclusion))
+(check-sat)

@@ -1,0 +1,15 @@
+; `evaluate` of `count within` counts each moment of the window at which its operand holds, once.
+; unsat: proved
+(set-logic ALL)
+(declare-const present Real)
+(declare-const at Real)
+(declare-const is-one Bool)
+(declare-const has-before Bool)
+(declare-const a.held Bool)
+(declare-const b.held Bool)
+(declare-const earlier Bool)
+(define-fun found.0 () Int (ite (<= (- present at) (/ 1 1)) 1 0))
+(define-fun found.1 () Int (ite a.held found.0 0))
+(define-fun found () Int found.1)
+(assert (! (not (= found (ite (and a.held (<= (- present at) (/ 1 1))) 1 0))) :named negated-conclusion))
+(check-sat)

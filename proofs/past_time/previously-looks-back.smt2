@@ -1,0 +1,15 @@
+; `evaluate` of `previously a` is a at the moment before; false at the first.
+; unsat: proved
+(set-logic ALL)
+(declare-const present Real)
+(declare-const at Real)
+(declare-const is-one Bool)
+(declare-const has-before Bool)
+(declare-const a.held Bool)
+(declare-const b.held Bool)
+(declare-const earlier Bool)
+(define-fun found.0 () Bool (ite has-before true false))
+(define-fun found.1 () Bool (ite a.held found.0 false))
+(define-fun found () Bool found.1)
+(assert (! (not (= found (and has-before a.held))) :named negated-conclusion))
+(check-sat)

@@ -1,0 +1,23 @@
+; The code that `_is_recent` writes of 10 s: exactly where a time is that long ago at most;
+; not of what never was.
+; unsat: proved
+(set-logic ALL)
+(declare-const earlier Real)
+(declare-const later Real)
+(declare-fun rounded (Real) Real)
+(declare-datatypes ((Which 0)) (((never) (first) (known))))
+(declare-const which Which)
+(define-fun recent.0 () Bool (ite (= which first) true false))
+(define-fun recent.1 () Bool (ite (<= (rounded (- (rounded (- later (rounded (- (rounded (- later earlier)) (rounded (- (rounded (- later earlier)) later)))))) (rounded (+ earlier (rounded (- (rounded (- later earlier)) later)))))) (/ 0 1)) true false))
+(define-fun recent.2 () Bool (ite (<= (- later earlier) (/ 10 1)) true false))
+(define-fun recent.3 () Bool (ite (= (rounded (- later earlier)) (/ 10 1)) recent.1 recent.2))
+(define-fun recent.4 () Bool (ite (<= (rounded (- later earlier)) (/ 10 1)) recent.3 false))
+(define-fun recent.5 () Bool (ite (< (rounded (- later earlier)) (/ 10 1)) true recent.4))
+(define-fun recent.6 () Bool (ite (= which first) true recent.5))
+(define-fun recent.7 () Bool (ite (= which never) recent.0 recent.6))
+(define-fun recent () Bool recent.7)
+(assert (! (and (=> (<= (- later earlier) (/ 10 1)) (<= (rounded (- later earlier)) (/ 10 1))) (=> (>= (- later earlier) (/ 10 1)) (>= (rounded (- later earlier)) (/ 10 1)))) :named given.rounding-keeps-order.below))
+(assert (! (and (=> (<= (- later earlier) (/ 10 1)) (<= (rounded (- later earlier)) (/ 10 1))) (=> (>= (- later earlier) (/ 10 1)) (>= (rounded (- later earlier)) (/ 10 1)))) :named given.rounding-keeps-order.above))
+(assert (! (= (rounded (- (rounded (- later (rounded (- (rounded (- later earlier)) (rounded (- (rounded (- later earlier)) later)))))) (rounded (+ earlier (rounded (- (rounded (- later earlier)) later)))))) (- (- later earlier) (rounded (- later earlier)))) :named given.twosum))
+(assert (! (not (= recent (or (= which first) (and (= which known) (<= (- later earlier) (/ 10 1)))))) :named negated-conclusion))
+(check-sat)

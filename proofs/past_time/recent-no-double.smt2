@@ -1,0 +1,21 @@
+; The code that `_is_recent` writes of 1/10 s: exactly where a time is that long ago at most;
+; not of what never was.
+; unsat: proved
+(set-logic ALL)
+(declare-const earlier Real)
+(declare-const later Real)
+(declare-fun rounded (Real) Real)
+(declare-datatypes ((Which 0)) (((never) (first) (known))))
+(declare-const which Which)
+(define-fun recent.0 () Bool (ite (= which first) true false))
+(define-fun recent.1 () Bool (ite (<= (- later earlier) (/ 1 10)) true false))
+(define-fun recent.2 () Bool (ite (<= (rounded (- later earlier)) (/ 3602879701896397 36028797018963968)) recent.1 false))
+(define-fun recent.3 () Bool (ite (< (rounded (- later earlier)) (/ 7205759403792793 72057594037927936)) true recent.2))
+(define-fun recent.4 () Bool (ite (= which first) true recent.3))
+(define-fun recent.5 () Bool (ite (= which never) recent.0 recent.4))
+(define-fun recent () Bool recent.5)
+(assert (! (and (=> (<= (- later earlier) (/ 7205759403792793 72057594037927936)) (<= (rounded (- later earlier)) (/ 7205759403792793 72057594037927936))) (=> (>= (- later earlier) (/ 7205759403792793 72057594037927936)) (>= (rounded (- later earlier)) (/ 7205759403792793 72057594037927936)))) :named given.rounding-keeps-order.below))
+(assert (! (and (=> (<= (- later earlier) (/ 3602879701896397 36028797018963968)) (<= (rounded (- later earlier)) (/ 3602879701896397 36028797018963968))) (=> (>= (- later earlier) (/ 3602879701896397 36028797018963968)) (>= (rounded (- later earlier)) (/ 3602879701896397 36028797018963968)))) :named given.rounding-keeps-order.above))
+(assert (! (= (rounded (- (rounded (- later (rounded (- (rounded (- later earlier)) (rounded (- (rounded (- later earlier)) later)))))) (rounded (+ earlier (rounded (- (rounded (- later earlier)) later)))))) (- (- later earlier) (rounded (- later earlier)))) :named given.twosum))
+(assert (! (not (= recent (or (= which first) (and (= which known) (<= (- later earlier) (/ 1 10)))))) :named negated-conclusion))
+(check-sat)

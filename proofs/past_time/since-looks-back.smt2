@@ -1,0 +1,21 @@
+; `evaluate` of `a since b`, at any moment that it looks at: b holds there, or a does and the
+; earlier moments have it so; and it is no longer ago than the window.
+; unsat: proved
+(set-logic ALL)
+(declare-const present Real)
+(declare-const at Real)
+(declare-const is-one Bool)
+(declare-const has-before Bool)
+(declare-const a.held Bool)
+(declare-const b.held Bool)
+(declare-const earlier Bool)
+(define-fun found.0 () Bool (ite (<= (- present at) (/ 1 1)) true false))
+(define-fun found.1 () Bool (ite is-one found.0 false))
+(define-fun found.2 () Bool (ite (<= (- present at) (/ 1 1)) earlier false))
+(define-fun found.3 () Bool (ite is-one found.2 false))
+(define-fun found.4 () Bool (ite b.held found.1 found.3))
+(define-fun found.5 () Bool (ite b.held found.1 false))
+(define-fun found.6 () Bool (ite a.held found.4 found.5))
+(define-fun found () Bool found.6)
+(assert (! (not (= found (and is-one (<= (- present at) (/ 1 1)) (or b.held (and a.held earlier))))) :named negated-conclusion))
+(check-sat)

@@ -1,0 +1,548 @@
+"""A history that is known is what the definition says along the trace: the monitors of theorem 10."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from typing import Final
+
+from aeros.spec.expr import terms as t
+from aeros.spec.theorems.formulas import conjunction, disjunction, implication, literal
+from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+from proofs import monitors, windows
+
+_A, _B = (monitors.past_term(name) for name in "ab")
+_WINDOW: Final = monitors.WINDOW
+
+# The reference, moment by moment.
+
+_LOOKED_AT: Final = (
+    *(f"(declare-const {name} Real)" for name in ("present", "at")),
+    *(f"(declare-const {name} Bool)" for name in ("is-one", "has-before", "a.held", "b.held", "earlier")),
+)
+
+
+def _looks_back(within: Fraction | None, code: Code) -> Obligation:
+    soon = "true" if within is None else f"(<= (- present at) {literal(within)})"
+    return Obligation(
+        "`evaluate` of `a since b`, at any moment that it looks at: b holds there, or a does and the\n"
+        "earlier moments have it so; and it is no longer ago than the window.",
+        _LOOKED_AT,
+        f"(= found (and is-one {soon} (or b.held (and a.held earlier))))",
+        tables=(Table("found", "Bool", monitors.explore_reference(code, t.Since(_A, _B, within))),),
+    )
+
+
+def _counts_each(code: Code) -> Obligation:
+    return Obligation(
+        "`evaluate` of `count within` counts each moment of the window at which its operand holds, once.",
+        _LOOKED_AT,
+        f"(= found (ite (and a.held (<= (- present at) {literal(_WINDOW)})) 1 0))",
+        tables=(Table("found", "Int", monitors.explore_reference(code, t.Occurrences(_A, _WINDOW))),),
+    )
+
+
+def _is_of_before(code: Code) -> Obligation:
+    return Obligation(
+        "`evaluate` of `previously a` is a at the moment before; false at the first.",
+        _LOOKED_AT,
+        "(= found (and has-before a.held))",
+        tables=(Table("found", "Bool", monitors.explore_reference(code, t.Previously(_A))),),
+    )
+
+
+# A look: what is measured at it, and what was missed before it.
+
+
+@dataclass(frozen=True)
+class _Look:
+    """Formulas about a look at the state, by a monitor that reads these variables."""
+
+    read: tuple[str, ...]
+
+    @property
+    def gap(self) -> str:
+        """Some reading did not speak until now."""
+        return disjunction(
+            f"(not (or (= ({one}.spoke before) first) (and ((_ is at) ({one}.spoke before))"
+            f" (<= (- now (when ({one}.spoke before))) max-age))))"
+            for one in self.read
+        )
+
+    @property
+    def whole(self) -> str:
+        """Everything was measured, without a gap."""
+        return conjunction((f"(not {self.gap})", *map(self.measured, self.read)))
+
+    @staticmethod
+    def measured(name: str) -> str:
+        return f"(and {name}.serves (<= (- now {name}.time) max-age))"
+
+    @property
+    def spoken(self) -> str:
+        """What is kept of the readings: when they were, of those that speak now."""
+        return conjunction(
+            f"(= ({one}.spoke after) (ite {self.measured(one)} (at {one}.time) lapsed))" for one in self.read
+        )
+
+    def fresh(self, kept: str) -> str:
+        """There was no moment at which anything could have spoken."""
+        return conjunction(f"(= ({one}.spoke {kept}) first)" for one in self.read)
+
+    @property
+    def stopped(self) -> str:
+        """Nothing that was read speaks, until it is read again."""
+        return conjunction(
+            f"(= ({one}.spoke after) (ite (= ({one}.spoke before) first) first lapsed))" for one in self.read
+        )
+
+    @property
+    def given(self) -> dict[str, str]:
+        """What was measured before was so at a time; what is measured now is so, and the rest is unknown."""
+        return {
+            **{f"{one}-spoke": f"(not (= ({one}.spoke before) never))" for one in self.read},
+            **{
+                f"{one}-is-true": implication(self.measured(one), f"(= {one}.held {one}.value)")
+                for one in self.read
+            },
+        }
+
+
+_CLOCK: Final = "(<= (latest before) now 9007199254740992)"
+_LATER: Final = "(and (<= now later) (<= (latest before) later))"
+
+# `since`, and `once` of it.
+
+
+@dataclass(frozen=True)
+class _Since:
+    """A condition `kept since reset`; of `once`, `kept` is true."""
+
+    term: t.Since
+
+    @property
+    def is_kept(self) -> bool:
+        return self.term.kept == t.TRUE
+
+    @property
+    def look(self) -> _Look:
+        return _Look(("b",) if self.is_kept else ("a", "b"))
+
+    @property
+    def kept(self) -> str:
+        return "true" if self.is_kept else "a.held"
+
+    def soon(self, time: str, present: str) -> str:
+        """Whether that time is in the window."""
+        return "true" if self.term.within is None else f"(<= (- {present} {time}) window)"
+
+    def definitions(self) -> tuple[str, ...]:
+        """What is kept tells of the reference; `held` is that of the trace before, `missed` with the gap."""
+        recent = "((_ is at) time)" if self.term.within is None else "(is-recent time present)"
+        return (
+            f"(define-fun within ((time Time) (present Real)) Bool {recent})",
+            "(define-fun tells ((k Kept) (is Bool) (present Real)) Bool"
+            " (and (=> (within (surely k) present) is) (=> is (within (maybe k) present))))",
+            "(define-fun is-time ((k Kept) (time Time)) Bool"
+            " (or (= time never) (and ((_ is at) time) (<= (when time) (latest k)))))",
+            "(define-fun in-order ((k Kept)) Bool (and (is-time k (surely k)) (is-time k (maybe k))))",
+            f"(define-fun looked ((missed Bool) (present Real)) Bool {self.next('now', 'missed')})",
+            "(define-fun may-be-missed ((held Bool) (missed Bool) (present Real)) Bool"
+            f" (and (=> missed (or held {self.soon('now', 'present')}))"
+            f"{' (=> held missed)' if self.is_kept else ''}))",
+        )
+
+    def next(self, at: str, before: str) -> str:
+        """What `since-looks-back` says, of a moment at that time."""
+        return f"(and {self.soon(at, 'present')} (or b.held (and {self.kept} {before})))"
+
+
+_HELD: Final = tuple(
+    f"(declare-const {what}.{when} Bool)" for what in ("held", "missed") for when in ("now", "later")
+)
+
+
+def _since(since: _Since, code: Code) -> Obligation:
+    look = since.look
+    both = {"now": "now", "later": "later"}
+    return Obligation(
+        "A look: where what was kept told of the reference, now and at any later time, it does so again,\n"
+        "whatever was missed; what is said of now is so; and where all was measured, it is known.",
+        (*monitors.TIMES, *monitors.kept_by(t.Since), *_HELD, *since.definitions()),
+        f"(ite {_CLOCK}"
+        " (and (in-order after) (= (latest after) now)"
+        " (tells after (looked missed.now now) now) (tells after (looked missed.later later) later)"
+        " (=> (not (= (told after) unknown)) (= (told after) (told-of (looked missed.now now))))"
+        f" {look.spoken}"
+        f" (=> (and {look.whole} (= (surely before) (maybe before)))"
+        " (and (= (surely after) (maybe after)) (not (= (told after) unknown)))))"
+        " (and (= (told after) unknown) (= (surely after) (surely before)) (= (maybe after) (maybe before))"
+        f" (= (latest after) (latest before)) {look.stopped}))",
+        tables=(Table("after", "Kept", monitors.explore_step(code, since.term)),),
+        assumptions={
+            "in-order": f"(and (in-order before) {_LATER})",
+            **{f"tells-{one}": implication(_CLOCK, f"(tells before held.{one} {one})") for one in both},
+            **{
+                f"missed-{one}": implication(
+                    _CLOCK,
+                    f"(ite {look.gap} (may-be-missed held.{one} missed.{one} {one})"
+                    f" (= missed.{one} held.{one}))",
+                )
+                for one in both
+            },
+            **look.given,
+        },
+    )
+
+
+def _missed(since: _Since, code: Code) -> Obligation:
+    """An induction over the moments of a gap, of which there may be any number."""
+    return Obligation(
+        "Of a gap that ends now, `may-be-missed` allows whatever the reference makes of any number of\n"
+        "moments in it: of none, and of one more.",
+        (
+            *monitors.TIMES,
+            *monitors.kept_by(t.Since),
+            *since.definitions(),
+            *(f"(declare-const {name} Bool)" for name in ("held", "missed")),
+            *(f"(declare-const {name} Real)" for name in ("present", "time", "one-before")),
+        ),
+        conjunction(
+            (
+                "(may-be-missed held held present)",
+                f"(may-be-missed held {since.next('time', 'missed')} present)",
+                # The reference holds of nothing that is longer ago than the window.
+                implication(since.next("time", "missed"), since.soon("time", "present")),
+            )
+        ),
+        assumptions={
+            "in-the-gap": "(<= one-before time now present)",
+            "so-far": "(may-be-missed held missed present)",
+            "in-the-window": implication("held", since.soon("one-before", "present")),
+        },
+    )
+
+
+def _since_begins(code: Code) -> Obligation:
+    since = _SINCE["since"]
+    return Obligation(
+        "Before the first moment `since` holds of nothing, and nothing was missed.",
+        (*monitors.TIMES, *monitors.kept_by(t.Since), *since.definitions()),
+        f"(and (in-order begins) (tells begins false later) {since.look.fresh('begins')})",
+        tables=(Table("begins", "Kept", monitors.explore_beginning(code, since.term)),),
+    )
+
+
+# `count within`.
+
+_COUNTED: Final = (
+    *monitors.TIMES,
+    *monitors.kept_by(t.Occurrences),
+    *(f"(declare-const {what}.{when} Int)" for what in ("happened", "missed") for when in ("now", "later")),
+    "(define-fun in-window ((time Real) (present Real)) Int (ite (<= (- present time) window) 1 0))",
+    "(define-fun counted ((k Kept) (present Real)) Int"
+    " (+ (ite (<= 1 (number k)) (in-window (oldest k) present) 0)"
+    " (ite (<= 2 (number k)) (in-window (newest k) present) 0)))",
+    "(define-fun tells ((k Kept) (happened Int) (present Real)) Bool"
+    " (or (is-recent (uncounted k) present) (= happened (counted k present))))",
+    "(define-fun in-order ((k Kept)) Bool (and (<= 0 (number k) 2)"
+    " (=> (<= 1 (number k)) (<= (oldest k) (latest k)))"
+    " (=> (<= 2 (number k)) (<= (oldest k) (newest k) (latest k)))"
+    " (or (= (uncounted k) never) (and ((_ is at) (uncounted k)) (<= (when (uncounted k)) (latest k))))))",
+    "(define-fun looked ((missed Int) (present Real)) Int (+ missed (ite a.held (in-window now present) 0)))",
+)
+
+
+def _count(code: Code) -> Obligation:
+    look = _Look(("a",))
+    both = ("now", "later")
+    return Obligation(
+        "A look: where what was kept told how often it happened in the window, now and at any later time,\n"
+        "it does so again, whatever was missed; what is said of now is so; and where all was measured,\n"
+        "and is no more than is kept, it is known.",
+        _COUNTED,
+        f"(ite {_CLOCK}"
+        " (and (in-order after) (= (latest after) now)"
+        " (tells after (looked missed.now now) now) (tells after (looked missed.later later) later)"
+        " (=> (not (= (told after) (- 1))) (= (told after) (looked missed.now now)))"
+        f" {look.spoken}"
+        f" (=> (and {look.whole} (not (is-recent (uncounted before) now)) (<= (looked missed.now now) 2))"
+        " (and (not (= (told after) (- 1))) (= (uncounted after) (uncounted before)))))"
+        " (and (= (told after) (- 1)) (tells after happened.later later) (in-order after)"
+        f" (= (latest after) (latest before)) {look.stopped}))",
+        tables=(Table("after", "Kept", monitors.explore_step(code, t.Occurrences(_A, _WINDOW))),),
+        assumptions={
+            "in-order": f"(and (in-order before) {_LATER})",
+            **{f"tells-{one}": f"(tells before happened.{one} {one})" for one in both},
+            **{
+                f"missed-{one}": f"(and (<= 0 happened.{one} missed.{one})"
+                f" (=> (< happened.{one} missed.{one}) (and {look.gap} (<= (- {one} now) window))))"
+                for one in both
+            },
+            **look.given,
+        },
+    )
+
+
+def _count_begins(code: Code) -> Obligation:
+    return Obligation(
+        "Before the first moment nothing has happened, and nothing was missed.",
+        _COUNTED,
+        f"(and (in-order begins) (tells begins 0 later) {_Look(('a',)).fresh('begins')}"
+        " (= (uncounted begins) never))",
+        tables=(Table("begins", "Kept", monitors.explore_beginning(code, t.Occurrences(_A, _WINDOW))),),
+    )
+
+
+# `previously`.
+
+
+def _previously(code: Code) -> Obligation:
+    look = _Look(("a",))
+    return Obligation(
+        "A look: what is said is a at the moment before, unknown where something was missed; what is kept\n"
+        "of this moment is a, where that was measured.",
+        (
+            *monitors.TIMES,
+            *monitors.kept_by(t.Previously),
+            *(f"(declare-const {name} Bool)" for name in ("held", "missed")),
+        ),
+        f"(ite {_CLOCK}"
+        " (and (= (latest after) now) (=> (not (= (told after) unknown)) (= (told after) (told-of missed)))"
+        " (=> (not (= (last after) unknown)) (= (last after) (told-of a.held)))"
+        f" {look.spoken}"
+        f" (=> (and {look.whole} (not (= (last before) unknown)))"
+        " (not (or (= (told after) unknown) (= (last after) unknown)))))"
+        " (and (= (told after) unknown) (= (last after) (last before))"
+        f" (= (latest after) (latest before)) {look.stopped}))",
+        tables=(Table("after", "Kept", monitors.explore_step(code, t.Previously(_A))),),
+        assumptions={
+            "tells": "(=> (not (= (last before) unknown)) (= (last before) (told-of held)))",
+            "missed": f"(=> (not {look.gap}) (= missed held))",
+            **look.given,
+        },
+    )
+
+
+def _previously_begins(code: Code) -> Obligation:
+    return Obligation(
+        "Before the first moment nothing was so, and nothing was missed.",
+        (*monitors.TIMES, *monitors.kept_by(t.Previously)),
+        f"(and (= (last begins) no) {_Look(('a',)).fresh('begins')})",
+        tables=(Table("begins", "Kept", monitors.explore_beginning(code, t.Previously(_A))),),
+    )
+
+
+# Windows, and whole traces.
+
+
+def _recent(length: Fraction, code: Code) -> Obligation:
+    return Obligation(
+        f"The code that `_is_recent` writes of {length} s: exactly where a time is that long ago at most;\n"
+        "not of what never was.",
+        (
+            *windows.TIMES,
+            "(declare-datatypes ((Which 0)) (((never) (first) (known))))",
+            "(declare-const which Which)",
+        ),
+        f"(= recent (or (= which first) (and (= which known) (<= {windows.APART} {literal(length)}))))",
+        tables=(Table("recent", "Bool", monitors.explore_recent(code, length)),),
+        assumptions=windows.rounding(length),
+    )
+
+
+@dataclass(frozen=True)
+class _Trace:
+    """A condition as people write it, and what it means at the last of so many moments."""
+
+    text: str
+    moments: int
+    means: Callable[[int], str]
+
+
+def _soon(last: int, number: int) -> str:
+    return f"(<= (- time.{last} time.{number}) 1.0)"
+
+
+def _since_means(last: int, *, within: bool) -> str:
+    return disjunction(
+        conjunction(
+            (
+                _soon(last, number) if within else "true",
+                f"b.{number}",
+                *(f"a.{after}" for after in range(number + 1, last + 1)),
+            )
+        )
+        for number in range(last + 1)
+    )
+
+
+def _once_means(last: int) -> str:
+    return disjunction(f"(and {_soon(last, number)} a.{number})" for number in range(last + 1))
+
+
+def _historically_means(last: int) -> str:
+    return conjunction(implication(_soon(last, number), f"a.{number}") for number in range(last + 1))
+
+
+def _count_means(last: int) -> str:
+    each = (f"(ite (and {_soon(last, number)} a.{number}) 1 0)" for number in range(last + 1))
+    return f"(= 2 (+ {' '.join(each)}))"
+
+
+def _nested_means(last: int) -> str:
+    once = (f"(and {_soon(last, number)} a.{number} b.{number - 1})" for number in range(1, last + 1))
+    return f"(and {disjunction(once)} (not a.{last - 1}))"
+
+
+_TRACES: Final = {
+    "since": _Trace("a since within 1 s b", 3, partial(_since_means, within=True)),
+    "since-ever": _Trace("a since b", 4, partial(_since_means, within=False)),
+    "once": _Trace("once within 1 s a", 4, _once_means),
+    "historically": _Trace("historically within 1 s a", 4, _historically_means),
+    "count": _Trace("count within 1 s (a) == 2", 4, _count_means),
+    "previously": _Trace("previously a", 4, lambda last: f"a.{last - 1}"),
+    "nested": _Trace("once within 1 s (a and previously b) and not previously a", 3, _nested_means),
+}
+
+
+def _trace(trace: _Trace, code: Code) -> Obligation:
+    numbers = range(trace.moments)
+    times = [f"time.{number}" for number in numbers]
+    return Obligation(
+        f"`{trace.text}`, as parser and type checker make it:\n"
+        f"along any {trace.moments} measured moments, monitors and `evaluate` say what it means.",
+        (
+            *monitors.TOLD,
+            *(f"(declare-const {time} Real)" for time in times),
+            *(f"(declare-const {name}.{number} Bool)" for name in "ab" for number in numbers),
+        ),
+        f"(= found (told-of {trace.means(trace.moments - 1)}))",
+        tables=(Table("found", "Told", monitors.explore_traces(code, trace.text, trace.moments)),),
+        assumptions={"in-order": f"(<= (- 9007199254740992) {' '.join(times)} 9007199254740992)"},
+    )
+
+
+_SINCE: Final = {
+    "since": _Since(t.Since(_A, _B, _WINDOW)),
+    "since-ever": _Since(t.Since(_A, _B, None)),
+    "once": _Since(t.Since(t.TRUE, _B, _WINDOW)),
+    "once-ever": _Since(t.Since(t.TRUE, _B, None)),
+}
+
+_MADE: dict[str, Callable[[Code], Obligation]] = {
+    "since-looks-back": partial(_looks_back, _WINDOW),
+    "since-ever-looks-back": partial(_looks_back, None),
+    "count-looks-back": _counts_each,
+    "previously-looks-back": _is_of_before,
+    **{f"{name}-missed": partial(_missed, one) for name, one in _SINCE.items()},
+    **{name: partial(_since, one) for name, one in _SINCE.items()},
+    "since-begins": _since_begins,
+    "count-begins": _count_begins,
+    "count": _count,
+    "previously-begins": _previously_begins,
+    "previously": _previously,
+    **{f"recent-{name}": partial(_recent, length) for name, length in windows.LENGTHS.items()},
+    **{f"traces-of-{name}": partial(_trace, one) for name, one in _TRACES.items()},
+}
+
+THEOREM = Theorem(
+    "a history that is known is what the definition says along the whole trace, in bounded memory",
+    _MADE,
+    (
+        Mutant(
+            "has-an-open-window",
+            "since-looks-back",
+            monitors.SEMANTICS,
+            "_age(trace, end) > within:",
+            "_age(trace, end) >= within:",
+        ),
+        Mutant(
+            "counts-what-is-longer-ago",
+            "count-looks-back",
+            monitors.SEMANTICS,
+            "if _age(looked_at, end) <= within]",
+            "if _age(looked_at, end) <= 2 * within]",
+        ),
+        Mutant(
+            "starts-again-only-where-it-is-known-not-to-be-kept",
+            "since",
+            monitors.HISTORY,
+            "if {kept} is not True: surely{number} = -inf",
+            "if {kept} is False: surely{number} = -inf",
+        ),
+        Mutant(
+            "takes-what-nobody-measured-for-not-so",
+            "once",
+            monitors.HISTORY,
+            "if {reset} is not False: maybe{number} = exactly",
+            "if {reset} is True: maybe{number} = exactly",
+        ),
+        Mutant(
+            "forgets-that-it-is-not-kept-any-more",
+            "since-ever",
+            monitors.HISTORY,
+            'self.line(f"if {kept} is False: maybe{number} = -inf")',
+            "pass",
+        ),
+        Mutant(
+            "overlooks-a-gap",
+            "once-ever",
+            monitors.HISTORY,
+            'f"g{number} = p{number} is None or not {spoke_until_now}"',
+            'f"g{number} = p{number} is None"',
+        ),
+        Mutant(
+            "has-readings-speak-on-while-there-is-no-time",
+            "previously",
+            monitors.HISTORY,
+            "if p{number} != inf: p{number} = None",
+            "pass",
+        ),
+        Mutant(
+            "says-what-is-so-now",
+            "previously",
+            monitors.HISTORY,
+            'self.line(f"if h{number} is not None: known[{one.declared.name!r}] = h{number}")',
+            'self.line(f"if last{number} is not None: known[{one.declared.name!r}] = last{number}")',
+        ),
+        Mutant(
+            "keeps-one-time-too-few",
+            "count",
+            monitors.HISTORY,
+            'f"if len({times}) > {most}: ',
+            'f"if len({times}) >= {most}: ',
+        ),
+        Mutant(
+            "forgets-that-more-happened-than-is-kept",
+            "count",
+            monitors.HISTORY,
+            "{uncounted} = max({uncounted}, {times}.popleft())",
+            "{times}.popleft()",
+        ),
+        Mutant(
+            "takes-a-rounded-difference-for-the-difference",
+            "recent-no-double",
+            monitors.HISTORY,
+            'f"({quick} or (apart <= {window.maybe!r} and {spans}({time}, exactly)))"',
+            'f"({quick} or apart <= {window.maybe!r})"',
+        ),
+        Mutant(
+            "holds-where-it-held-once",
+            "traces-of-historically",
+            monitors.CHECK,
+            "term = t.Not(t.Since(t.TRUE, t.Not(operands[0]), within))",
+            "term = t.Not(t.Since(t.TRUE, operands[0], within))",
+        ),
+        Mutant(
+            "keeps-one-history-for-all",
+            "traces-of-nested",
+            monitors.PAST,
+            "if name in self._kept:\n            return self._kept[name].declared.variable",
+            "if name and self._kept:\n            return self.kept[0].declared.variable",
+        ),
+    ),
+)

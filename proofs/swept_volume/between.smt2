@@ -1,0 +1,21 @@
+; By weights that are not negative, and one together, four numbers mix to none that is larger than
+; each is at most.
+; unsat: proved
+(set-logic ALL)
+(declare-const most Real)
+(declare-const weighted0 Real)
+(declare-const weighted1 Real)
+(declare-const weighted2 Real)
+(declare-const weighted3 Real)
+(declare-const weighted.most0 Real)
+(declare-const weighted.most1 Real)
+(declare-const weighted.most2 Real)
+(declare-const weighted.most3 Real)
+(define-fun size ((x Real)) Real (ite (<= 0 x) x (- x)))
+(assert (! (= (+ weighted.most0 weighted.most1 weighted.most2 weighted.most3) most) :named given.one-together))
+(assert (! (<= (- weighted.most0) weighted0 weighted.most0) :named given.grows0))
+(assert (! (<= (- weighted.most1) weighted1 weighted.most1) :named given.grows1))
+(assert (! (<= (- weighted.most2) weighted2 weighted.most2) :named given.grows2))
+(assert (! (<= (- weighted.most3) weighted3 weighted.most3) :named given.grows3))
+(assert (! (not (<= (size (+ weighted0 weighted1 weighted2 weighted3)) most)) :named negated-conclusion))
+(check-sat)

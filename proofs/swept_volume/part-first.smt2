@@ -1,0 +1,15 @@
+; `halves`: the first of a piece is where that is.
+; unsat: proved
+(set-logic ALL)
+(declare-const x Real)
+(declare-const u Real)
+(declare-const a Real)
+(declare-const b Real)
+(declare-const c Real)
+(declare-const d Real)
+(define-fun part.a () Real a)
+(define-fun part.b () Real (/ (+ a b) (/ 2 1)))
+(define-fun part.c () Real (/ (+ (/ (+ a b) (/ 2 1)) (/ (+ b c) (/ 2 1))) (/ 2 1)))
+(define-fun part.d () Real (/ (+ (/ (+ (/ (+ a b) (/ 2 1)) (/ (+ b c) (/ 2 1))) (/ 2 1)) (/ (+ (/ (+ b c) (/ 2 1)) (/ (+ c d) (/ 2 1))) (/ 2 1))) (/ 2 1)))
+(assert (! (not (= (+ (* (- 1.0 x) (- 1.0 x) (- 1.0 x) part.a) (* 3.0 (- 1.0 x) (- 1.0 x) x part.b) (* 3.0 (- 1.0 x) x x part.c) (* x x x part.d)) (+ (* (- 1.0 (/ x 2.0)) (- 1.0 (/ x 2.0)) (- 1.0 (/ x 2.0)) a) (* 3.0 (- 1.0 (/ x 2.0)) (- 1.0 (/ x 2.0)) (/ x 2.0) b) (* 3.0 (- 1.0 (/ x 2.0)) (/ x 2.0) (/ x 2.0) c) (* (/ x 2.0) (/ x 2.0) (/ x 2.0) d)))) :named negated-conclusion))
+(check-sat)

@@ -1,0 +1,15 @@
+; `_end_of`: the rest of a piece is where that is.
+; unsat: proved
+(set-logic ALL)
+(declare-const x Real)
+(declare-const u Real)
+(declare-const a Real)
+(declare-const b Real)
+(declare-const c Real)
+(declare-const d Real)
+(define-fun part.a () Real (+ (+ (+ a (* u (- b a))) (* u (- (+ b (* u (- c b))) (+ a (* u (- b a)))))) (* u (- (+ (+ b (* u (- c b))) (* u (- (+ c (* u (- d c))) (+ b (* u (- c b)))))) (+ (+ a (* u (- b a))) (* u (- (+ b (* u (- c b))) (+ a (* u (- b a))))))))))
+(define-fun part.b () Real (+ (+ b (* u (- c b))) (* u (- (+ c (* u (- d c))) (+ b (* u (- c b)))))))
+(define-fun part.c () Real (+ c (* u (- d c))))
+(define-fun part.d () Real d)
+(assert (! (not (= (+ (* (- 1.0 x) (- 1.0 x) (- 1.0 x) part.a) (* 3.0 (- 1.0 x) (- 1.0 x) x part.b) (* 3.0 (- 1.0 x) x x part.c) (* x x x part.d)) (+ (* (- 1.0 (+ u (* (- 1.0 u) x))) (- 1.0 (+ u (* (- 1.0 u) x))) (- 1.0 (+ u (* (- 1.0 u) x))) a) (* 3.0 (- 1.0 (+ u (* (- 1.0 u) x))) (- 1.0 (+ u (* (- 1.0 u) x))) (+ u (* (- 1.0 u) x)) b) (* 3.0 (- 1.0 (+ u (* (- 1.0 u) x))) (+ u (* (- 1.0 u) x)) (+ u (* (- 1.0 u) x)) c) (* (+ u (* (- 1.0 u) x)) (+ u (* (- 1.0 u) x)) (+ u (* (- 1.0 u) x)) d)))) :named negated-conclusion))
+(check-sat)
