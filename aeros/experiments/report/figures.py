@@ -17,6 +17,8 @@ _PANEL = 110
 def sweep(one: Mapping[str, Any]) -> str:
     """Mean success over tasks along what is varied: exact as lines, measured as points with intervals."""
     means = [mean for mean in one["means"] if mean["at"]]
+    if not means:  # some rows of it alone
+        return intervals(one)
     variants = list(dict.fromkeys(mean["variant"] for mean in means))
     places = sorted({mean["at"] for mean in means}, key=float)
     x_of = {at: _LEFT + _WIDE * (place + 1) / (len(places) + 1) for place, at in enumerate(places)}

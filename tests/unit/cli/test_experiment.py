@@ -98,6 +98,14 @@ def test_correlated_failures_stand_beside_what_independence_would_come_to(tmp_pa
     assert "dotted: if attempts were independent" in drawn
 
 
+@pytest.mark.parametrize("condition", ["8/flat/fetch_object/0.10", "13/flat/fetch_object/8"])
+def test_one_condition_of_what_is_varied_has_a_figure_of_its_own(tmp_path: Path, condition: str) -> None:
+    assert run(tmp_path, condition) == Exit.PROVED
+    number = condition.partition("/")[0]
+    drawn = (tmp_path / "figures" / f"experiment-{number}.svg").read_text(encoding="utf-8")
+    assert drawn.count("<circle") == 1
+
+
 def test_kills_are_tried_on_real_processes(tmp_path: Path) -> None:
     options = ("--trials", "1", "--workers", "1", "--ecms", ECMS, "--out", str(tmp_path))
     assert main(["experiment", "12/agent", *options]) == Exit.PROVED
