@@ -1,7 +1,8 @@
 """Plans as JSON: how they are shown to people and programs, and read from whom nothing is taken on trust.
 
     plan ::= [part, …]
-    part ::= {"skill": "MODULE.SKILL", "inputs": {…}, "retry": 0, "on_failure": "SKILL" or null}
+    part ::= {"skill": "MODULE.SKILL", "inputs": {…}, "retry": 0, "on_failure": "SKILL" or null,
+              "unless": "CONDITION" where the step is left out if that is measured when its turn comes}
            | {"if": "CONDITION", "then": plan, "else": plan or null} | {"seq": plan}
 
 What is read has this form and no more: a key too many, a number where text belongs, or a condition that is
@@ -22,6 +23,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.check import check
 from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 from aeros.spec.expr.scope import ExpressionTypeError
+from aeros.spec.expr.spell import spell
 from aeros.spec.expr.types import BOOL
 from aeros.spec.model import Site
 from aeros.spec.parts import If, Seq
@@ -43,7 +45,8 @@ def _form_of(part: Part) -> dict[str, Any]:
         case Step():
             inputs = {name: plain(value) for name, value in part.inputs.items()}
             skill = f"{part.module}.{part.skill}"
-            return {"skill": skill, "inputs": inputs, "retry": part.retry, "on_failure": part.on_failure}
+            form = {"skill": skill, "inputs": inputs, "retry": part.retry, "on_failure": part.on_failure}
+            return form if part.unless is None else {**form, "unless": spell(part.unless)}
         case If(text=text, then=then, otherwise=otherwise):
             other = None if otherwise is None else _inner(otherwise)
             return {"if": text, "then": _inner(then), "else": other}
@@ -106,35 +109,35 @@ class _Reading:
         if "seq" in form:
             _only(form, {"seq"}, place)
             return Seq(self.parts(form["seq"], f"{place}.seq", level + 1))
-        return _step(form, place)
+        return self._step(form, place)
+
+    def _step(self, form: Mapping[str, Any], place: str) -> Step:
+        _only(form, {"skill", "inputs", "retry", "on_failure", "unless"}, place)
+        module, dot, skill = _text(form, "skill", place).partition(".")
+        if not dot:
+            raise MalformedPlanError(f"`{place}.skill` is not of the form MODULE.SKILL")
+        inputs, retry = form.get("inputs", {}), form.get("retry", 0)
+        if type(inputs) is not dict:
+            raise MalformedPlanError(f"`{place}.inputs` is no object")
+        if type(retry) is not int:
+            raise MalformedPlanError(f"`{place}.retry` is no whole number")
+        on_failure = None if form.get("on_failure") is None else _text(form, "on_failure", place)
+        unless = None if form.get("unless") is None else self._condition(form, "unless", place)
+        return Step(module, skill, inputs, retry, on_failure, unless)
 
     def _if(self, form: Mapping[str, Any], place: str, level: int) -> Part:
         _only(form, {"if", "then", "else"}, place)
-        text = _text(form, "if", place)
+        condition = self._condition(form, "if", place)
         then = Seq(self.parts(form.get("then"), f"{place}.then", level + 1))
         other = form.get("else")
         otherwise = None if other is None else Seq(self.parts(other, f"{place}.else", level + 1))
-        return If(self._condition(text, place), text, then, otherwise, PLANNED)
+        return If(condition, form["if"], then, otherwise, PLANNED)
 
-    def _condition(self, text: str, place: str) -> t.Term:
+    def _condition(self, form: Mapping[str, Any], key: str, place: str) -> t.Term:
         try:
-            return check(parse(text), self._scope, BOOL)
+            return check(parse(_text(form, key, place)), self._scope, BOOL)
         except (ExpressionSyntaxError, ExpressionTypeError) as fault:
-            raise MalformedPlanError(f"`{place}.if` is no condition: {fault.message}") from fault
-
-
-def _step(form: Mapping[str, Any], place: str) -> Step:
-    _only(form, {"skill", "inputs", "retry", "on_failure"}, place)
-    module, dot, skill = _text(form, "skill", place).partition(".")
-    if not dot:
-        raise MalformedPlanError(f"`{place}.skill` is not of the form MODULE.SKILL")
-    inputs, retry = form.get("inputs", {}), form.get("retry", 0)
-    if type(inputs) is not dict:
-        raise MalformedPlanError(f"`{place}.inputs` is no object")
-    if type(retry) is not int:
-        raise MalformedPlanError(f"`{place}.retry` is no whole number")
-    on_failure = None if form.get("on_failure") is None else _text(form, "on_failure", place)
-    return Step(module, skill, inputs, retry, on_failure)
+            raise MalformedPlanError(f"`{place}.{key}` is no condition: {fault.message}") from fault
 
 
 def _only(form: Mapping[str, Any], known: set[str], place: str) -> None:

@@ -69,8 +69,8 @@ class ShippedAgent:
         replans = self._limited(model.site).limits.replans
         if self._within is not None and first >= self._within and again >= self._within:
             return Prediction(*map(Fraction, (0, 0, 0, 0, replans)))
-        if self._within is not None:
-            raise NotExploredError("a plan that is made beside comes back without the `unless` of its rules")
+        if self._within is not None and max(first, again) >= self._within:
+            raise NotExploredError("what is left of the plan before is followed in place of one that is late")
         rules = tuple(
             replace(
                 rule, retry=self._most(rule.retry), on_failure=rule.on_failure if self._recovery else None

@@ -16,6 +16,7 @@ WHERE = "wrapper_aligned and area == pot"
 GRAPH = TaskGraph(
     (
         Step("dumpling", "prepare"),
+        Step("dumpling", "wrap", unless=term(f"{WHERE} or not wrapper_aligned")),
         Seq((Step("dumpling", "boil", {"force": 0.1}, retry=2, on_failure="recover"),)),
         If(term(WHERE), WHERE, Seq((Step("dumpling", "wrap"),)), Seq(()), PLANNED),
         If(term(WHERE), WHERE, Seq(()), None, PLANNED),
@@ -47,6 +48,8 @@ STEP = {"skill": "dumpling.prepare"}
         ([STEP | {"retry": True}], "`plan[0].retry` is no whole number"),
         ([STEP | {"retry": 1.0}], "`plan[0].retry` is no whole number"),
         ([STEP | {"on_failure": ["recover"]}], "`plan[0].on_failure` is no text"),
+        ([STEP | {"unless": True}], "`plan[0].unless` is no text"),
+        ([STEP | {"unless": "fill_level"}], "`plan[0].unless` is no condition"),
         ([{"if": "wrapper_aligned", "then": [7]}], "`plan[0].then[0]` is no object"),
         ([{"if": "wrapper_aligned"}], "`plan[0].then` is no list of steps"),
         ([{"if": "fill_level", "then": []}], "`plan[0].if` is no condition"),

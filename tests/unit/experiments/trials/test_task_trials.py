@@ -80,7 +80,17 @@ def test_in_place_of_a_plan_that_is_late_the_rest_of_the_one_before_is_followed(
     in_time = trials(range(1), **{**changed, "options": {**options, "again": 0.0}})
     assert (found["late"], found["replans"]) == (2, 2)
     assert (in_time[0]["late"], in_time[0]["replans"], in_time[0]["steps"]) == (0, 2, found["steps"])
-    assert "without the `unless`" in str(KIND.expected(condition(**changed), premises()))
+    assert "what is left of the plan before" in str(KIND.expected(condition(**changed), premises()))
+
+
+def test_a_plan_that_is_made_beside_is_followed_as_one_that_is_made_here() -> None:
+    changed = {"architecture": "aeros", "rate": "0"}
+    options = {"within": 1.5, "first": 0.0, "again": 0.0}
+    (here,), (beside,) = (trials(range(1), **changed, options=one) for one in ({}, options))
+    assert beside["steps"] == here["steps"]
+    assert KIND.expected(condition(**changed, options=options), premises()) == KIND.expected(
+        condition(**changed), premises()
+    )
 
 
 def test_without_a_first_plan_nothing_is_begun_as_is_predicted() -> None:
