@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from fractions import Fraction
 from functools import reduce
 from typing import Any, Final
@@ -33,12 +33,19 @@ class Real(Symbol):
 
 def largest(*values: Any) -> Any:
     """Stands for `max`."""
+    return _chosen(values, lambda first, other, found: first._with("<=", other, found))
+
+
+def smallest(*values: Any) -> Any:
+    """Stands for `min`."""
+    return _chosen(values, lambda first, other, found: first._with("<=", found, other))
+
+
+def _chosen(values: tuple[Any, ...], stays: Callable[[Symbol, Any, Any], Symbol]) -> Any:
+    """Of them, or of those in the only one of them, what each other one lets stay."""
     several = list(values[0]) if len(values) == 1 else list(values)
     first = next(one for one in several if isinstance(one, Symbol))
-    found: Any = several[0]
-    for other in several[1:]:
-        found = first._with("ite", first._with("<=", other, found), found, other)
-    return found
+    return reduce(lambda found, other: first._with("ite", stays(first, other, found), found, other), several)
 
 
 LARGER: Final = "(define-fun larger ((x Real) (y Real)) Real (ite (<= y x) x y))"
@@ -47,16 +54,6 @@ LARGER: Final = "(define-fun larger ((x Real) (y Real)) Real (ite (<= y x) x y))
 def largest_of(values: Iterable[Real]) -> Real:
     """Stands for `max` of many, by `LARGER`: `largest` would write each of them many times."""
     return reduce(lambda one, other: one._with("larger", one, other), values)
-
-
-def smallest(*values: Any) -> Any:
-    """Stands for `min`."""
-    several = list(values[0]) if len(values) == 1 else list(values)
-    first = next(one for one in several if isinstance(one, Symbol))
-    found: Any = several[0]
-    for other in several[1:]:
-        found = first._with("ite", first._with("<=", found, other), found, other)
-    return found
 
 
 def norm_of(ask: Ask, *parts: Any) -> Real:
