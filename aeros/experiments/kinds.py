@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any, Final, Protocol, runtime_checkable
 
 from aeros.experiments.condition import Condition
 from aeros.experiments.premises import Premises, digest_of_files
+from aeros.runtime.audit import AuditLog
+from aeros.spec.model import Durability
 
 Found = Mapping[str, Any]
 """What one trial found: JSON values by name.
 
-`reached` (whether it succeeded) and `processor_s` are among them; `TIMES` may differ from time to time.
+`reached` (whether it succeeded) and `processor_s` are among them; `VARYING` may differ from time to time.
 """
 
 Trial = Callable[[int], Found]
@@ -24,8 +27,8 @@ Trial = Callable[[int], Found]
 RAM: Final = next((one for one in (Path("/dev/shm"),) if one.is_dir()), None)  # noqa: S108  kept by nobody
 """Where trials keep what nobody keeps; None for wherever temporary files are."""
 
-TIMES: Final = ("processor_s", "swap_s", "reaction_s")
-"""What may be found otherwise from one time to the next, s."""
+VARYING: Final = ("live", "processor_s", "swap_s", "reaction_s")
+"""What may be found otherwise from one time to the next: times, and whether a plant of its own was needed."""
 
 ALIKE: Final = "alike"
 """Where a trial says so."""
@@ -43,6 +46,14 @@ class Kind(Protocol):
     def opened(self, condition: Condition, premises: Premises) -> AbstractContextManager[Trial]:
         """What is set up once for trials of many seeds, and taken down after them."""
 
+    def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
+        """What is exactly to be expected, by name; in words why that is not to be had."""
+
+
+@runtime_checkable
+class Sharing(Protocol):
+    """A kind whose trials have things in common."""
+
     def family(self, condition: Condition) -> tuple[str, float]:
         """Conditions of one family differ in that number alone.
 
@@ -50,8 +61,8 @@ class Kind(Protocol):
         is not tried again for others of its family.
         """
 
-    def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
-        """What is exactly to be expected, by name; in words why that is not to be had."""
+    def company(self, condition: Condition) -> str:
+        """Whole families of the same company are best tried one after the other, seed by seed."""
 
 
 @runtime_checkable
@@ -80,6 +91,28 @@ def kind_of(name: str) -> Kind:
     """The kind of that name."""
     kind: Kind = importlib.import_module(f"aeros.experiments.trials.{KINDS[name][0]}").KIND
     return kind
+
+
+def family_of(condition: Condition) -> tuple[str, float]:
+    """See `Sharing`; else each condition is one of its own."""
+    kind = kind_of(condition.kind)
+    return kind.family(condition) if isinstance(kind, Sharing) else (condition.text, 0.0)
+
+
+def company_of(condition: Condition) -> str:
+    """See `Sharing`; else each condition is one of its own."""
+    kind = kind_of(condition.kind)
+    return kind.company(condition) if isinstance(kind, Sharing) else condition.text
+
+
+@contextmanager
+def scratch() -> Iterator[tuple[Path, AuditLog]]:
+    """A folder, and an audit log in it, for trials: of neither anything is kept."""
+    with (
+        tempfile.TemporaryDirectory(dir=RAM) as folder,
+        AuditLog(Path(folder) / "audit.jsonl", durability=Durability.BATCHED) as audit,
+    ):
+        yield Path(folder), audit
 
 
 def digest_of(condition: Condition, premises: str) -> str:

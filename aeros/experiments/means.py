@@ -33,7 +33,7 @@ class CountingRuntime:
     ) -> None:
         self._runtime = runtime
         self._watched = watched
-        self._judged = judged
+        self.judged = judged
         self._under_way: set[StepHandle] = set()
         self.steps = 0
         self.actions = 0
@@ -62,7 +62,7 @@ class CountingRuntime:
                 self._under_way.remove(ended.step)
                 self.tries += 1
                 self.finished_tries += ended.result.status is StepStatus.FINISHED
-                if self._judged:
+                if self.judged:
                     failed = self._has_failed(ended.result)
                     self.failed_tries += failed
                     self.first_failed = failed if self.tries == 1 else self.first_failed

@@ -30,6 +30,7 @@ _IN_TRIALS: Final = (
     "means.py",
     "open_gate.py",
     "plants.py",
+    "sharing.py",
     "slow_planner.py",
 )
 """… these of `experiments`; what data and the kind of trial decide is in the condition and its digest."""

@@ -1,8 +1,8 @@
 """Runs trials on any `concurrent.futures.Executor`, and keeps each as soon as it is finished.
 
 What is finished already is not run again, and neither is what a finished trial says would be the same
-(`kinds.Kind.family`).  An interruption lets what is under way finish and be kept; a
-second one does not wait.  Which worker runs what, and in which order, has no bearing on what is found.
+(`kinds.Sharing`).  An interruption lets what is under way finish and be kept; a second one does not wait.
+Which worker runs what, and in which order, has no bearing on what is found.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import ALIKE, Found, Trial, digest_of, kind_of
+from aeros.experiments.kinds import ALIKE, Found, Trial, company_of, digest_of, family_of, kind_of
 from aeros.experiments.premises import Where, premises_of
 from aeros.experiments.store import Kept, Store
 from aeros.spec.diagnostics import Diagnostic
 from aeros.spec.errors import UserError
 
-AT_ONCE: Final[Mapping[str, int]] = {"symbolic": 20, "physics": 1}
+AT_ONCE: Final[Mapping[str, int]] = {"symbolic": 50, "physics": 1}
 """Trials that a worker runs for one answer: those of one take seconds on physics, those of the other none."""
 
 _AHEAD: Final = 2
@@ -32,7 +32,7 @@ _AHEAD: Final = 2
 
 
 class Chunk(NamedTuple):
-    """Trials of one family of conditions, for one worker.
+    """Trials of conditions that keep company, for one worker.
 
     premises: the digest that the worker's own must have.
     wanted: seeds, each with the conditions that it is wanted of.
@@ -82,22 +82,22 @@ def run_chunk(chunk: Chunk) -> list[tuple[Condition, int, Found]]:
     with ExitStack() as stack:
         trials: dict[Condition, Trial] = {}
         for seed, conditions in chunk.wanted:
-            had: list[Found] = []
+            had: dict[str, list[Found]] = {}
             for condition in conditions:
-                one = _the_same(condition, had)
+                family, number = family_of(condition)
+                one = _the_same(number, had.setdefault(family, []))
                 if one is None:
                     if condition not in trials:
                         opened = kind_of(condition.kind).opened(condition, premises)
                         trials[condition] = stack.enter_context(opened)
                     one = trials[condition](seed)
-                    had.append(one)
+                    had[family].append(one)
                 found.append((condition, seed, one))
     return found
 
 
-def _the_same(condition: Condition, had: Iterable[Found]) -> Found | None:
-    """Of trials of the family with one seed, the one that would have been that of `condition`."""
-    _, number = kind_of(condition.kind).family(condition)
+def _the_same(number: float, had: Iterable[Found]) -> Found | None:
+    """Of a family's trials with one seed, the one that its condition with that number would have found."""
     for one in had:
         low, high = one.get(ALIKE, (number, number))
         if low < number < high:
@@ -161,31 +161,36 @@ def _keep_finished(
 def _missing(
     conditions: Iterable[Condition], seeds: Sequence[int], where: Where, premises: str, store: Store
 ) -> Iterator[Chunk]:
-    families: dict[tuple[str, str, str], list[Condition]] = {}
+    companies: dict[tuple[str, str, str], list[Condition]] = {}
     for condition in conditions:
-        key = condition.kind, condition.plant, kind_of(condition.kind).family(condition)[0]
-        families.setdefault(key, []).append(condition)
-    for (_, plant, _), family in families.items():
-        wanted = [(seed, tuple(left)) for seed in seeds if (left := _left(family, seed, premises, store))]
-        size = max(1, AT_ONCE[plant] // len(family))
+        key = condition.kind, condition.plant, company_of(condition)
+        companies.setdefault(key, []).append(condition)
+    for (_, plant, _), company in companies.items():
+        wanted = [(seed, tuple(left)) for seed in seeds if (left := _left(company, seed, premises, store))]
+        size = max(1, AT_ONCE[plant] // len(company))
         for first in range(0, len(wanted), size):
             yield Chunk(where, premises, tuple(wanted[first : first + size]))
 
 
-def _left(family: Sequence[Condition], seed: int, premises: str, store: Store) -> list[Condition]:
+def _left(company: Sequence[Condition], seed: int, premises: str, store: Store) -> list[Condition]:
     """Those of which no trial with that seed is there, nor one that says that it would be the same."""
-    digests = {condition: digest_of(condition, premises) for condition in family}
-    there = [one for digest in digests.values() if (one := store.trials.get((digest, seed))) is not None]
+    digests = {condition: digest_of(condition, premises) for condition in company}
+    had: dict[str, list[Found]] = {}
+    for condition, digest in digests.items():
+        if (one := store.trials.get((digest, seed))) is not None:
+            had.setdefault(family_of(condition)[0], []).append(one)
     left = []
     for condition, digest in digests.items():
         if (digest, seed) in store.trials:
             continue
-        same = _the_same(condition, there)
+        family, number = family_of(condition)
+        same = _the_same(number, had.get(family, ()))
         if same is None:
             left.append(condition)
         else:
             store.keep([Kept(digest, seed, same)])
-    return left
+    # What is listed last goes on longest, as a rule, so the others find that what they ask has been asked.
+    return left[::-1]
 
 
 def processors() -> int:

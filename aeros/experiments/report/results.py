@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from aeros.experiments.catalogue import Experiment, Metric, Row, read_data
 from aeros.experiments.environment import environment
-from aeros.experiments.kinds import INDEPENDENT, TIMES, Found, Tracing, digest_of, kind_of
+from aeros.experiments.kinds import INDEPENDENT, VARYING, Found, Tracing, digest_of, kind_of
 from aeros.experiments.premises import Premises
 from aeros.experiments.statistics import fisher, mcnemar, of_median, wilson
 
@@ -61,7 +61,7 @@ def _experiment(
     timings = {
         row.id: {
             name: fmean(trial[name] for trial in found)
-            for name in TIMES
+            for name in VARYING
             if all(name in trial for trial in found)
         }
         for row, found in of_rows.items()

@@ -13,7 +13,6 @@ violated is measured by the referee and nobody else.
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -23,13 +22,12 @@ from random import Random
 from typing import Any, Final, cast
 
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import RAM, Found, Trial
+from aeros.experiments.kinds import Found, Trial, scratch
 from aeros.experiments.open_gate import OpenGate, without_policy
 from aeros.experiments.plants import no_physics
 from aeros.experiments.premises import Premises
 from aeros.experiments.trials.given_module import proved, written
 from aeros.experiments.trials.referee import Referee
-from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate
@@ -48,7 +46,7 @@ from aeros.skill import Action
 from aeros.spec.diagnostics import Diagnostics, Severity
 from aeros.spec.errors import InternalError, UserError
 from aeros.spec.loading import load_ecm
-from aeros.spec.model import Durability, Site
+from aeros.spec.model import Site
 
 
 @dataclass(frozen=True)
@@ -71,11 +69,8 @@ class Adversaries:
         """The module is installed, or not, once; each trial has a plant of its own."""
         settings = condition.settings
         site = premises.configuration.site
-        with (
-            tempfile.TemporaryDirectory(dir=RAM) as scratch,
-            AuditLog(Path(scratch) / "audit.jsonl", durability=Durability.BATCHED) as audit,
-        ):
-            folder = written(settings["module"], Path(scratch) / "module")
+        with scratch() as (folder, audit):
+            folder = written(settings["module"], folder / "module")
             defence = _defence(settings["layer"], folder, premises)
 
             def trial(seed: int) -> Found:
@@ -106,10 +101,6 @@ class Adversaries:
                 }
 
             yield trial
-
-    def family(self, condition: Condition) -> tuple[str, float]:
-        """Each condition is one of its own."""
-        return condition.text, 0.0
 
     def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
         """What AEROS claims: whoever asks, nothing is violated; without it, whoever can, violates."""

@@ -8,7 +8,6 @@ each of which is proved, and the same agent pursues the second task, at a bench 
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -18,12 +17,11 @@ from typing import Any, Final, cast
 from aeros.agent.errors import RefusedError
 from aeros.agent.loop import Agent, awake_once
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import RAM, Found, Trial
+from aeros.experiments.kinds import Found, Trial, scratch
 from aeros.experiments.means import CountingRuntime
 from aeros.experiments.premises import Premises
 from aeros.experiments.trials.task import KIND as TASKS
 from aeros.experiments.trials.task import plants_of
-from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate
@@ -31,7 +29,7 @@ from aeros.runtime.ports import Runtime
 from aeros.runtime.proving import prove
 from aeros.runtime.registry.governing import Governing
 from aeros.runtime.registry.registry import Registry
-from aeros.spec.model import Block, Durability
+from aeros.spec.model import Block
 from aeros.spec.reports import Report
 
 
@@ -46,11 +44,8 @@ class HotSwaps:
         ]
         routed = [premises.routed(task.settings["task"]) for task in tasks]
         plants = [plants_of(task, premises) for task in tasks]
-        with (
-            tempfile.TemporaryDirectory(dir=RAM) as folder,
-            AuditLog(Path(folder) / "audit.jsonl", durability=Durability.BATCHED) as audit,
-        ):
-            registry = Registry(Path(folder) / "state", _ProvedOnce())
+        with scratch() as (folder, audit):
+            registry = Registry(folder / "state", _ProvedOnce())
             if premises.where.site is not None:
                 registry.policy(Path(premises.where.site))
             first, second = (premises.configuration.modules[one.module] for one in routed)
@@ -88,10 +83,6 @@ class HotSwaps:
                 }
 
             yield trial
-
-    def family(self, condition: Condition) -> tuple[str, float]:
-        """Each condition is one of its own."""
-        return condition.text, 0.0
 
     def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
         """The tasks are independent of each other; the swap is by definition."""

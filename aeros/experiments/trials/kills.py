@@ -318,10 +318,6 @@ class Kills:
 
         yield trial
 
-    def family(self, condition: Condition) -> tuple[str, float]:
-        """Each condition is one of its own."""
-        return condition.text, 0.0
-
     def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
         """What docs/survival.md promises of every kill; that the goal is reached it does not."""
         return {"ended": 1.0, "repeated": 0.0, "lost": 0.0, "moved": 0.0}

@@ -11,12 +11,10 @@ how soon the monitor names a rule and the robot rests is counted from there.
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from fractions import Fraction
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from aeros.agent.beside import LateError
@@ -24,15 +22,13 @@ from aeros.agent.proposals import Proposals
 from aeros.agent.routing import Routed
 from aeros.agent.world import measured_world
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import RAM, Found, Trial
+from aeros.experiments.kinds import Found, Trial, scratch
 from aeros.experiments.premises import Premises
 from aeros.experiments.slow_planner import SlowPlanner
 from aeros.experiments.trials.truth import REST, Referee, Refereed, constant
-from aeros.runtime.audit import AuditLog
 from aeros.runtime.executor import Executor
 from aeros.runtime.ports import Ended, Plant, Runtime, StepRequest
 from aeros.sim.profile import TICK
-from aeros.spec.model import Durability
 
 if TYPE_CHECKING:
     from aeros.sim.sensing import Truth
@@ -61,10 +57,7 @@ class Reactions:
         people = read_people(settings["person"])
         site = premises.configuration.site
         braking = constant(site, "reaction_time") + constant(site, "arm_stopping_time")
-        with (
-            tempfile.TemporaryDirectory(dir=RAM) as folder,
-            AuditLog(Path(folder) / "audit.jsonl", durability=Durability.BATCHED) as audit,
-        ):
+        with scratch() as (_, audit):
 
             def trial(seed: int) -> Found:
                 began = time.process_time()
@@ -81,10 +74,6 @@ class Reactions:
                 return {**seen.found(braking), "processor_s": time.process_time() - began}
 
             yield trial
-
-    def family(self, condition: Condition) -> tuple[str, float]:
-        """Each condition is one of its own."""
-        return condition.text, 0.0
 
     def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
         """The monitor is asked after every tick, whoever thinks, and the plant stops in the same one."""

@@ -68,10 +68,6 @@ class Requests:
 
         yield trial
 
-    def family(self, condition: Condition) -> tuple[str, float]:
-        """Each condition is one of its own."""
-        return condition.text, 0.0
-
     def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
         """By what the requests are: a policy that is enforced blocks each that it does not allow."""
         is_on = float(condition.settings["policy"])

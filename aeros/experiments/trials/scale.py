@@ -94,10 +94,6 @@ class Scale:
             with closing(robot.store):
                 yield lambda seed: _tried(robot, skills, seed)
 
-    def family(self, condition: Condition) -> tuple[str, float]:
-        """Each condition is one of its own."""
-        return condition.text, 0.0
-
     def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
         """Only that what is found is found whatever else there is."""
         return {"success": 1.0}

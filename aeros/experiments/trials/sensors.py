@@ -11,28 +11,25 @@ stopping.
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import asdict
 from fractions import Fraction
 from math import dist
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from aeros.experiments.architecture import made
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import RAM, Found, Trial
+from aeros.experiments.kinds import Found, Trial, scratch
 from aeros.experiments.means import CountingRuntime, TrialMeans
 from aeros.experiments.premises import Premises
 from aeros.experiments.trials.truth import REST, Referee, Refereed, constant
-from aeros.runtime.audit import AuditLog
 from aeros.runtime.executor import Executor
 from aeros.runtime.ports import Ended, Plant, Runtime, StepStatus
 from aeros.sim.profile import TICK
 from aeros.sim.sensing import SensorModel
-from aeros.spec.model import Durability, Site
+from aeros.spec.model import Site
 
 if TYPE_CHECKING:
     from aeros.sim.sensing import Truth
@@ -54,10 +51,7 @@ class BadSensors:
         people = read_people(settings["person"])
         sensors = {settings["of"]: sensor_of(settings)}
         site = premises.configuration.site
-        with (
-            tempfile.TemporaryDirectory(dir=RAM) as folder,
-            AuditLog(Path(folder) / "audit.jsonl", durability=Durability.BATCHED) as audit,
-        ):
+        with scratch() as (_, audit):
 
             def trial(seed: int) -> Found:
                 began = time.process_time()
@@ -80,10 +74,6 @@ class BadSensors:
                 return {**found, "processor_s": time.process_time() - began}
 
             yield trial
-
-    def family(self, condition: Condition) -> tuple[str, float]:
-        """Each condition is one of its own."""
-        return condition.text, 0.0
 
     def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
         """What is late or missing stops the robot, so nothing is violated; of noise nothing is promised."""

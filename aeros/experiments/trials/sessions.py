@@ -27,18 +27,16 @@ from aeros.agent.loop import Agent, awake, awake_once
 from aeros.agent.routing import Routed
 from aeros.experiments.condition import Condition
 from aeros.experiments.failures import independent
-from aeros.experiments.kinds import RAM, Found, Trial
+from aeros.experiments.kinds import Found, Trial, scratch
 from aeros.experiments.plants import Plants, physics_plants, symbolic_plants
 from aeros.experiments.premises import Premises
 from aeros.experiments.trials.given_module import proved, written
 from aeros.experiments.trials.thompson import Chances, Session, best, forgetting, remembering
-from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate
 from aeros.runtime.ports import Runtime
 from aeros.spec.closed_loop.chances import with_skill_probabilities
-from aeros.spec.model import Durability
 
 LATE: Final = 10
 """The sessions at the end that are looked at by themselves."""
@@ -51,11 +49,8 @@ class Sessions:
     def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
         """Plants for each session are made ready once; each trial has an agent of its own."""
         settings = condition.settings
-        with (
-            tempfile.TemporaryDirectory(dir=RAM) as scratch,
-            AuditLog(Path(scratch) / "audit.jsonl", durability=Durability.BATCHED) as audit,
-        ):
-            configuration = proved(written(settings["module"], Path(scratch) / "module"), premises)
+        with scratch() as (folder, audit):
+            configuration = proved(written(settings["module"], folder / "module"), premises)
             site = configuration.site
             limits = replace(site.limits, replans=min(settings["replans"], site.limits.replans))
             configuration = replace(configuration, site=replace(site, limits=limits))
@@ -70,7 +65,7 @@ class Sessions:
             def trial(seed: int) -> Found:
                 began = time.process_time()
                 reached, tries, first = [], [], []
-                with tempfile.TemporaryDirectory(dir=scratch) as state:
+                with tempfile.TemporaryDirectory(dir=folder) as state:
                     for number, opened in enumerate(plants):
                         own = seed * len(plants) + number
                         with (
@@ -94,10 +89,6 @@ class Sessions:
                 }
 
             yield trial
-
-    def family(self, condition: Condition) -> tuple[str, float]:
-        """Each condition is one of its own."""
-        return condition.text, 0.0
 
     def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
         """Of sessions with one try, by all that memory can hold."""

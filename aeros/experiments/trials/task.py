@@ -10,13 +10,12 @@ On physics nothing is declared: the faults happen at that rate, and outcomes are
 
 from __future__ import annotations
 
-import tempfile
+import json
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, replace
 from fractions import Fraction
-from pathlib import Path
 from typing import Any, Final
 
 from aeros.agent.routing import Routed
@@ -24,23 +23,29 @@ from aeros.experiments.architecture import Model, Told, made
 from aeros.experiments.condition import Condition
 from aeros.experiments.exact import predicted
 from aeros.experiments.failures import bursts_of, channel_of, failing, process_of, with_channel
-from aeros.experiments.kinds import ALIKE, INDEPENDENT, PREDICTED, RAM, Found, Trial
+from aeros.experiments.kinds import ALIKE, INDEPENDENT, PREDICTED, Found, Trial, scratch
 from aeros.experiments.means import CountingRuntime, TrialMeans
 from aeros.experiments.open_gate import OpenGate, without_policy
 from aeros.experiments.plants import Plants, physics_plants, symbolic_plants
 from aeros.experiments.premises import Premises
-from aeros.runtime.audit import AuditError, AuditLog
+from aeros.experiments.sharing import FollowingRuntime, Live, Takes
+from aeros.runtime.audit import AuditError
 from aeros.runtime.executor import Executor
 from aeros.sim.channel import Chain
 from aeros.sim.outcomes import burst_point_of, point_of
 from aeros.spec.closed_loop.chances import shares_of
 from aeros.spec.closed_loop.transition_system import NotExploredError
 from aeros.spec.errors import InternalError
-from aeros.spec.model import Durability
+
+_PURSUIT: Final = {"architecture", "options"}
+"""Settings that decide what is asked of a plant, and not what comes of it."""
 
 
 class Tasks:
-    """See `kinds.Kind`."""
+    """See `kinds.Kind` and `kinds.Sharing`."""
+
+    def __init__(self) -> None:
+        self._takes = Takes()
 
     @contextmanager
     def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
@@ -51,31 +56,40 @@ class Tasks:
         if not settings["policy"]:
             configuration = without_policy(configuration)
             gate = OpenGate(configuration)
-        plants = plants_of(condition, premises)
-        with (
-            tempfile.TemporaryDirectory(dir=RAM) as folder,
-            AuditLog(Path(folder) / "audit.jsonl", durability=Durability.BATCHED) as audit,
-        ):
+        plants, runs = plants_of(condition, premises), premises.runs
+        watched, judged = (routed.module, settings["skill"]), _is_judged(condition)
+        with scratch() as (_, audit):
+
+            @contextmanager
+            def live(seed: int) -> Iterator[Live]:
+                with (
+                    plants(seed) as opened,
+                    Executor(configuration, gate, opened.plant, audit, runs) as executor,
+                ):
+                    yield Live(executor, opened)
+
+            def symbolic(seed: int) -> Found:
+                with live(seed) as (executor, opened):
+                    counting = CountingRuntime(executor, watched, judged=judged)
+                    found = _pursued(counting, routed, settings, seed)
+                    alike = _alike(counting, settings, routed, seed)
+                    return {**found, "simulated_s": opened.plant.now(), ALIKE: list(alike)}
+
+            def physics(seed: int) -> Found:
+                takes = self._takes.of(f"{premises.digest} {self.company(condition)}", seed)
+                number = self.family(condition)[1]
+                with FollowingRuntime(configuration, takes, number, lambda: live(seed)) as runtime:
+                    counting = CountingRuntime(runtime, watched, judged=judged)
+                    found = _pursued(counting, routed, settings, seed)
+                    state = runtime.state
+                    shared = {"live": runtime.is_live, "simulated_s": state.now, ALIKE: list(state.alike)}
+                    return {**found, **shared, **state.counts}
+
+            tried = physics if condition.plant == "physics" else symbolic
 
             def trial(seed: int) -> Found:
                 began = time.process_time()
-                with (
-                    plants(seed) as opened,
-                    Executor(configuration, gate, opened.plant, audit, premises.runs) as executor,
-                ):
-                    judged = condition.plant == "physics" or "bursts" in settings
-                    counting = CountingRuntime(executor, (routed.module, settings["skill"]), judged=judged)
-                    found = _pursued(counting, routed, settings, seed)
-                    found |= {"simulated_s": opened.plant.now(), **opened.counts}
-                    if judged:
-                        found |= {"tries": counting.tries, "failed_tries": counting.failed_tries}
-                        found |= {
-                            "first_tries": min(counting.tries, 1),
-                            "first_failed": counting.first_failed,
-                        }
-                    alike = opened.alike() if opened.alike else _alike(counting, settings, routed, seed)
-                    found[ALIKE] = list(alike)
-                return {**found, "processor_s": time.process_time() - began}
+                return {**tried(seed), "processor_s": time.process_time() - began}
 
             yield trial
 
@@ -87,6 +101,14 @@ class Tasks:
         settings = condition.settings
         number = settings["bursts"].pop("mean_length") if "bursts" in settings else settings.pop("rate")
         return Condition.of(condition.kind, condition.plant, settings).text, float(Fraction(number))
+
+    def company(self, condition: Condition) -> str:
+        """On physics, all that are at plants of the same faults, whatever pursues the task at which rate."""
+        family = self.family(condition)[0]
+        if condition.plant == "symbolic":
+            return family
+        settings = json.loads(family)
+        return json.dumps({name: settings[name] for name in settings.keys() - _PURSUIT}, sort_keys=True)
 
     def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
         """From the manifest as it ran, by the architecture's own code or by what it says of itself."""
@@ -114,6 +136,11 @@ def _predicted(settings: Mapping[str, Any], models: Iterable[tuple[Fraction, Mod
         found = predicted(lambda: made(settings["architecture"], settings["options"]), model)
         total = {name: value + weight * getattr(found, name) for name, value in total.items()}
     return {name: float(value) for name, value in total.items()}
+
+
+def _is_judged(condition: Condition) -> bool:
+    """Whether it is measured which tries have failed: elsewhere the plant says so."""
+    return condition.plant == "physics" or "bursts" in condition.settings
 
 
 def plants_of(condition: Condition, premises: Premises) -> Plants:
@@ -166,13 +193,17 @@ def _pursued(
         raise
     except Exception as error:
         told = Told(reason=f"{type(error).__name__}: {error}")
-    return {
+    found = {
         "reached": means.measures_the_goal(),
         **asdict(told),
         "steps": counting.steps,
         "actions": counting.actions,
         "denied": counting.denied,
     }
+    if counting.judged:
+        found |= {"tries": counting.tries, "failed_tries": counting.failed_tries}
+        found |= {"first_tries": min(counting.tries, 1), "first_failed": counting.first_failed}
+    return found
 
 
 KIND: Final = Tasks()

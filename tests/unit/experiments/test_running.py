@@ -15,8 +15,9 @@ from typing import ParamSpec, TypeVar
 import pytest
 
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import ALIKE, TIMES, Found, digest_of, kind_of
+from aeros.experiments.kinds import ALIKE, VARYING, Found, digest_of, kind_of
 from aeros.experiments.running import (
+    AT_ONCE,
     Chunk,
     OtherPremisesError,
     Progress,
@@ -74,7 +75,7 @@ def alone(one: Condition, seed: int) -> dict[str, object]:
 
 
 def told(found: Found) -> dict[str, object]:
-    return {name: value for name, value in found.items() if name not in (ALIKE, *TIMES)}
+    return {name: value for name, value in found.items() if name not in (ALIKE, *VARYING)}
 
 
 @pytest.mark.parametrize("architecture", ["flat", "behaviour_tree", "aeros"])
@@ -147,10 +148,10 @@ class Interrupted(Here):
 def test_an_interruption_keeps_what_was_under_way(tmp_path: Path) -> None:
     with Store(tmp_path) as store:
         with pytest.raises(KeyboardInterrupt):
-            run(store, [FETCH], 45, Interrupted())
-        assert len(store.trials) == 20
+            run(store, [FETCH], 115, Interrupted())
+        assert len(store.trials) == AT_ONCE["symbolic"] == 50
     with Store(tmp_path) as store:
-        assert run(store, [FETCH], 45)[-1].total == 25
+        assert run(store, [FETCH], 115)[-1].total == 65
 
 
 def test_processes_find_what_this_one_finds(tmp_path: Path) -> None:
@@ -240,7 +241,7 @@ def test_a_worker_that_is_killed_ends_the_run_and_leaves_whole_trials(tmp_path: 
     assert "a worker ended without a word" in said
     assert f"go on with --out {tmp_path} --resume" in said
     with Store(tmp_path) as store:
-        assert len(store.trials) % 20 == 0
+        assert len(store.trials) % AT_ONCE["symbolic"] == 0
 
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
@@ -258,4 +259,4 @@ def test_a_run_that_is_ended_leaves_whole_trials_and_no_worker(how: signal.Signa
     assert not any(map(_alive, workers))
     with Store(tmp_path) as store:
         assert 0 < len(store.trials) < 15_000
-        assert len(store.trials) % 20 == 0
+        assert len(store.trials) % AT_ONCE["symbolic"] == 0

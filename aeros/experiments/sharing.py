@@ -1,0 +1,232 @@
+"""Trials of one seed share what a plant has done, as long as they ask the same of it.
+
+A plant with a seed does the same whenever the same is asked of it, and faults that are drawn do the same at
+all rates between two draws.  So what a plant does is kept, as a *take*, while trials with its seed go on.  A
+trial follows takes, and nothing is simulated, until it asks what nobody has asked there; then a plant of its
+own is asked everything again, which has to come to the same, and what follows is the next take.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import dataclass, field
+from math import inf
+from typing import Any, NamedTuple, Self
+
+from aeros.experiments.plants import Opened
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.ports import (
+    BEGINNING,
+    Ended,
+    Head,
+    Readings,
+    Runtime,
+    Said,
+    StepHandle,
+    StepRequest,
+    StepResult,
+)
+from aeros.spec.certificate import Certificate
+from aeros.spec.errors import InternalError
+from aeros.spec.model import Ecm, Site
+
+
+class State(NamedTuple):
+    """What can be told of a plant without asking anything of it.
+
+    counts: see `plants.Opened`.
+    alike: between which numbers of the condition, exclusive, it would be the same.
+    """
+
+    now: float
+    readings: Readings
+    counts: Mapping[str, int]
+    alike: tuple[float, float]
+
+
+class Exchange(NamedTuple):
+    """What was asked, what came of it, and how the plant was left."""
+
+    asked: tuple[str, tuple[Any, ...]]
+    answer: Any
+    after: State
+
+
+@dataclass
+class Take:
+    """What one plant has done.
+
+    number: the condition's that it was opened for: a rate, say.
+    """
+
+    number: float
+    before: State
+    exchanges: list[Exchange] = field(default_factory=list)
+
+    def left(self, place: int) -> State:
+        """How the plant was left before the exchange at `place`."""
+        return self.exchanges[place - 1].after if place else self.before
+
+    def holds(self, number: float, place: int) -> bool:
+        """Whether up to `place` it would be the same in a condition with that number."""
+        low, high = self.left(place).alike
+        return number == self.number or low < number < high
+
+
+class Takes:
+    """Of plants that are laid out alike, the takes of one seed: those of the last that was asked for."""
+
+    def __init__(self) -> None:
+        self._whose: tuple[str, int] | None = None
+        self._takes: list[Take] = []
+
+    def of(self, plants: str, seed: int) -> list[Take]:
+        """Those there are, to be followed and added to."""
+        if (plants, seed) != self._whose:
+            self._whose, self._takes = (plants, seed), []
+        return self._takes
+
+
+class Live(NamedTuple):
+    """A plant that is open, and a runtime on it."""
+
+    runtime: Runtime
+    opened: Opened
+
+
+class FollowingRuntime:
+    """A runtime (`ports.Runtime`) that follows takes as far as it can, and then makes another.
+
+    number: the condition's.
+    opened: opens the plant, for the number and the seed of the trial, and a runtime on it.
+    What an agent notes is kept nowhere, and there is no record to read back.
+    """
+
+    def __init__(
+        self,
+        configuration: Configuration,
+        takes: list[Take],
+        number: float,
+        opened: Callable[[], AbstractContextManager[Live]],
+    ) -> None:
+        self._configuration = configuration
+        self._takes = takes
+        self._number = number
+        self._opened = opened
+        self._done: list[Exchange] = []
+        self._stack = ExitStack()
+        self._live: Live | None = None
+        self._followed = [one for one in takes if one.holds(number, 0)]
+        self._state = self._followed[0].before if self._followed else self._go_live()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+    @property
+    def state(self) -> State:
+        """How the plant is left."""
+        return self._state
+
+    @property
+    def is_live(self) -> bool:
+        """Whether a plant of its own has been opened."""
+        return self._live is not None
+
+    @property
+    def site(self) -> Site:
+        """See `ports.Runtime`."""
+        return self._configuration.site
+
+    @property
+    def is_stopped(self) -> bool:
+        """See `ports.Runtime`; in a trial nobody does."""
+        return False
+
+    def active_modules(self) -> Mapping[str, Ecm]:
+        """See `ports.Runtime`."""
+        return self._configuration.modules
+
+    def certificate(self, module: str) -> Certificate | None:
+        """See `ports.Runtime`."""
+        return self._configuration.certificates.get(module)
+
+    def now(self) -> float:
+        """See `ports.Runtime`."""
+        return self._state.now
+
+    def observe(self) -> Readings:
+        """See `ports.Runtime`."""
+        return self._state.readings
+
+    def start(self, request: StepRequest) -> StepHandle | StepResult:
+        """See `ports.Runtime`."""
+        started: StepHandle | StepResult = self._ask("start", request)
+        return started
+
+    def wait(self, until: float = inf) -> Ended | None:
+        """See `ports.Runtime`."""
+        ended: Ended | None = self._ask("wait", until)
+        return ended
+
+    def cancel(self, step: StepHandle, reason: str) -> None:
+        """See `ports.Runtime`."""
+        self._ask("cancel", step, reason)
+
+    def note(self, event: str, details: Mapping[str, Any]) -> None:
+        """Nobody reads it."""
+
+    def head(self) -> Head:
+        """Where nothing is recorded yet."""
+        return BEGINNING
+
+    def said_since(self, head: Head) -> tuple[Said, ...]:
+        """Nothing is recorded."""
+        return ()
+
+    # Inside.
+
+    def _ask(self, name: str, *arguments: Any) -> Any:
+        asked, place = (name, arguments), len(self._done)
+        if self._live is None:
+            self._followed = [
+                one
+                for one in self._followed
+                if len(one.exchanges) > place
+                and one.exchanges[place].asked == asked
+                and one.holds(self._number, place + 1)
+            ]
+            if not self._followed:
+                self._state = self._go_live()
+        found = self._asked_live(asked) if self._live else self._followed[0].exchanges[place]
+        self._done.append(found)
+        self._state = found.after
+        return found.answer
+
+    def _go_live(self) -> State:
+        """Open a plant, and ask it what was asked so far; how that leaves it."""
+        self._live = self._stack.enter_context(self._opened())
+        self._take = Take(self._number, self._measured())
+        for old in self._done:
+            new = self._asked_live(old.asked)
+            if (new.answer, new.after.now) != (old.answer, old.after.now):
+                raise InternalError(f"the same seed did not do the same: {old.answer}, and then {new.answer}")
+        self._takes.append(self._take)
+        return self._take.left(len(self._done))
+
+    def _asked_live(self, asked: tuple[str, tuple[Any, ...]]) -> Exchange:
+        assert self._live is not None  # noqa: S101  by whom it is called
+        name, arguments = asked
+        answer = getattr(self._live.runtime, name)(*arguments)
+        exchange = Exchange(asked, answer, self._measured())
+        self._take.exchanges.append(exchange)
+        return exchange
+
+    def _measured(self) -> State:
+        assert self._live is not None  # noqa: S101  by whom it is called
+        runtime, opened = self._live
+        alike = opened.alike() if opened.alike else (self._number, self._number)
+        return State(runtime.now(), runtime.observe(), dict(opened.counts), alike)
