@@ -175,6 +175,16 @@ def test_where_nothing_is_predicted_the_report_says_why(results: dict[str, Any],
     assert f"Nothing is predicted of {row['id']}: it raises KeyError" in text_of(changed, tmp_path)
 
 
+def test_how_many_trials_had_a_plant_of_their_own_is_said(results: dict[str, Any], tmp_path: Path) -> None:
+    assert "a plant of its own" not in text_of(results, tmp_path)
+    shared = copy.deepcopy(results)
+    shared["experiments"][0]["timings"]["1/static/make_dumplings"] |= {"live": 0.25, "processor_s": 0.5}
+    text = text_of(shared, tmp_path)
+    assert "share what it did" in text
+    assert "| condition | a plant of its own, % of trials | processor time, ms a trial |" in text
+    assert "| 1/static/make_dumplings | 25.00 | 500.00 |" in text
+
+
 def test_one_value_has_no_interval(tmp_path: Path) -> None:
     experiments = chosen(catalogue("symbolic"), ["1/static"])
     with Store(tmp_path / "trials") as store:
