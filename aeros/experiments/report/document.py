@@ -87,9 +87,9 @@ def document(results: Results) -> Iterator[Block]:
     )
     if any("live" in found for one in results["experiments"] for found in one["timings"].values()):
         yield Words(
-            "A plant does the same whenever the same is asked of it with the same seed, so trials that ask the "
-            "same share what it did; how many of each condition needed a plant of their own stands under *how "
-            "long it took*."
+            "A plant does the same whenever the same is asked of it with the same seed, so trials that ask "
+            "the same share what it did; how many of each condition needed a plant of their own stands under "
+            "*how long it took*."
         )
     yield Words(_agreement(results))
     yield _environment(results)
