@@ -18,6 +18,7 @@ from aeros.spec.theorems.exploring import Ask, explore
 from aeros.spec.theorems.formulas import application, conjunction, implication, literal
 from aeros.spec.theorems.shipped import Code, Mutant, put_in_place
 from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+from proofs.moving import EXECUTOR, tells_all
 
 BESIDE: Final = "aeros.runtime.beside"
 DECIDING: Final = "aeros.runtime.deciding"
@@ -342,6 +343,7 @@ THEOREM = Theorem(
         "beside": _beside,
         "decided-beside": _decided,
         "under-way": _under_way,
+        "tells-all": tells_all,
         "proved-joint": _proved,
         "pairs": _pairs,
     },
@@ -373,6 +375,27 @@ THEOREM = Theorem(
             DECIDING,
             "[other.begun for other in others])",
             "[other.begun for other in others if not other.is_halting])",
+        ),
+        Mutant(
+            "tells-nothing-of-what-comes-to-rest",
+            "tells-all",
+            EXECUTOR,
+            "[step.under_way for step in self._steps.values() if step.under_way is not None]",
+            "[one for step in self._steps.values() if (one := step.under_way) and not one.is_halting]",
+        ),
+        Mutant(
+            "forgets-a-step-that-still-moves",
+            "tells-all",
+            EXECUTOR,
+            "        if step.under_way is None:\n            step.ending = ending\n",
+            "        if step.under_way is None or step.ending is None:\n            step.ending = ending\n",
+        ),
+        Mutant(
+            "takes-all-to-have-ended",
+            "tells-all",
+            EXECUTOR,
+            "        self._land(landed)\n",
+            "        self._land(moving if landed else ())\n",
         ),
         Mutant(
             "takes-an-envelope-to-hold-now",
