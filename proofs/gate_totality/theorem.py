@@ -62,6 +62,13 @@ THEOREM = Theorem(
             "fault = request_fault(caller, readings, action, usage)",
         ),
         Mutant(
+            "takes-an-infinite-time",
+            "time",
+            forms.FORM,
+            "type(value) in (float, int) and -_EXACT_INTEGERS <= value <= _EXACT_INTEGERS",
+            "type(value) in (float, int)",
+        ),
+        Mutant(
             "lets-any-kind-into-the-envelope",
             "strangers",
             gate.GATE,

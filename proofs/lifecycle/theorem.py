@@ -430,7 +430,6 @@ THEOREM = Theorem(
         "begins": _begins,
         "transaction": _transaction,
         **changing_obligations(),
-        **changing_obligations(),
         **revocation_obligations(),
     },
     (

@@ -390,6 +390,13 @@ THEOREM = Theorem(
             "wx, wy, wz = zx, zy, zz",
         ),
         Mutant(
+            "takes-the-last-control-points-for-all",
+            "span",
+            BEZIER,
+            "high = [max(values) for values",
+            "high = [values[-1] for values",
+        ),
+        Mutant(
             "counts-pairs-once",
             "third",
             PEAKS,
