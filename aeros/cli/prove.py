@@ -5,13 +5,16 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import signal
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from functools import partial
+from multiprocessing import current_process
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from aeros.cli.arguments import UsageError, second_solver
+from aeros.cli.arguments import UsageError, process_count, processors, second_solver
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.spec.theorems.checking import Solvers, check_mutants, check_theorem
 from aeros.spec.theorems.folder import (
@@ -54,6 +57,12 @@ def add_to(commands: Subparsers) -> None:
         "--update", action="store_true", help="write the SMT-LIB texts and expected.json anew"
     )
     parser.add_argument(
+        "--jobs",
+        type=process_count,
+        metavar="N",
+        help="how many theorems are proved at a time (default: one for each processor)",
+    )
+    parser.add_argument(
         "--proofs",
         type=Path,
         default=proofs_folder(),
@@ -68,28 +77,63 @@ def _command(arguments: argparse.Namespace) -> Exit:
     update = arguments.update or os.environ.get("AEROS_UPDATE_GOLDEN") == "1"
     if update and arguments.solver != "both":
         raise UsageError("what is written is what both solvers say: `--update` goes with `--solver both`")
-    solvers, shipped = _solvers(arguments.solver), Code()
+    _solvers(arguments.solver)
     found: list[dict[str, Any]] = []
-    worst = Exit.PROVED
-    for name, folder in folders.items():
-        outcome = _outcome(folder, shipped, solvers)
-        rewritten = write(outcome, folder) if update else []
-        problems = [*_problems(outcome), *([] if update else stale(outcome, folder))]
-        worst = _worse(worst, outcome, problems)
+    exits: list[Exit] = []
+    for one in _proved(list(folders.values()), arguments.solver, update, arguments.jobs or processors()):
         if arguments.format == "text":
-            print(_text(name, outcome, problems, rewritten))
-        found.append(
-            {
-                "name": name,
-                "verdict": outcome.verdict.value,
-                **outcome.expected(),
-                "problems": problems,
-                "rewritten": rewritten,
-            }
-        )
+            print(one.text, flush=True)
+        found.append(one.shown)
+        exits.append(one.exit)
     if arguments.format == "json":
         print(json.dumps({"theorems": found}, indent=2))
-    return worst
+    return next((one for one in (Exit.REJECTED, Exit.UNDECIDED) if one in exits), Exit.PROVED)
+
+
+class _Proved(NamedTuple):
+    """What is to be said of a theorem."""
+
+    text: str
+    shown: dict[str, Any]
+    exit: Exit
+
+
+def _proved(folders: Sequence[Path], solver: str, update: bool, jobs: int) -> Iterator[_Proved]:
+    """Each in its turn; several are proved at a time by as many processes, which end with the caller."""
+    prove = partial(_prove, solver=solver, update=update)
+    if jobs == 1 or len(folders) == 1:
+        yield from map(prove, folders)
+        return
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
+    # Spawned and not forked, as what asks may have threads, whose locks a fork would take along.
+    pool = ProcessPoolExecutor(jobs, get_context("spawn"), _end_when_interrupted)
+    try:
+        running = [pool.submit(prove, folder) for folder in folders]
+        for number, (folder, one) in enumerate(zip(folders, running, strict=True), 1):
+            _progress(f"{number} of {len(folders)}, {folder.name}")
+            yield one.result()
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _end_when_interrupted() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # at once and without a word: nothing is lost with it
+
+
+def _prove(folder: Path, solver: str, update: bool) -> _Proved:
+    outcome = _outcome(folder, _solvers(solver))
+    rewritten = write(outcome, folder) if update else []
+    problems = [*_problems(outcome), *([] if update else stale(outcome, folder))]
+    shown = {
+        "name": folder.name,
+        "verdict": outcome.verdict.value,
+        **outcome.expected(),
+        "problems": problems,
+        "rewritten": rewritten,
+    }
+    return _Proved(_text(outcome, folder.name, problems, rewritten), shown, _exit(outcome, problems))
 
 
 def _chosen(proofs: Path, names: Sequence[str]) -> dict[str, Path]:
@@ -110,15 +154,19 @@ def _solvers(which: str) -> Solvers:
     return Solvers(z3=which != "cvc5", second=second)
 
 
-def _outcome(folder: Path, shipped: Code, solvers: Solvers) -> Outcome:
+def _progress(what: str) -> None:
+    if sys.stderr.isatty() and current_process().name == "MainProcess":
+        print(f"\r\x1b[Kproving {what} …", end="\r", file=sys.stderr, flush=True)
+
+
+def _outcome(folder: Path, solvers: Solvers) -> Outcome:
     begun = time.monotonic()
     theorem = load_theorem(folder)
 
     def progress(what: str) -> None:
-        if sys.stderr.isatty():
-            print(f"\r\x1b[Kproving {folder.name}: {what} …", end="\r", file=sys.stderr, flush=True)
+        _progress(f"{folder.name}: {what}")
 
-    checked = check_theorem(theorem, shipped, solvers, progress)
+    checked = check_theorem(theorem, Code(), solvers, progress)
     mutants = check_mutants(theorem, solvers, progress)
     return Outcome(theorem, solvers.names, tuple(checked), tuple(mutants), time.monotonic() - begun)
 
@@ -135,14 +183,13 @@ def _problems(outcome: Outcome) -> list[str]:
     return problems + [f"it still holds of the mutant {name}" for name in outcome.surviving]
 
 
-def _worse(worst: Exit, outcome: Outcome, problems: Sequence[str]) -> Exit:
+def _exit(outcome: Outcome, problems: Sequence[str]) -> Exit:
     if not problems:
-        return worst
-    undecided = outcome.verdict is Verdict.UNKNOWN and worst is not Exit.REJECTED
-    return Exit.UNDECIDED if undecided else Exit.REJECTED
+        return Exit.PROVED
+    return Exit.UNDECIDED if outcome.verdict is Verdict.UNKNOWN else Exit.REJECTED
 
 
-def _text(name: str, outcome: Outcome, problems: Sequence[str], rewritten: Sequence[str]) -> str:
+def _text(outcome: Outcome, name: str, problems: Sequence[str], rewritten: Sequence[str]) -> str:
     verdict = "failed" if problems else outcome.verdict.value.lower()
     count = len(outcome.obligations)
     lines = [

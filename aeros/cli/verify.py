@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 from aeros.cli.arguments import (
     existing_path,
     process_count,
+    processors,
     second_solver,
     solver_budget,
     writable_path,
@@ -121,7 +122,7 @@ def _verified(arguments: argparse.Namespace) -> Report:
     store = None if arguments.no_cache else default_store()
     asked = arguments.paths, arguments.site or reference_site(), arguments.rlimit, progress, store
     if arguments.second_solver is None:
-        return verify_in_brief(*asked, jobs=arguments.jobs or _processors())
+        return verify_in_brief(*asked, jobs=arguments.jobs or processors())
     # What proves takes 0.2 s to import, which a run that finds everything need not pay.
     from aeros.spec.verify import verify
 
@@ -173,10 +174,6 @@ def _written(path: Path, text: str) -> bool:
         print(f"aeros: cannot write `{safe(str(path))}`: {error.strerror}", file=sys.stderr)
         return False
     return True
-
-
-def _processors() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _progress(name: str) -> None:

@@ -98,6 +98,25 @@ def test_a_theorem_is_proved_once_what_is_generated_is_there(
     assert way == ["(< skill kind) false", "result true"]
 
 
+def test_several_at_a_time_say_what_each_says_by_itself(
+    proofs: Callable[..., Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = proofs()
+    _prove(folder, "--update")
+    shutil.copytree(folder, folder.parent / "wrong")
+    (folder.parent / "wrong" / "risk.smt2").write_text("", encoding="utf-8")
+    capsys.readouterr()
+    said = []
+    for jobs in ("1", "2"):
+        assert _prove(folder, "--jobs", jobs) == Exit.REJECTED
+        said.append(capsys.readouterr().out)
+    assert said[0] == said[1]
+    assert [line.split()[:2] for line in said[0].splitlines() if line[0] != " "] == [
+        ["risk", "proved"],
+        ["wrong", "failed"],
+    ]
+
+
 def test_an_update_that_changes_nothing_but_the_time_writes_nothing(
     proofs: Callable[..., Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
