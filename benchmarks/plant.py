@@ -327,7 +327,7 @@ def main(argv: list[str]) -> None:
     arguments = parser.parse_args(argv)
     tasks, rounds, trials = arguments.tasks, arguments.rounds, arguments.trials
     if arguments.quick:
-        tasks, rounds, trials = ["fetch_object"], 1, 2
+        tasks, rounds, trials = ["fetch_object"], 1, 1
     common = prepared()
     found = [measure(common, task, arguments.seed, rounds, arguments.folder) for task in tasks]
     parallel: dict[str, Any] = {}

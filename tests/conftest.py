@@ -1,16 +1,20 @@
-"""Hypothesis profiles: small and the same each time, or deeper at night; and Ctrl-C as at a terminal."""
+"""Hypothesis profiles, small or deeper at night; Ctrl-C as at a terminal; proofs that tests share."""
 
 from __future__ import annotations
 
 import os
+import shutil
 import signal
+import tempfile
+from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 # Two shared cores make single examples slow now and then; what is measured is correctness.
 settings.register_profile(
     "ci",
-    max_examples=60,
+    max_examples=40,
     derandomize=True,
     database=None,
     deadline=None,
@@ -23,7 +27,42 @@ settings.register_profile(
     print_blob=True,
     suppress_health_check=[HealthCheck.too_slow],
 )
-os.environ["AEROS_CACHE"] = "off"  # what a test proves, it proves itself
 # A job of a shell that is not interactive ignores Ctrl-C, and so does everything that it starts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 settings.load_profile(os.environ.get("AEROS_HYPOTHESIS", "ci"))
+
+_HERE = Path(__file__).parent
+_PROVING = [
+    _HERE / one
+    for one in (
+        "corpus",
+        "differential",
+        "property",
+        "unit/spec",
+        "unit/cli/reports",
+        "unit/runtime/registry",
+    )
+]
+_PROVING += sorted(_HERE.glob("unit/cli/test_verify*.py"))
+"""Tests of what proves, which prove everything themselves."""
+
+_STORE = "AEROS_STORE_OF_TESTS"
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """A store for all processes of this run, which is new with each."""
+    if not hasattr(config, "workerinput"):
+        os.environ[_STORE] = tempfile.mkdtemp(prefix="aeros-tests-")
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Nothing of it is left."""
+    if not hasattr(config, "workerinput"):
+        shutil.rmtree(os.environ.pop(_STORE))
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Tests that only need proved modules find what another proved in the same run."""
+    is_proving = any(item.path.is_relative_to(one) for one in _PROVING)
+    os.environ["AEROS_CACHE"] = "off" if is_proving else os.environ[_STORE]
