@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from math import inf
+from pathlib import Path
 from typing import Any, cast
 
 import pytest
@@ -15,7 +16,7 @@ from aeros.experiments.plants import Opened
 from aeros.experiments.running import run_trials
 from aeros.experiments.sharing import FollowingRuntime, Live, Take, Takes
 from aeros.experiments.store import Store
-from aeros.experiments.trials.task import Tasks
+from aeros.experiments.trials.task import KIND, Tasks
 from aeros.runtime.ports import BEGINNING, Ended, Runtime, StepHandle, StepRequest, StepResult, StepStatus
 from aeros.spec.errors import InternalError
 from tests.unit.experiments.common import ROOT, WHERE, Here, premises, settings
@@ -153,7 +154,10 @@ def told(found: Found) -> Mapping[str, Any]:
 
 
 @pytest.mark.physics
-def test_on_physics_trials_that_share_find_what_each_finds_alone(tmp_path: Any) -> None:
+def test_on_physics_trials_that_share_find_what_each_finds_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(KIND, "_takes", Takes())  # those of other tests aside
     faults = (ROOT / "aeros/experiments/data/faults/fetch_object.yaml").read_text()
     given = settings("fetch_object", faults=faults)
     named = (("flat", "1/10"), ("flat", "9/10"), ("behaviour_tree", "1/10"), ("behaviour_tree", "9/10"))
