@@ -10,14 +10,14 @@ from concurrent.futures import BrokenExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from aeros.cli.arguments import existing_path, process_count
+from aeros.cli.arguments import existing_path, process_count, processors
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.premises import output_folder
 from aeros.experiments.architecture import class_of
 from aeros.experiments.catalogue import PLANTS, Entry, Experiment, catalogue, chosen
 from aeros.experiments.premises import Where, premises_of
 from aeros.experiments.report.written import write_report
-from aeros.experiments.running import OtherPremisesError, Progress, executor_at, processors, run_trials
+from aeros.experiments.running import OtherPremisesError, Progress, executor_at, run_trials
 from aeros.experiments.store import FILE, Store
 from aeros.spec.diagnostics import Diagnostic
 from aeros.spec.errors import MisuseError, UserError

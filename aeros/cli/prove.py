@@ -77,7 +77,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     update = arguments.update or os.environ.get("AEROS_UPDATE_GOLDEN") == "1"
     if update and arguments.solver != "both":
         raise UsageError("what is written is what both solvers say: `--update` goes with `--solver both`")
-    _solvers(arguments.solver)
+    _solvers(arguments.solver)  # refused here where one is missing, and not by each process
     found: list[dict[str, Any]] = []
     exits: list[Exit] = []
     for one in _proved(list(folders.values()), arguments.solver, update, arguments.jobs or processors()):

@@ -93,6 +93,7 @@ def kind_of(name: str) -> Kind:
     return kind
 
 
+@cache
 def family_of(condition: Condition) -> tuple[str, float]:
     """See `Sharing`; else each condition is one of its own."""
     kind = kind_of(condition.kind)

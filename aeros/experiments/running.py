@@ -193,11 +193,6 @@ def _left(company: Sequence[Condition], seed: int, premises: str, store: Store) 
     return left[::-1]
 
 
-def processors() -> int:
-    """Those that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 @contextmanager
 def local(workers: int) -> Iterator[tuple[Executor, int]]:
     """Processes on this machine, and how many."""

@@ -95,6 +95,31 @@ class Live(NamedTuple):
     opened: Opened
 
 
+class _Recorder:
+    """A plant that is open, and the take that is made of it.
+
+    number: the condition's.
+    """
+
+    def __init__(self, live: Live, number: float) -> None:
+        self._live = live
+        self._number = number
+        self.take = Take(number, self._state())
+
+    def ask(self, asked: tuple[str, tuple[Any, ...]]) -> Exchange:
+        """Ask it, and add what comes of it to the take."""
+        name, arguments = asked
+        answer = getattr(self._live.runtime, name)(*arguments)
+        exchange = Exchange(asked, answer, self._state())
+        self.take.exchanges.append(exchange)
+        return exchange
+
+    def _state(self) -> State:
+        runtime, opened = self._live
+        alike = opened.alike() if opened.alike else (self._number, self._number)
+        return State(runtime.now(), runtime.observe(), dict(opened.counts), alike)
+
+
 class FollowingRuntime:
     """A runtime (`ports.Runtime`) that follows takes as far as it can, and then makes another.
 
@@ -116,9 +141,11 @@ class FollowingRuntime:
         self._opened = opened
         self._done: list[Exchange] = []
         self._stack = ExitStack()
-        self._live: Live | None = None
+        self._live: _Recorder | None = None
         self._followed = [one for one in takes if one.holds(number, 0)]
-        self._state = self._followed[0].before if self._followed else self._go_live()
+        if not self._followed:
+            self._live = self._opened_anew()
+        self._state = self._live.take.before if self._live else self._followed[0].before
 
     def __enter__(self) -> Self:
         return self
@@ -200,33 +227,18 @@ class FollowingRuntime:
                 and one.holds(self._number, place + 1)
             ]
             if not self._followed:
-                self._state = self._go_live()
-        found = self._asked_live(asked) if self._live else self._followed[0].exchanges[place]
+                self._live = self._opened_anew()
+        found = self._live.ask(asked) if self._live else self._followed[0].exchanges[place]
         self._done.append(found)
         self._state = found.after
         return found.answer
 
-    def _go_live(self) -> State:
-        """Open a plant, and ask it what was asked so far; how that leaves it."""
-        self._live = self._stack.enter_context(self._opened())
-        self._take = Take(self._number, self._measured())
+    def _opened_anew(self) -> _Recorder:
+        """A plant of its own, asked everything that was asked so far."""
+        recorder = _Recorder(self._stack.enter_context(self._opened()), self._number)
         for old in self._done:
-            new = self._asked_live(old.asked)
+            new = recorder.ask(old.asked)
             if (new.answer, new.after.now) != (old.answer, old.after.now):
                 raise InternalError(f"the same seed did not do the same: {old.answer}, and then {new.answer}")
-        self._takes.append(self._take)
-        return self._take.left(len(self._done))
-
-    def _asked_live(self, asked: tuple[str, tuple[Any, ...]]) -> Exchange:
-        assert self._live is not None  # noqa: S101  by whom it is called
-        name, arguments = asked
-        answer = getattr(self._live.runtime, name)(*arguments)
-        exchange = Exchange(asked, answer, self._measured())
-        self._take.exchanges.append(exchange)
-        return exchange
-
-    def _measured(self) -> State:
-        assert self._live is not None  # noqa: S101  by whom it is called
-        runtime, opened = self._live
-        alike = opened.alike() if opened.alike else (self._number, self._number)
-        return State(runtime.now(), runtime.observe(), dict(opened.counts), alike)
+        self._takes.append(recorder.take)
+        return recorder
