@@ -40,6 +40,12 @@ def counting() -> Configuration:
 
 
 @cache
+def kept() -> tuple[str, ...]:
+    """The names of the histories that a runtime keeps."""
+    return tuple(sorted(Histories(counting().site).names))
+
+
+@cache
 def gate(mode: GateMode = GateMode.COMPILED) -> Gate:
     return Gate(counting(), mode)
 
@@ -67,7 +73,7 @@ def places(base: Request, value: Any) -> list[Request]:
     readings, (left, right) = base.readings, base.readings["filled"].value
     found = [replace(base, action=base.action._replace(parameters={**base.action.parameters, "many": value}))]
     found += [replace(base, caller=replace(base.caller, inputs={"most": value}))]
-    for name in ("pieces", *sorted(Histories(counting().site).names)):
+    for name in ("pieces", *kept()):
         found.append(replace(base, readings={**readings, name: Reading(value, NOW)}))
     for pair in ((value, right), [left, value]):
         found.append(replace(base, readings={**readings, "filled": Reading(pair, NOW)}))

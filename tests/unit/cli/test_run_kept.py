@@ -34,8 +34,8 @@ KINDS = {
 }
 
 
-def arguments(folder: Path, *more: str) -> list[str]:
-    return ["run", "make dumplings", "--ecms", str(REPOSITORY / "ecms"), "--state", str(folder / "state"),
+def arguments(folder: Path, *more: str, task: str = "make dumplings") -> list[str]:
+    return ["run", task, "--ecms", str(REPOSITORY / "ecms"), "--state", str(folder / "state"),
             "--out", str(folder / "out"), *more]  # fmt: skip
 
 
@@ -73,7 +73,7 @@ def check_against_the_records(file: Path, out: Path) -> dict[str, list[tuple[int
         (record["sequence"], record["event"], record["details"]) for record in records
     ]
     decided = [record for record in records if record["event"] == "decision"]
-    assert len(decided) > 50
+    assert len(decided) > 10
     said = [
         (one.record, one.module, one.skill, one.verdict, json.loads(one.action), json.loads(one.reasons))
         for _, one in told["/aeros/decisions"]
@@ -93,7 +93,7 @@ def check_against_the_records(file: Path, out: Path) -> dict[str, list[tuple[int
             there = at[topic, round(measured * 1e9)]
             assert value in [value_of(message, name) for message in there], (topic, measured)
             compared.add(name)
-    assert {"joint_position", "tool_position", "tool_speed", "estop_pressed", "dumpling_wrapped"} <= compared
+    assert {"joint_position", "tool_position", "tool_speed", "estop_pressed"} <= compared
     notes = [json.loads(one.details) for one in events if one.event == "note"]
     assert [(one["event"], one["details"]) for one in notes] == [
         (line["kind"], line["details"]) for line in trace
@@ -108,14 +108,19 @@ def check_against_the_records(file: Path, out: Path) -> dict[str, list[tuple[int
 
 
 @pytest.mark.parametrize(
-    "plant", ["symbolic", "kinematic", pytest.param("physics", marks=pytest.mark.physics)]
+    ("plant", "task"),
+    [
+        ("symbolic", "make dumplings"),
+        ("kinematic", "fetch the object"),
+        pytest.param("physics", "fetch the object", marks=pytest.mark.physics),
+    ],
 )
 def test_an_mcap_file_says_what_trace_and_audit_log_say(
-    plant: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    plant: str, task: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "kept" / "run.mcap"
     given = ["--plant", plant, "--mcap", str(file)] + (["--no-record"] if plant == "physics" else [])
-    assert main(arguments(tmp_path, *given)) == Exit.PROVED
+    assert main(arguments(tmp_path, *given, task=task)) == Exit.PROVED
     assert f"mcap       {file}\n" in capsys.readouterr().out
     assert list(file.parent.iterdir()) == [file]
     told = check_against_the_records(file, tmp_path / "out")
@@ -126,7 +131,7 @@ def test_an_mcap_file_says_what_trace_and_audit_log_say(
     ticks = round(simulated * 240)
     assert len(told["/joint_states"]) == ticks + 1
     # The chain is known from the first motion on; a look of 24 ticks comes before it.
-    assert ticks - 25 <= len(told["/tf"]) <= ticks + 2
+    assert ticks - 25 <= len({time_ for time_, _ in told["/tf"]}) <= ticks + 1
     for time_, message in told["/tf"][:: ticks // 50]:
         frames = [one.child_frame_id for one in message.transforms]
         assert frames[-8:] == [*(f"j{joint}_link" for joint in range(1, 8)), "tool"]
