@@ -5,81 +5,38 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
-import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, suppress
-from functools import partial
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final
 
 from aeros.agent.checkpoint import Checkpoints
-from aeros.agent.errors import EndedError, RefusedError
+from aeros.agent.errors import RefusedError
 from aeros.agent.identity import exclusive
-from aeros.agent.journal import Event
-from aeros.agent.loop import Agent, awake
-from aeros.agent.planner import Planner
 from aeros.agent.quarantine import Quarantine
-from aeros.agent.routing import Routed
 from aeros.cli.arguments import UsageError, existing_path, film_path, mcap_path, writable_path
-from aeros.cli.bag import bagged
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.goal import goal_of
-from aeros.cli.interruptible import Interruptible
-from aeros.cli.latest_run import note_run
-from aeros.cli.notification import READY, STOPPING, Attended, Notifier
-from aeros.cli.page.left import read_left
-from aeros.cli.planners import LLM_KEY, planner_of, time_for
-from aeros.cli.plants import (
-    PLANTS,
-    PlantRefusedError,
-    bodies_of,
-    faults_of,
-    film_of,
-    joined,
-    open_plant,
-    people_of,
-    window_of,
-)
+from aeros.cli.planners import LLM_KEY, planner_of
+from aeros.cli.plants import PLANTS, PlantRefusedError
 from aeros.cli.premises import (
     REFUSALS,
     governed,
-    isolated_skills,
     key_file_of,
     output_folder,
     seed_of,
     signing_with,
     task_meant,
 )
-from aeros.cli.report import written
-from aeros.cli.run_report import TraceWriter, summary
-from aeros.cli.unfinished import forget, keep, restore
+from aeros.cli.run_plant import Staged, around_of, serve, watched
+from aeros.cli.run_task import Meant, run_task
+from aeros.cli.unfinished import keep, restore
 from aeros.cli.watchdog import watch
-from aeros.runtime.audit import AuditLog, AuditReport, verify_log
-from aeros.runtime.audit_checkpoints import Signing, verify_signed
-from aeros.runtime.bus.samples import FILE as SAMPLES
-from aeros.runtime.bus.samples import Samples
-from aeros.runtime.bus.watched_plant import WatchedPlant
-from aeros.runtime.configuration import Configuration
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate, GateMode
-from aeros.runtime.governor import Command, Governor
-from aeros.runtime.ports import Plant
+from aeros.runtime.gate import GateMode
 from aeros.runtime.registry.governing import Steering
 from aeros.runtime.registry.registry import Registry
-from aeros.sim.hosting.host import Host, HostLog
-from aeros.sim.hosting.remote import RemotePlant
 from aeros.sim.hosting.wire import LostError
-from aeros.spec.model import Clause
-from aeros.spec.reports import Report
 
 if TYPE_CHECKING:
-    from aeros.sim.bodies import Body
-    from aeros.sim.faults.injector import Happening
-    from aeros.sim.faults.model import Fault
-    from aeros.sim.people import Person
-    from aeros.sim.physics import Spectator
-
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _EXAMPLES = """\
@@ -322,34 +279,18 @@ def _watch(arguments: argparse.Namespace) -> Exit:
 
 def _pursue(arguments: argparse.Namespace) -> Exit:
     key_file = key_file_of(arguments)
-    governor, configuration, report = governed(arguments, resumed=arguments.resume or arguments.serve_plant)
+    governor, configuration, proof = governed(arguments, resumed=arguments.resume or arguments.serve_plant)
     try:
         signing = signing_with(key_file, arguments.anchor)
-        people = people_of(arguments.plant, arguments.person)
         routed = task_meant(arguments.instruction, configuration, governor, arguments.state)
         goal = None if arguments.goal is None else goal_of(arguments.goal, configuration.site)
         planner = planner_of(arguments, configuration.modules[routed.module], configuration.site)
-        around = _Around((), (), ())
-        if arguments.plant_at is None or arguments.serve_plant:
-            faults = faults_of(arguments.plant, arguments.faults, configuration, routed.task)
-            bodies = bodies_of(arguments.plant, arguments.scene, routed.task, arguments.seed)
-            around = _Around(people, faults, bodies)
-        with _watched(arguments, routed.task.id) as (out, spectators), governor:
+        around = around_of(arguments, configuration, routed)
+        with watched(arguments, routed.task.id) as (out, spectators), governor:
+            staged = Staged(arguments, configuration, routed, around, spectators, out)
             if arguments.serve_plant:
-                return _serve(arguments, configuration, routed, around, spectators, out)
-            return _run(
-                arguments,
-                configuration,
-                governor,
-                report,
-                routed,
-                planner,
-                goal,
-                around,
-                spectators,
-                out,
-                signing,
-            )
+                return serve(staged)
+            return run_task(staged, Meant(governor, proof, planner, goal, signing))
     except REFUSALS as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
@@ -357,183 +298,3 @@ def _pursue(arguments: argparse.Namespace) -> Exit:
         # Whoever supervises this process may try it again.
         print(f"aeros: the plant is lost: {lost}", file=sys.stderr)
         return Exit.OUR_BUG
-
-
-@contextmanager
-def _watched(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Path, Sequence[Spectator]]]:
-    """The folder for what is left of the run, and who looks on: both are there before anything moves."""
-    with ExitStack() as closing:
-        spectators: list[Spectator] = []
-        if arguments.plant_at is not None and not arguments.serve_plant:
-            yield arguments.out, spectators
-            return
-        if arguments.view:
-            spectators.append(window_of(arguments.plant))
-            closing.callback(spectators[0].close)
-        out = arguments.out if arguments.serve_plant else output_folder(arguments.out, task)
-        is_filmed = arguments.plant == "physics" and not arguments.no_record
-        if is_filmed or arguments.record is not None:
-            spectators.append(film_of(arguments.plant, arguments.record or out / "run.webp"))
-        yield out, spectators
-
-
-class _Around(NamedTuple):
-    """What is in a simulated scene besides the task's own things, and what goes wrong there."""
-
-    people: Sequence[Person]
-    faults: Sequence[Fault]
-    bodies: Sequence[Body]
-
-
-def _serve(
-    arguments: argparse.Namespace,
-    configuration: Configuration,
-    routed: Routed,
-    around: _Around,
-    spectators: Sequence[Spectator],
-    out: Path,
-) -> Exit:
-    """Be the plant of a run whose agent is another process; nothing, where there is one already."""
-    tell = HostLog(out / "plant.jsonl")
-    with (
-        suppress(RefusedError),
-        exclusive(arguments.state / "plant", arguments.instruction),
-        _plant(
-            arguments, configuration, routed, around, spectators, lambda one: tell(one._asdict())
-        ) as plant,
-    ):
-        Host(plant, tell).serve(arguments.plant_at)
-        with suppress(OSError):
-            arguments.plant_at.parent.rmdir()
-    return Exit.PROVED
-
-
-def _plant(
-    arguments: argparse.Namespace,
-    configuration: Configuration,
-    routed: Routed,
-    around: _Around,
-    spectators: Sequence[Spectator],
-    tell: Callable[[Happening], None],
-) -> AbstractContextManager[Plant]:
-    """The plant of this process, or of another that is served at `plant_at`."""
-    if arguments.plant_at is not None and not arguments.serve_plant:
-        return closing(joined(arguments.plant_at))
-    people, faults, bodies = around
-    plant, seed = arguments.plant, arguments.seed
-    return open_plant(plant, configuration, routed.task, seed, spectators, people, faults, tell, bodies)
-
-
-def _run(
-    arguments: argparse.Namespace,
-    configuration: Configuration,
-    governor: Governor,
-    proof: Report,
-    routed: Routed,
-    planner: Planner,
-    goal: Clause | None,
-    around: _Around,
-    spectators: Sequence[Spectator],
-    out: Path,
-    signing: Signing | None,
-) -> Exit:
-    audit_path = out / "audit.jsonl"
-    durability = configuration.site.durability
-    began = time.perf_counter()
-    with (
-        isolated_skills(configuration) as skills,
-        bagged(arguments.bag, arguments.mcap, configuration.site) as feed,
-        AuditLog(
-            audit_path, durability=durability, signing=signing, listener=None if feed is None else feed.record
-        ) as audit,
-        TraceWriter(out / "trace.jsonl") as trace,
-        Samples(out / SAMPLES, configuration.site) as samples,
-        Notifier() as notifier,
-        _plant(
-            arguments,
-            configuration,
-            routed,
-            around,
-            spectators,
-            lambda one: trace.tell(
-                Event(one.event, one.text, {"fault": one.fault, "opportunity": one.opportunity}, one.time)
-            ),
-        ) as opened,
-    ):
-        sampled = WatchedPlant(opened, samples)
-        plant = sampled if feed is None else WatchedPlant(sampled, feed)
-        gate = Gate(configuration, GateMode(arguments.gate))
-        with (
-            Interruptible(governor) as governed,
-            Executor(
-                configuration,
-                gate,
-                plant,
-                audit,
-                skills,
-                attended := Attended(governed, notifier),
-                resumed=arguments.resume,
-            ) as executor,
-        ):
-            audit.append("isolation", skills.details())
-            with awake(
-                arguments.state,
-                configuration.site.id,
-                executor,
-                planner,
-                trace.tell,
-                arguments.seed,
-                within=time_for(arguments, planner),
-                purpose=arguments.instruction,
-            ) as agent:
-                note_run(arguments.state, out)
-                attended.on_command = partial(_heed, agent)
-                notifier.tell(READY)
-                pursue = agent.resume if arguments.resume else agent.run
-                try:
-                    report = pursue(arguments.instruction, arguments.timeout, goal)
-                except EndedError:
-                    _end(opened, arguments.state)
-                    raise
-            notifier.tell(STOPPING)
-        simulated = plant.now()
-        if not notifier.is_alone:
-            _end(opened, arguments.state)
-    print(summary(proof, report, arguments.plant, simulated, time.perf_counter() - began))
-    audited, sound = _audited(audit_path, signing)
-    print(f"audit      {audited.records} records, {sound}")
-    if not report.reached:
-        print(f"why        aeros why {out}")
-    if arguments.record is not None and arguments.record.exists():
-        print(f"film       {arguments.record}")
-    if feed is not None:
-        kept = f"bag        {arguments.bag}/" if arguments.mcap is None else f"mcap       {arguments.mcap}"
-        print(kept + (f", {feed.lost} not kept: {feed.trouble}" if feed.lost else ""))
-    if arguments.report:
-        site = configuration.site
-        written(read_left(out), out / "report.html", {site.digest: site}, sound)
-    print(f"left in    {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
-    if governed.is_interrupted:
-        return Exit.INTERRUPTED
-    return Exit.PROVED if report.reached and audited.bad_record is None else Exit.REJECTED
-
-
-def _end(plant: Plant, state: Path) -> None:
-    """Let a plant that outlives this process end with the task, which is not to be resumed."""
-    if isinstance(plant, RemotePlant):
-        forget(state)
-        plant.end()
-
-
-def _heed(agent: Agent, command: Command) -> None:
-    agent.heed(is_paused=command is Command.PAUSE)
-
-
-def _audited(log: Path, signing: Signing | None) -> tuple[AuditReport, str]:
-    """What a look at the finished log finds, and in words."""
-    if signing is None:
-        chain, sound = verify_log(log), "chain sound"
-    else:
-        chain = verify_signed(log, signing.key.public, signing.anchor).chain
-        sound = "chain sound, signed" if signing.anchor is None else "chain sound, signed and anchored"
-    return chain, sound if chain.sound else f"record {chain.bad_record}: {chain.why}"

@@ -1,0 +1,125 @@
+"""The plant of a run: what is in its scene, who looks on, and whether it is this process's or another's."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from aeros.agent.errors import RefusedError
+from aeros.agent.identity import exclusive
+from aeros.agent.routing import Routed
+from aeros.cli.exit_codes import Exit
+from aeros.cli.plants import bodies_of, faults_of, film_of, joined, open_plant, people_of, window_of
+from aeros.cli.premises import output_folder
+from aeros.cli.unfinished import forget
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.ports import Plant
+from aeros.sim.hosting.host import Host, HostLog
+from aeros.sim.hosting.remote import RemotePlant
+
+if TYPE_CHECKING:
+    from aeros.sim.bodies import Body
+    from aeros.sim.faults.injector import Happening
+    from aeros.sim.faults.model import Fault
+    from aeros.sim.people import Person
+    from aeros.sim.physics import Spectator
+
+
+class Around(NamedTuple):
+    """What is in a simulated scene besides the task's own things, and what goes wrong there."""
+
+    people: Sequence[Person]
+    faults: Sequence[Fault]
+    bodies: Sequence[Body]
+
+
+@dataclass(frozen=True)
+class Staged:
+    """All that a run needs of its plant.
+
+    out: the folder for what is left of the run.
+    """
+
+    arguments: argparse.Namespace
+    configuration: Configuration
+    routed: Routed
+    around: Around
+    spectators: Sequence[Spectator]
+    out: Path
+
+
+def is_elsewhere(arguments: argparse.Namespace) -> bool:
+    """Whether the plant is of another process, which serves it."""
+    return arguments.plant_at is not None and not arguments.serve_plant
+
+
+def around_of(arguments: argparse.Namespace, configuration: Configuration, routed: Routed) -> Around:
+    """What the arguments name; of a plant elsewhere nothing, as that has it."""
+    people = people_of(arguments.plant, arguments.person)
+    if is_elsewhere(arguments):
+        return Around((), (), ())
+    faults = faults_of(arguments.plant, arguments.faults, configuration, routed.task)
+    bodies = bodies_of(arguments.plant, arguments.scene, routed.task, arguments.seed)
+    return Around(people, faults, bodies)
+
+
+@contextmanager
+def watched(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Path, Sequence[Spectator]]]:
+    """The folder for what is left of the run, and who looks on: both are there before anything moves."""
+    with ExitStack() as closing:
+        spectators: list[Spectator] = []
+        if is_elsewhere(arguments):
+            yield arguments.out, spectators
+            return
+        if arguments.view:
+            spectators.append(window_of(arguments.plant))
+            closing.callback(spectators[0].close)
+        out = arguments.out if arguments.serve_plant else output_folder(arguments.out, task)
+        is_filmed = arguments.plant == "physics" and not arguments.no_record
+        if is_filmed or arguments.record is not None:
+            spectators.append(film_of(arguments.plant, arguments.record or out / "run.webp"))
+        yield out, spectators
+
+
+def staged_plant(staged: Staged, tell: Callable[[Happening], None]) -> AbstractContextManager[Plant]:
+    """The plant of this process, or of another that is served at `plant_at`."""
+    arguments, (people, faults, bodies) = staged.arguments, staged.around
+    if is_elsewhere(arguments):
+        return closing(joined(arguments.plant_at))
+    return open_plant(
+        arguments.plant,
+        staged.configuration,
+        staged.routed.task,
+        arguments.seed,
+        staged.spectators,
+        people,
+        faults,
+        tell,
+        bodies,
+    )
+
+
+def serve(staged: Staged) -> Exit:
+    """Be the plant of a run whose agent is another process; nothing, where there is one already."""
+    arguments = staged.arguments
+    tell = HostLog(staged.out / "plant.jsonl")
+    with (
+        suppress(RefusedError),
+        exclusive(arguments.state / "plant", arguments.instruction),
+        staged_plant(staged, lambda one: tell(one._asdict())) as plant,
+    ):
+        Host(plant, tell).serve(arguments.plant_at)
+        with suppress(OSError):
+            arguments.plant_at.parent.rmdir()
+    return Exit.PROVED
+
+
+def end(plant: Plant, state: Path) -> None:
+    """Let a plant that outlives this process end with the task, which is not to be resumed."""
+    if isinstance(plant, RemotePlant):
+        forget(state)
+        plant.end()
