@@ -10,8 +10,9 @@ from concurrent.futures import BrokenExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from aeros.cli.arguments import existing_path, process_count, processors
+from aeros.cli.arguments import UsageError, existing_path, process_count, processors
 from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.plants import PlantRefusedError
 from aeros.cli.premises import output_folder
 from aeros.experiments.architecture import class_of
 from aeros.experiments.catalogue import PLANTS, Entry, Experiment, catalogue, chosen
@@ -19,8 +20,7 @@ from aeros.experiments.premises import Where, premises_of
 from aeros.experiments.report.written import write_report
 from aeros.experiments.running import OtherPremisesError, Progress, executor_at, run_trials
 from aeros.experiments.store import FILE, Store
-from aeros.spec.diagnostics import Diagnostic
-from aeros.spec.errors import MisuseError, UserError
+from aeros.spec.errors import MisuseError
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -102,8 +102,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
             print("\n\n".join(map(_listed, experiments.values())))
             return Exit.PROVED
         return _run(arguments, chosen(experiments, arguments.experiments))
-    except MisuseError as error:
-        raise UserError([Diagnostic("AE130", str(error))]) from error
+    except (MisuseError, PlantRefusedError) as error:
+        raise UsageError(str(error)) from error
 
 
 def _listed(one: Experiment) -> str:
@@ -129,6 +129,9 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
         try:
             with executor_at(arguments.executor, arguments.workers or processors()) as (executor, workers):
                 run_trials(conditions, seeds, where, executor, workers, store, shown)
+            again = _again(arguments)
+            results = results_of(experiments, store.trials, premises, seeds, arguments.plant, again)
+            write_report(results, out)
         except KeyboardInterrupt:
             print(f"\naeros: {told}", file=sys.stderr)
             return Exit.INTERRUPTED
@@ -138,8 +141,6 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
         except (OtherPremisesError, OSError) as refused:
             print(f"\naeros: {refused}; {told}", file=sys.stderr)
             return Exit.REJECTED
-        results = results_of(experiments, store.trials, premises, seeds, arguments.plant, _again(arguments))
-    write_report(results, out)
     off = [row["id"] for one in results["experiments"] for row in one["rows"] if _misses(row)]
     rows = sum(len(one.rows) for one in experiments)
     print(
@@ -151,12 +152,12 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
 
 
 def _reporting() -> Callable[..., dict[str, Any]]:
-    """What makes results of trials; raises `UserError` where it cannot, and so before anything is tried."""
+    """What makes results of trials; raises `UsageError` where it cannot, and so before anything is tried."""
     try:
         from aeros.experiments.report.results import results_of
     except ImportError as error:
-        headline = f"experiments need `pip install 'aeros[experiments]'` ({error.name} is missing)"
-        raise UserError([Diagnostic("AE002", headline)]) from error
+        needs = f"experiments need `pip install 'aeros[experiments]'` ({error.name} is missing)"
+        raise UsageError(needs) from error
     return results_of
 
 
@@ -176,17 +177,14 @@ def _again(arguments: argparse.Namespace) -> str:
 
 
 def _folder(arguments: argparse.Namespace) -> Path:
-    """Where everything is left; raises `UserError` where trials are there and nobody said to take them."""
+    """Where everything is left; raises `UsageError` where trials are there and nobody said to take them."""
     out: Path | None = arguments.out
     if out is None:
         if arguments.resume:
-            raise UserError(
-                [Diagnostic("AE002", "`--resume` needs the folder of the trials", help=("--out FOLDER",))]
-            )
+            raise UsageError("--resume goes with --out FOLDER, which is the folder of the trials")
         return output_folder(None, "experiment")
     if not arguments.resume and (out / FILE).exists():
-        help_ = ("go on with --resume, or give another folder",)
-        raise UserError([Diagnostic("AE002", f"there are trials in `{out}` already", help=help_)])
+        raise UsageError(f"there are trials in `{out}` already: go on with --resume, or give another folder")
     return out
 
 

@@ -14,8 +14,8 @@ from typing import Any, Final
 from aeros.experiments.architecture import SHIPPED, class_of
 from aeros.experiments.condition import Condition
 from aeros.experiments.premises import digest_of_files
-from aeros.spec.diagnostics import Diagnostic, did_you_mean
-from aeros.spec.errors import UserError
+from aeros.spec.diagnostics import did_you_mean
+from aeros.spec.errors import MisuseError
 
 _DATA: Final = Path(__file__).parent / "data"
 
@@ -128,7 +128,7 @@ def catalogue(plant: str, entries: Sequence[Entry] = ()) -> dict[int, Experiment
 
 
 def chosen(experiments: Mapping[int, Experiment], names: Iterable[str]) -> list[Experiment]:
-    """Those named: `all`, a number, or the beginning of a row's id; raises `UserError` for any other."""
+    """Those named: `all`, a number, or the beginning of a row's id; raises `MisuseError` for any other."""
     wanted: dict[int, dict[str, Row]] = {}
     for name in names:
         rows = [
@@ -141,10 +141,10 @@ def chosen(experiments: Mapping[int, Experiment], names: Iterable[str]) -> list[
             ids = [str(number) for number in experiments]
             ids += [row.id for one in experiments.values() for row in one.rows]
             near = did_you_mean(name, ids)
-            help_ = f"did you mean `{near}`?" if near else "`aeros experiment list` shows all there are"
+            hint = f"did you mean `{near}`?" if near else "`aeros experiment list` shows all there are"
             if plants := _other_plants(name):
-                help_ = f"it is tried with `--plant {plants[0]}`"
-            raise UserError([Diagnostic("AE130", f"there is no experiment `{name}`", help=(help_,))])
+                hint = f"it is tried with `--plant {plants[0]}`"
+            raise MisuseError(f"there is no experiment `{name}`; {hint}")
         for number, row in rows:
             wanted.setdefault(number, {})[row.id] = row
     return [

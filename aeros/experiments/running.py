@@ -21,8 +21,7 @@ from aeros.experiments.condition import Condition
 from aeros.experiments.kinds import ALIKE, Found, Trial, company_of, digest_of, family_of, kind_of
 from aeros.experiments.premises import Where, premises_of
 from aeros.experiments.store import Kept, Store
-from aeros.spec.diagnostics import Diagnostic
-from aeros.spec.errors import UserError
+from aeros.spec.errors import MisuseError
 
 AT_ONCE: Final[Mapping[str, int]] = {"symbolic": 50, "physics": 1}
 """Trials that a worker runs for one answer: those of one take seconds on physics, those of the other none."""
@@ -216,14 +215,14 @@ def _end_after(parent: int) -> None:
 
 
 def executor_at(address: str | None, workers: int) -> AbstractContextManager[tuple[Executor, int]]:
-    """The processes of this machine, or those of a cluster at `dask://HOST:PORT`.  Raises `UserError`."""
+    """The processes of this machine, or those of a cluster at `dask://HOST:PORT`.  Raises `MisuseError`."""
     if address is None:
         return local(workers)
     if not address.startswith("dask://"):
-        raise UserError([Diagnostic("AE002", f"`{address}` is no executor; expected `dask://HOST:PORT`")])
+        raise MisuseError(f"`{address}` is no executor; expected `dask://HOST:PORT`")
     try:
         from aeros.experiments.cluster import cluster
     except ImportError as error:
-        headline = f"`{address}` needs `pip install 'aeros[distributed]'` ({error.name} is missing)"
-        raise UserError([Diagnostic("AE002", headline)]) from error
+        needs = f"`{address}` needs `pip install 'aeros[distributed]'` ({error.name} is missing)"
+        raise MisuseError(needs) from error
     return cluster("tcp://" + address.removeprefix("dask://"))

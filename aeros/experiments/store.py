@@ -18,7 +18,7 @@ from typing import Any, Final, NamedTuple, Self
 
 from aeros.experiments.kinds import Found
 from aeros.spec.diagnostics import Diagnostic
-from aeros.spec.errors import UserError
+from aeros.spec.errors import MisuseError, UserError
 
 FILE: Final = "trials.jsonl"
 
@@ -36,18 +36,21 @@ class Kept(NamedTuple):
 class Store:
     """The trials of one folder; one process at a time writes them.
 
-    Raises `UserError` where another does, or a line is none of ours.
+    Raises `MisuseError` where another does, or none can; `UserError` where a line is none of ours.
     """
 
     def __init__(self, folder: Path) -> None:
         self._path = folder / FILE
-        folder.mkdir(parents=True, exist_ok=True)
-        self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o644)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o644)
+        except OSError as error:
+            raise MisuseError(f"cannot write to `{folder}`: {error.strerror}") from error
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
             os.close(self._file)
-            raise _refused(f"`{self._path}` is being written by another run") from error
+            raise MisuseError(f"`{self._path}` is being written by another run") from error
         self._synced = time.monotonic()
         try:
             self.trials: dict[tuple[str, int], Found] = dict(self._read())
@@ -86,8 +89,6 @@ class Store:
                 one = Kept(**json.loads(line))
                 yield (one.condition, one.seed), one.found
             except (ValueError, TypeError) as error:
-                raise _refused(f"`{self._path}`, line {number}, is no finished trial: {error}") from error
-
-
-def _refused(headline: str) -> UserError:
-    return UserError([Diagnostic("AE002", headline, help=("give another folder with --out",))])
+                headline = f"`{self._path}`, line {number}, is no finished trial: {error}"
+                help_ = ("give another folder with --out",)
+                raise UserError([Diagnostic("AE002", headline, help=help_)]) from error

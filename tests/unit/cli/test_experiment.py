@@ -77,7 +77,7 @@ def test_trials_that_are_there_are_taken_only_where_that_is_said(
 ) -> None:
     assert run(tmp_path, ONE) == Exit.PROVED
     before = (tmp_path / FILE).read_bytes()
-    assert run(tmp_path, ONE) == Exit.REJECTED
+    assert run(tmp_path, ONE) == Exit.USAGE
     assert "go on with --resume" in capsys.readouterr().err
     assert run(tmp_path, "--resume", "--trials", "5", ONE) == Exit.PROVED
     after = (tmp_path / FILE).read_bytes()
@@ -142,13 +142,14 @@ def test_the_reaction_beside_a_slow_planner_is_drawn_along_its_latency(tmp_path:
         (["44"], "there is no experiment `44`"),
         (["4", "--enter", "flatt"], "there is no architecture `flatt`"),
         (["4", "--executor", "ray://"], "expected `dask://HOST:PORT`"),
+        (["4", "--out", "/proc/nobody"], "cannot write to `/proc/nobody`"),
     ],
 )
 def test_what_there_is_not_is_refused(
     arguments: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     common = ("--plant", "symbolic", "--trials", "4", "--ecms", ECMS, "--out", str(tmp_path))
-    assert main(["experiment", *common, *arguments]) == Exit.REJECTED
+    assert main(["experiment", *common, *arguments]) == Exit.USAGE
     assert said in capsys.readouterr().err
 
 
@@ -169,11 +170,11 @@ def test_what_is_not_installed_is_said_before_anything_is_tried(
     for name in [name for name in sys.modules if name.startswith("aeros.experiments")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, package, None)
-    assert run(tmp_path, "4/behaviour_tree") == Exit.REJECTED
+    assert run(tmp_path, "4/behaviour_tree") == Exit.USAGE
     assert said in capsys.readouterr().err
     assert not (tmp_path / FILE).exists()
 
 
 def test_to_resume_takes_a_folder(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["experiment", "1", "--resume"]) == Exit.REJECTED
+    assert main(["experiment", "1", "--resume"]) == Exit.USAGE
     assert "--out FOLDER" in capsys.readouterr().err

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from aeros.experiments.store import FILE, Kept, Store
-from aeros.spec.errors import UserError
+from aeros.spec.errors import MisuseError, UserError
 
 ONE, OTHER = Kept("a", 1, {"reached": True}), Kept("a", 2, {"reached": False})
 
@@ -31,9 +31,14 @@ def test_a_torn_line_is_left_out_and_cut_off(tmp_path: Path) -> None:
 
 
 def test_another_writer_is_refused(tmp_path: Path) -> None:
-    with Store(tmp_path), pytest.raises(UserError) as refused:
+    with Store(tmp_path), pytest.raises(MisuseError, match="is being written by another run"):
         Store(tmp_path)
-    assert "is being written by another run" in refused.value.diagnostics[0].headline
+
+
+def test_a_folder_that_cannot_be_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(MisuseError, match="cannot write to"):
+        Store(tmp_path / "file" / "folder")
 
 
 @pytest.mark.parametrize("line", ["nonsense", "[]", '{"condition":"a"}', '{"some":1}'])
