@@ -1,8 +1,8 @@
 """From an instruction to the one task it names, by the words that the tasks declare.
 
-Words match whole and in any case.  Where several tasks match, or none, that is said: the agent
-does not guess what it was asked to do.  Where a module that is installed and not active has the only
-such task, that is said, too.
+Words match whole and in any case; a task's own name, alone or after its module's, means that task.
+Where several tasks match, or none, that is said: the agent does not guess what it was asked to do.
+Where a module that is installed and not active has the only such task, that is said, too.
 """
 
 from __future__ import annotations
@@ -60,8 +60,9 @@ def _tasks(modules: Mapping[str, Ecm]) -> list[Routed]:
 
 
 def _meant(asked: tuple[str, ...], tasks: list[Routed]) -> list[Routed]:
-    """The tasks one of whose words is in what is asked."""
-    return [routed for routed in tasks if any(_mentions(asked, word) for word in routed.task.words)]
+    """The tasks whose name is what is asked, or else one of whose words is in it."""
+    named = [routed for routed in tasks if asked in (words_of(routed.task.id), words_of(str(routed)))]
+    return named or [routed for routed in tasks if any(_mentions(asked, word) for word in routed.task.words)]
 
 
 def _mentions(asked: tuple[str, ...], declared: str) -> bool:

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import importlib
 import io
 import os
 import sys
 import traceback
 from collections.abc import Sequence
+from typing import Final
 
 import aeros
 from aeros.cli.arguments import UsageError
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.spec.errors import UndecidedError, UserError
-from aeros.spec.render import render_all
+from aeros.spec.render import render_all, safe
 
 _COMMANDS = {
     "verify": "prove modules safe under a site's policy",
@@ -59,6 +61,9 @@ _FAMILIES = {
 }
 """Modules that have the rest of several commands."""
 
+_NO_MORE: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS})
+"""What the system says of writing to a file that is open, without its name."""
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; never lets a traceback out unless AEROS_DEBUG is set."""
@@ -85,6 +90,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:
         if os.environ.get("AEROS_DEBUG"):
             traceback.print_exc()
+        if isinstance(error, OSError) and (error.filename is not None or error.errno in _NO_MORE):
+            place = "a file" if error.filename is None else f"`{safe(str(error.filename))}`"
+            print(f"aeros: {place} cannot be used: {error.strerror}", file=sys.stderr)
+            return Exit.REJECTED
         print(
             f"aeros: this is a bug in aeros, not in your files: {type(error).__name__}: {error}\n"
             "Please report it with the output of the same command under AEROS_DEBUG=1.",

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from functools import partial
 from io import BytesIO
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Final
 
 from PIL import Image as Picture
@@ -69,10 +69,10 @@ def _refuse(path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.exists():
             raise FilmError(f"`{path}` exists already")
+        with TemporaryFile(dir=path.parent):
+            pass
     except OSError as failure:
         raise FilmError(f"there can be no film `{path}`: {failure.strerror}") from failure
-    if not os.access(path.parent, os.W_OK):
-        raise FilmError(f"there can be no film `{path}`: its folder may not be written to")
 
 
 def _encoder_for(suffix: str) -> Encoder:

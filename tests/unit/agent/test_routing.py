@@ -17,6 +17,8 @@ MODULES = {"dumpling": DUMPLING, "clean": CLEAN}
         ("dumpling", "dumpling.make_dumplings"),
         ("Clean up.", "clean.clean_table"),
         ("please wipe  the\ntable now", "clean.clean_table"),
+        ("make_dumplings", "dumpling.make_dumplings"),
+        ("clean.clean_table", "clean.clean_table"),
     ],
 )
 def test_a_declared_word_routes_to_its_task(instruction: str, routed: str) -> None:

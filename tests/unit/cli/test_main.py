@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import errno
 import os
 import subprocess
 import sys
@@ -74,6 +75,24 @@ def test_our_own_bug_is_told_without_a_traceback_unless_asked_for(
     shown = capsys.readouterr().err
     assert "this is a bug in aeros, not in your files: RuntimeError: gears" in shown
     assert ("Traceback" in shown) is debug
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (
+            PermissionError(errno.EACCES, "Permission denied", "/srv"),
+            "`/srv` cannot be used: Permission denied",
+        ),
+        (OSError(errno.ENOSPC, "No space left on device"), "a file cannot be used: No space left on device"),
+    ],
+)
+def test_what_the_system_does_not_let_us_is_no_bug(
+    error: OSError, said: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(decide, "prove", raising(error))
+    assert main(["decide", "--ecm", ".", "--skill", "y"]) == Exit.REJECTED
+    assert capsys.readouterr().err == f"aeros: {said}\n"
 
 
 def test_an_interrupt_is_told(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -96,6 +96,11 @@ def test_a_film_in_a_file_is_refused(tmp_path: Path) -> None:
         Recorder(tmp_path / "file" / "film.gif")
 
 
+def test_a_film_where_no_file_can_be_made_is_refused() -> None:
+    with pytest.raises(FilmError, match="there can be no film `/proc/film.gif`: "):
+        Recorder(Path("/proc/film.gif"))
+
+
 def test_without_pyav_there_is_no_mp4_and_the_cure_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
