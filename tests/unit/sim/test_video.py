@@ -97,7 +97,7 @@ def test_a_film_in_a_file_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_film_where_no_file_can_be_made_is_refused() -> None:
-    with pytest.raises(FilmError, match="there can be no film `/proc/film.gif`: "):
+    with pytest.raises(FilmError, match=r"there can be no film `/proc/film\.gif`: "):
         Recorder(Path("/proc/film.gif"))
 
 
