@@ -27,7 +27,10 @@ Trial = Callable[[int], Found]
 RAM: Final = next((one for one in (Path("/dev/shm"),) if one.is_dir()), None)  # noqa: S108  kept by nobody
 """Where trials keep what nobody keeps; None for wherever temporary files are."""
 
-VARYING: Final = ("live", "processor_s", "swap_s", "reaction_s")
+TIMES: Final = ("processor_s", "swap_s", "reaction_s")
+"""What takes another time whenever it is found."""
+
+VARYING: Final = ("live", *TIMES)
 """What may be found otherwise from one time to the next: times, and whether a plant of its own was needed."""
 
 ALIKE: Final = "alike"

@@ -21,13 +21,12 @@ _DRAWN: Final = {
 _OTHERS: Final = {"paper": "paper", "independent": "if independent", "exact": "exact"}
 """What may stand beside what was measured, in this order, and what it is called."""
 
-_VARYING: Final = {
-    "live": ("a plant of its own, % of trials", 100),
+_TIMES: Final = {
     "processor_s": ("processor time, ms a trial", 1000),
     "swap_s": ("loading the module, proved and compiled before, ms a trial", 1000),
     "reaction_s": ("from hazard to stop, real time, ms a trial", 1000),
 }
-"""What may differ from one run to the next: what it is called, and how many of its unit a 1 is."""
+"""What may take another time in the next run: what it is called, and how many of its unit a 1 is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,16 +84,22 @@ def document(results: Results) -> Iterator[Block]:
         "sampled. ▲ marks a value outside the interval of what was measured; of intervals of 95 % one in "
         "twenty misses."
     )
-    if any("live" in found for one in results["experiments"] for found in one["timings"].values()):
-        yield Words(
-            "A plant does the same whenever the same is asked of it with the same seed, so trials that ask "
-            "the same share what it did; how many of each condition needed a plant of their own stands under "
-            "*how long it took*."
-        )
+    yield from _work(results["work"])
     yield Words(_agreement(results))
     yield _environment(results)
     for one in results["experiments"]:
         yield from _experiment(one)
+
+
+def _work(work: Mapping[str, Any]) -> Iterator[Block]:
+    """What it took, and how much of that trials shared."""
+    took = f"{work['trials']:,} trials took {work['processor_s'] / 3600:.2f} hours of processor"
+    if work["plants"] is not None:
+        took += (
+            f"; {work['plants']:,} needed a plant of their own: one does the same whenever the same is asked "
+            "of it with the same seed, so trials that ask the same share what it did"
+        )
+    yield Words(f"{took}.")
 
 
 def _agreement(results: Results) -> str:
@@ -168,13 +173,13 @@ def _overhead(overhead: Sequence[Mapping[str, Any]]) -> Table:
 
 
 def _timings(timings: Mapping[str, Mapping[str, float]]) -> Table:
-    """Times, and how many trials had to be simulated, which differ from one run to the next."""
-    names = [name for name in _VARYING if any(name in one for one in timings.values())]
+    """Times, which differ from one run to the next; of a trial that stands for others those of that trial."""
+    names = [name for name in _TIMES if any(name in one for one in timings.values())]
     rows = [
-        (id_, *(f"{_VARYING[name][1] * one[name]:.2f}" if name in one else "" for name in names))
+        (id_, *(f"{_TIMES[name][1] * one[name]:.2f}" if name in one else "" for name in names))
         for id_, one in timings.items()
     ]
-    return _plain(("condition", *(_VARYING[name][0] for name in names)), rows, "how long it took")
+    return _plain(("condition", *(_TIMES[name][0] for name in names)), rows, "how long it took")
 
 
 def _means(one: Mapping[str, Any]) -> Table:

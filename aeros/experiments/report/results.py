@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from aeros.experiments.catalogue import Experiment, Metric, Row, read_data
 from aeros.experiments.environment import environment
-from aeros.experiments.kinds import INDEPENDENT, VARYING, Found, Tracing, digest_of, kind_of
+from aeros.experiments.kinds import ALIKE, INDEPENDENT, TIMES, Found, Tracing, digest_of, family_of, kind_of
 from aeros.experiments.premises import Premises
 from aeros.experiments.statistics import fisher, mcnemar, of_median, wilson
 
@@ -40,6 +40,7 @@ def results_of(
 
     ran_with: options that a command to run a row again needs besides the row.
     """
+    experiments = list(experiments)
     shown = [_experiment(one, trials, premises, seeds, ran_with) for one in experiments]
     return {
         "schema": SCHEMA,
@@ -48,7 +49,27 @@ def results_of(
         "seeds": [seeds[0], seeds[-1]],
         "premises": premises.digest,
         "environment": environment(),
+        "work": _work({row for one in experiments for row in one.rows}, trials, premises, seeds),
         "experiments": shown,
+    }
+
+
+def _work(rows: Iterable[Row], trials: Trials, premises: Premises, seeds: Sequence[int]) -> dict[str, Any]:
+    """How many trials there are, how many of them needed a plant of their own, and what all took.
+
+    plants: None where nothing is shared.  A trial that stands for others of its family counts once.
+    """
+    of = {row.condition: _found(row, trials, premises, seeds) for row in rows}
+    ran = {
+        (family_of(condition)[0] if ALIKE in one else condition.text, seed, tuple(one.get(ALIKE, ()))): one
+        for condition, found in of.items()
+        for seed, one in zip(seeds, found, strict=True)
+    }.values()
+    live = [one["live"] for one in ran if "live" in one]
+    return {
+        "trials": sum(map(len, of.values())),
+        "plants": sum(live) if live else None,
+        "processor_s": sum(one.get("processor_s", 0.0) for one in ran),
     }
 
 
@@ -61,7 +82,7 @@ def _experiment(
     timings = {
         row.id: {
             name: fmean(trial[name] for trial in found)
-            for name in VARYING
+            for name in TIMES
             if all(name in trial for trial in found)
         }
         for row, found in of_rows.items()

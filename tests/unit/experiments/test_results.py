@@ -5,13 +5,14 @@ from __future__ import annotations
 import copy
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from aeros.experiments.catalogue import Entry, catalogue, chosen
-from aeros.experiments.kinds import digest_of
+from aeros.experiments.kinds import ALIKE, digest_of, family_of
 from aeros.experiments.report.results import results_of
 from aeros.experiments.report.written import page_of_kept, write_report
 from aeros.experiments.running import run_trials
@@ -53,6 +54,9 @@ def test_the_same_seeds_give_the_same_tables(results: dict[str, Any], tmp_path: 
     for one in (*again["experiments"], *before["experiments"]):
         one.pop("timings")
         one.pop("overhead")
+    conditions = {row["digest"] for one in again["experiments"] for row in one["rows"]}
+    for made_of in (again, before):
+        assert made_of.pop("work")["trials"] == len(conditions) * TRIALS
     assert again == before
 
 
@@ -176,13 +180,29 @@ def test_where_nothing_is_predicted_the_report_says_why(results: dict[str, Any],
 
 
 def test_how_many_trials_had_a_plant_of_their_own_is_said(results: dict[str, Any], tmp_path: Path) -> None:
-    assert "a plant of its own" not in text_of(results, tmp_path)
+    assert "a plant of their own" not in text_of(results, tmp_path)
     shared = copy.deepcopy(results)
-    shared["experiments"][0]["timings"]["1/static/make_dumplings"] |= {"live": 0.25, "processor_s": 0.5}
+    shared["work"] = {"trials": 13_600, "plants": 1_031, "processor_s": 5400.0}
     text = text_of(shared, tmp_path)
-    assert "share what it did" in text
-    assert "| condition | a plant of its own, % of trials | processor time, ms a trial |" in text
-    assert "| 1/static/make_dumplings | 25.00 | 500.00 |" in text
+    assert "13,600 trials took 1.50 hours of processor; 1,031 needed a plant of their own" in text
+
+
+def test_a_trial_that_stands_for_others_counts_once() -> None:
+    (experiment,) = chosen(catalogue("physics"), ["8/flat/make_dumplings"])
+    seeds = range(2)
+    trials = {
+        (digest_of(row.condition, premises().digest), seed): {
+            "reached": True,
+            "live": seed == 0,
+            "processor_s": 3.0,
+            ALIKE: [0.0, 0.45] if family_of(row.condition)[1] < 0.45 else [0.45, 1.0],
+        }
+        for row in experiment.rows
+        for seed in seeds
+    }
+    metrics = tuple(one for one in experiment.metrics if one.name == "success")
+    few = results_of([replace(experiment, metrics=metrics)], trials, premises(), seeds, "physics", "")
+    assert few["work"] == {"trials": 18, "plants": 2, "processor_s": 12.0}
 
 
 def test_one_value_has_no_interval(tmp_path: Path) -> None:
