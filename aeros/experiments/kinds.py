@@ -39,6 +39,9 @@ ALIKE: Final = "alike"
 PREDICTED: Final = ("success", "invocations", "retries", "recoveries", "replans")
 """What is computed of a condition."""
 
+ATTEMPT: Final = "attempt"
+"""What is computed of how many attempts fail: the rate."""
+
 INDEPENDENT: Final = "independent_"
 """Before the name of what would be exact if attempts were independent of each other, where they are not."""
 

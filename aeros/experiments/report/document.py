@@ -142,9 +142,8 @@ def _experiment(one: Mapping[str, Any]) -> Iterator[Block]:
     yield Table(*_rows(one), folded=f"all {len(one['rows'])} conditions" if many else "")
     for why in dict.fromkeys(text for row in (*one["rows"], *one["means"]) for text in row["why"]):
         yield Words(why)
-    unexplained = [
-        row["id"] for row in one["rows"] if not row["why"] and any(c["misses"] for c in row["cells"].values())
-    ]
+    yield from _drawn(one)
+    unexplained = [row["id"] for row in one["rows"] if not row["why"] and _is_off(one, row)]
     if unexplained:
         yield Words("Marked, and not explained: " + ", ".join(unexplained) + ".")
     for row in one["rows"]:
@@ -160,6 +159,47 @@ def _experiment(one: Mapping[str, Any]) -> Iterator[Block]:
         yield _overhead(one["overhead"])
     yield _timings(one["timings"])
     yield Words("Again: " + f"`{one['rows'][0]['rerun']}`, and so with any other condition's name.")
+
+
+def _is_off(one: Mapping[str, Any], row: Mapping[str, Any]) -> bool:
+    """Whether something is marked that the draws do not explain."""
+    drawn = row["drawn"]
+    explained = set() if drawn is None else {*one["metrics"]} - {*drawn["misses"]}
+    return any(
+        set(cell["misses"]) - ({"exact"} if name in explained else set())
+        for name, cell in row["cells"].items()
+    )
+
+
+def _drawn(one: Mapping[str, Any]) -> Iterator[Block]:
+    """How much of what is marked chance in the draws explains."""
+    rows = []
+    for row in one["rows"]:
+        drawn = row["drawn"] or {"exact": {}}
+        for name, value in drawn["exact"].items():
+            cell = row["cells"][name]
+            digits = 1 if "hits" in cell else 2
+            rows.append(
+                (
+                    Cell(row["id"]),
+                    Cell(f"{drawn['share']:.1f}"),
+                    Cell(one["metrics"][name]["title"]),
+                    Cell(_number(cell["exact"], digits), is_off=True),
+                    Cell(_number(value, digits), name in drawn["misses"]),
+                    *_triple(cell, ()),
+                )
+            )
+    if not rows:
+        return
+    explained = sum(not as_drawn.is_off for *_, as_drawn, _ in rows)
+    yield Words(
+        f"{len(rows)} exact values of other things than failed attempts are marked. What is exact at the "
+        f"share of attempts that did fail is inside the interval of {explained} of them, so these are chance "
+        "in which attempts failed. Trials of a seed draw the same numbers at every rate and in every "
+        "architecture, so they deviate together."
+    )
+    head = ("condition", "attempts that failed, %", "marked", "exact", "exact at that share", "measured")
+    yield Table(head, tuple(rows), folded="what is marked, and what chance in the draws explains of it")
 
 
 def _overhead(overhead: Sequence[Mapping[str, Any]]) -> Table:

@@ -13,8 +13,19 @@ from typing import Any, Final
 
 from aeros.experiments.catalogue import Experiment, Metric, Row, read_data
 from aeros.experiments.environment import environment
-from aeros.experiments.kinds import ALIKE, INDEPENDENT, TIMES, Found, Tracing, digest_of, family_of, kind_of
+from aeros.experiments.kinds import (
+    ALIKE,
+    ATTEMPT,
+    INDEPENDENT,
+    TIMES,
+    Found,
+    Tracing,
+    digest_of,
+    family_of,
+    kind_of,
+)
 from aeros.experiments.premises import Premises
+from aeros.experiments.report.drawn import exact_as_drawn
 from aeros.experiments.statistics import fisher, mcnemar, of_median, wilson
 
 SCHEMA: Final = "aeros/experiments/1"
@@ -147,11 +158,39 @@ def _row(
         "along": row.along,
         "trials": len(found),
         "cells": cells,
+        "drawn": _drawn(row, found, metrics, cells, premises),
         "not_predicted": expected if isinstance(expected, str) else None,
         "series": _series(row, found),
         "told": sorted({text for one in found for text in one.get("told", ())}),
         "why": _why(row.id) if any(cell["misses"] for cell in cells.values()) else [],
         "rerun": f"aeros experiment {row.id} {ran_with}",
+    }
+
+
+def _drawn(
+    row: Row,
+    found: Sequence[Found],
+    metrics: Sequence[Metric],
+    cells: Mapping[str, Mapping[str, Any]],
+    premises: Premises,
+) -> dict[str, Any] | None:
+    """Of the cells that miss what is exact: what would be exact as was drawn, and which of them miss that.
+
+    share: of attempts that failed.  That share itself is drawn, so it stands in neither.
+    """
+    missing = [one for one in metrics if one.name in cells and "exact" in cells[one.name]["misses"]]
+    drawn = exact_as_drawn(row.condition, found, premises) if missing else None
+    if drawn is None:
+        return None
+    scaled = {
+        one.name: (100 if one.is_share else 1) * drawn["exact"][one.exact]
+        for one in missing
+        if one.exact != ATTEMPT
+    }
+    return {
+        "share": 100 * drawn["share"],
+        "exact": scaled,
+        "misses": [name for name, value in scaled.items() if _is_outside(cells[name], value)],
     }
 
 

@@ -13,6 +13,7 @@ import pytest
 
 from aeros.experiments.catalogue import Entry, catalogue, chosen
 from aeros.experiments.kinds import ALIKE, digest_of, family_of
+from aeros.experiments.report.drawn import exact_as_drawn
 from aeros.experiments.report.results import results_of
 from aeros.experiments.report.written import page_of_kept, write_report
 from aeros.experiments.running import run_trials
@@ -21,6 +22,7 @@ from tests.unit.experiments.common import WHERE, Here, premises
 
 ENTRY = Entry("tests.unit.experiments.entered:Stubborn")
 TRIALS = 6
+TRIED = {"reached": True, "tries": 1, "failed_tries": 0, "processor_s": 1.0}
 
 
 @pytest.fixture(scope="module")
@@ -203,6 +205,32 @@ def test_a_trial_that_stands_for_others_counts_once() -> None:
     metrics = tuple(one for one in experiment.metrics if one.name == "success")
     few = results_of([replace(experiment, metrics=metrics)], trials, premises(), seeds, "physics", "")
     assert few["work"] == {"trials": 18, "plants": 2, "processor_s": 12.0}
+
+
+def test_chance_in_the_draws_is_told_from_all_else(results: dict[str, Any], tmp_path: Path) -> None:
+    (experiment,) = chosen(catalogue("physics"), ["8/behaviour_tree/make_dumplings/0.70"])
+    (row,) = experiment.rows
+    drawn = exact_as_drawn(row.condition, [{"tries": 3, "failed_tries": 2}, TRIED], premises())
+    assert drawn is not None
+    assert drawn["share"] == 0.5
+    assert drawn["exact"]["success"] == pytest.approx(1 - 0.5**3)
+    assert exact_as_drawn(row.condition, [], premises()) is None
+    trials = {
+        (digest_of(row.condition, premises().digest), seed): {**TRIED, "steps": 4 + seed % 2, "replans": 0}
+        for seed in range(20)
+    }
+    found = results_of([experiment], trials, premises(), range(20), "physics", "")
+    (shown,) = found["experiments"][0]["rows"]
+    assert shown["cells"]["attempts"]["misses"] == ["exact"]
+    # None of them failed, so all are to succeed, as they did, and in the least steps, which they did not.
+    assert shown["drawn"]["share"] == 0.0
+    assert shown["drawn"]["exact"]["success"] == 100.0
+    assert shown["drawn"]["misses"] == ["steps"]
+    text = text_of(found, tmp_path)
+    assert "2 exact values of other things than failed attempts are marked." in text
+    assert "is inside the interval of 1 of them" in text
+    assert "| 8/behaviour_tree/make_dumplings/0.70 | 0.0 | success | 65.7 ▲ | 100 | 100 [83.9, 100] |" in text
+    assert "Marked, and not explained: 8/behaviour_tree/make_dumplings/0.70." in text
 
 
 def test_one_value_has_no_interval(tmp_path: Path) -> None:
