@@ -192,8 +192,13 @@ def _shown() -> Callable[[Progress], None]:
     """Shows progress on a terminal, once it takes a while: in one line, with the time that is left."""
     last = [0.0]
     is_seen = sys.stderr.isatty()
+    is_ending = False
 
     def show(progress: Progress) -> None:
+        nonlocal is_ending
+        if progress.is_ending and not is_ending:
+            is_ending = True
+            print("\naeros: what is under way is finished first; Ctrl-C again does not wait", file=sys.stderr)
         now = time.monotonic()
         is_last = progress.done == progress.total
         if now - progress.began < _QUIET or (now - last[0] < (_EVERY if is_seen else 60.0) and not is_last):

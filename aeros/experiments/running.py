@@ -49,11 +49,12 @@ class Chunk(NamedTuple):
 
 @dataclass(slots=True)
 class Progress:
-    """How far it has come: trials done of so many, and when it began."""
+    """How far it has come: trials done of so many, when it began, and whether it was interrupted."""
 
     done: int
     total: int
     began: float
+    is_ending: bool = False
 
     @property
     def seconds_left(self) -> float | None:
@@ -130,6 +131,8 @@ def run_trials(
                 return
             _keep_finished(running, store, progress, tell)
     except KeyboardInterrupt:
+        progress.is_ending = True
+        tell(progress)
         for future in list(running):
             if future.cancel():
                 del running[future]

@@ -252,6 +252,7 @@ def test_a_run_that_is_ended_leaves_whole_trials_and_no_worker(how: signal.Signa
     assert process.returncode == (-signal.SIGKILL if how is signal.SIGKILL else 130)
     assert "Traceback" not in said
     if how is signal.SIGINT:
+        assert "what is under way is finished first" in said
         assert f"go on with --out {tmp_path} --resume" in said
     while any(map(_alive, workers)) and time.monotonic() < latest:
         time.sleep(0.05)
