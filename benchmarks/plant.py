@@ -331,11 +331,10 @@ def main(argv: list[str]) -> None:
     common = prepared()
     found = [measure(common, task, arguments.seed, rounds, arguments.folder) for task in tasks]
     parallel: dict[str, Any] = {}
-    works: dict[str, Work] = {"trials": _trials, "PyBullet alone": _steps} if trials else {}
-    if arguments.quick:
-        # Only to see that it runs: what trials lose is for who measures.
-        del works["trials"]
-    for name, work in works.items():
+    works: dict[str, Work] = {"PyBullet alone": _steps}
+    if not arguments.quick:  # which only shows that it runs
+        works = {"trials": _trials, **works}
+    for name, work in works.items() if trials else ():
         one, two = (spread(work, tasks[-1], trials, workers, arguments.folder) for workers in (1, 2))
         parallel[name] = {"one": one, "two": two, "efficiency": one["seconds"] / two["seconds"]}
     if arguments.format == "json":

@@ -190,20 +190,19 @@ def _folder(arguments: argparse.Namespace) -> Path:
 
 def _shown() -> Callable[[Progress], None]:
     """Shows progress on a terminal, once it takes a while: in one line, with the time that is left."""
-    last = [0.0]
     is_seen = sys.stderr.isatty()
-    is_ending = False
+    last, is_ending = 0.0, False
 
     def show(progress: Progress) -> None:
-        nonlocal is_ending
+        nonlocal last, is_ending
         if progress.is_ending and not is_ending:
             is_ending = True
             print("\naeros: what is under way is finished first; Ctrl-C again does not wait", file=sys.stderr)
         now = time.monotonic()
         is_last = progress.done == progress.total
-        if now - progress.began < _QUIET or (now - last[0] < (_EVERY if is_seen else 60.0) and not is_last):
+        if now - progress.began < _QUIET or (now - last < (_EVERY if is_seen else 60.0) and not is_last):
             return
-        last[0] = now
+        last = now
         left = progress.seconds_left
         text = f"{progress.done} of {progress.total} trials, {_bar(progress)}"
         text += "" if left is None else f", {_time(left)} left"

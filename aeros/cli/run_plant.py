@@ -70,14 +70,14 @@ def around_of(arguments: argparse.Namespace, configuration: Configuration, route
 @contextmanager
 def watched(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Path, Sequence[Spectator]]]:
     """The folder for what is left of the run, and who looks on: both are there before anything moves."""
-    with ExitStack() as closing:
+    with ExitStack() as stack:
         spectators: list[Spectator] = []
         if is_elsewhere(arguments):
             yield arguments.out, spectators
             return
         if arguments.view:
             spectators.append(window_of(arguments.plant))
-            closing.callback(spectators[0].close)
+            stack.callback(spectators[0].close)
         out = arguments.out if arguments.serve_plant else output_folder(arguments.out, task)
         is_filmed = arguments.plant == "physics" and not arguments.no_record
         if is_filmed or arguments.record is not None:

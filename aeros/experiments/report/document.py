@@ -143,7 +143,7 @@ def _experiment(one: Mapping[str, Any]) -> Iterator[Block]:
     for why in dict.fromkeys(text for row in (*one["rows"], *one["means"]) for text in row["why"]):
         yield Words(why)
     yield from _drawn(one)
-    unexplained = [row["id"] for row in one["rows"] if not row["why"] and _is_off(one, row)]
+    unexplained = [row["id"] for row in one["rows"] if not row["why"] and _is_off(row)]
     if unexplained:
         yield Words("Marked, and not explained: " + ", ".join(unexplained) + ".")
     for row in one["rows"]:
@@ -161,10 +161,10 @@ def _experiment(one: Mapping[str, Any]) -> Iterator[Block]:
     yield Words("Again: " + f"`{one['rows'][0]['rerun']}`, and so with any other condition's name.")
 
 
-def _is_off(one: Mapping[str, Any], row: Mapping[str, Any]) -> bool:
+def _is_off(row: Mapping[str, Any]) -> bool:
     """Whether something is marked that the draws do not explain."""
-    drawn = row["drawn"]
-    explained = set() if drawn is None else {*one["metrics"]} - {*drawn["misses"]}
+    drawn = row["drawn"] or {"exact": {}, "misses": []}
+    explained = drawn["exact"].keys() - drawn["misses"]
     return any(
         set(cell["misses"]) - ({"exact"} if name in explained else set())
         for name, cell in row["cells"].items()
@@ -177,16 +177,14 @@ def _drawn(one: Mapping[str, Any]) -> Iterator[Block]:
     for row in one["rows"]:
         drawn = row["drawn"] or {"exact": {}}
         for name, value in drawn["exact"].items():
-            cell = row["cells"][name]
-            digits = 1 if "hits" in cell else 2
+            misses = ["exact", *(["drawn"] if name in drawn["misses"] else [])]
+            cell = {**row["cells"][name], "drawn": value, "misses": misses}
             rows.append(
                 (
                     Cell(row["id"]),
                     Cell(f"{drawn['share']:.1f}"),
                     Cell(one["metrics"][name]["title"]),
-                    Cell(_number(cell["exact"], digits), is_off=True),
-                    Cell(_number(value, digits), name in drawn["misses"]),
-                    *_triple(cell, ()),
+                    *_triple(cell, ("exact", "drawn")),
                 )
             )
     if not rows:

@@ -183,7 +183,7 @@ def _drawn(
     if drawn is None:
         return None
     scaled = {
-        one.name: (100 if one.is_share else 1) * drawn["exact"][one.exact]
+        one.name: _scale(cells[one.name]) * drawn["exact"][one.exact]
         for one in missing
         if one.exact != ATTEMPT
     }
@@ -254,7 +254,7 @@ def _cell(
     measured: Mapping[str, Any], computed: Mapping[str, float | None], paper: float | None
 ) -> dict[str, Any]:
     """One cell; `misses`: which of the others are outside the interval."""
-    scale = 100 if "hits" in measured else 1
+    scale = _scale(measured)
     others = {name: None if value is None else scale * value for name, value in computed.items()}
     others["paper"] = paper
     return {
@@ -262,6 +262,11 @@ def _cell(
         **others,
         "misses": [name for name, value in others.items() if _is_outside(measured, value)],
     }
+
+
+def _scale(measured: Mapping[str, Any]) -> int:
+    """What a 1 that was computed is in the unit of what was measured: shares are in percent."""
+    return 100 if "hits" in measured else 1
 
 
 def _is_outside(measured: Mapping[str, Any], value: float | None) -> bool:
