@@ -75,7 +75,7 @@ Block = Heading | Words | Table | Figure
 
 def document(results: Results) -> Iterator[Block]:
     """All of it, in order."""
-    yield Heading(1, f"Experiments on the {results['plant']} plant")
+    yield Heading(1, title_of(results))
     first, last = results["seeds"]
     yield Words(
         f"{results['trials']} trials of each condition, seeds {first} to {last}, the same for all: "
@@ -89,6 +89,19 @@ def document(results: Results) -> Iterator[Block]:
     yield _environment(results)
     for one in results["experiments"]:
         yield from _experiment(one)
+
+
+def title_of(results: Results) -> str:
+    """What is in it: which experiments, on which plant."""
+    numbers = sorted(one["number"] for one in results["experiments"])
+    runs: list[list[int]] = []
+    for number in numbers:
+        if runs and number == runs[-1][-1] + 1:
+            runs[-1].append(number)
+        else:
+            runs.append([number])
+    named = ", ".join(f"{run[0]} to {run[-1]}" if len(run) > 1 else str(run[0]) for run in runs)
+    return f"Experiment{'s' if len(numbers) > 1 else ''} {named} on the {results['plant']} plant"
 
 
 def _work(work: Mapping[str, Any]) -> Iterator[Block]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from html import escape
 
 from aeros.experiments.report.document import Block, Cell, Figure, Heading, Table, Words
 
@@ -31,8 +32,11 @@ def _block(block: Block, figures: str, below: int) -> str:
 def _table(table: Table) -> str:
     lines = [_line(table.head), "|" + "---|" * len(table.head)]
     lines += [_line(tuple(map(_text, row))) for row in table.rows]
-    title = f"{table.folded[:1].upper()}{table.folded[1:]}:\n\n" if table.folded else ""
-    return title + "\n".join(lines)
+    whole = "\n".join(lines)
+    if not table.folded:
+        return whole
+    # Without the empty lines the table inside would be read as HTML.
+    return f"<details><summary>{escape(table.folded)}</summary>\n\n{whole}\n\n</details>"
 
 
 def _text(cell: Cell) -> str:

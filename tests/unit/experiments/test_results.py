@@ -13,6 +13,7 @@ import pytest
 
 from aeros.experiments.catalogue import Entry, catalogue, chosen
 from aeros.experiments.kinds import ALIKE, digest_of, family_of
+from aeros.experiments.report.document import title_of
 from aeros.experiments.report.drawn import exact_as_drawn
 from aeros.experiments.report.results import results_of
 from aeros.experiments.report.written import page_of_kept, write_report
@@ -272,10 +273,24 @@ def test_a_page_of_kept_results_names_their_figures_beside_it(
     write_report(results, kept)
     page = page_of_kept([kept])
     assert page.startswith("# Results\n")
-    assert "\n## Experiments on the symbolic plant\n" in page
+    assert "\n## Experiments 1, 4 on the symbolic plant\n" in page
+    contents = "- [Experiments 1, 4 on the symbolic plant](#experiments-1-4-on-the-symbolic-plant), 6 trials"
+    assert f"\n{contents} of each condition ([data](results/symbolic/results.json))\n" in page
     named = re.findall(r"\]\((results/[^)]+\.svg)\)", page)
     assert len(named) == 2
     assert all((tmp_path / name).is_file() for name in named)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "title"),
+    [
+        ([3], "Experiment 3 on the physics plant"),
+        ([8, 1, 2, 3], "Experiments 1 to 3, 8 on the physics plant"),
+    ],
+)
+def test_a_report_is_called_by_what_is_in_it(numbers: list[int], title: str) -> None:
+    found = {"plant": "physics", "experiments": [{"number": number} for number in numbers]}
+    assert title_of(found) == title
 
 
 def test_what_layers_came_to_is_told_and_drawn(tmp_path: Path) -> None:
