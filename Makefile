@@ -26,7 +26,7 @@ demo: install ## prove ecms/, then one agent makes dumplings on the simulated Pa
 	@echo '$$ aeros run "make dumplings" --out $(DEMO)'
 	@$(BIN)/aeros run "make dumplings" --out $(DEMO) --state $(DEMO)-agent
 
-test: $(VENV)/.installed-test ## everything that CI runs; all steps run, and any that fails fails this
+test: $(VENV)/.installed-test ## every check that CI runs; all steps run, and any that fails fails this
 	@$(MAKE) --no-print-directory --keep-going format lint types layers proofs pytest
 
 format: $(VENV)/.installed-test

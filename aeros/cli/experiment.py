@@ -1,4 +1,4 @@
-"""`aeros experiment`: the paper's experiments, measured in trials beside what is exact."""
+"""`aeros experiment`: the paper's experiments and others, measured in trials beside what is exact."""
 
 from __future__ import annotations
 

@@ -64,8 +64,9 @@ from aeros.spec.errors import MisuseError
 from aeros.spec.model import Ecm, Site
 
 _LOOK_EVERY: Final = 0.01  # s, while paused
-MOST_ACTIONS: Final = 10_000
 _HALTED: Final = Ending(StepStatus.HALTED, "the operator stops it")
+
+MOST_ACTIONS: Final = 10_000
 """Actions of one step beyond which a skill floods; a zero-time action could otherwise repeat for ever."""
 
 
@@ -101,9 +102,8 @@ class Executor:
         self._deciding = Deciding(configuration, gate, plant, audit)
         self._resources = Resources(capacities_of(configuration.site))
         self._steps: dict[StepHandle, Step] = {}
-        self._held_to: dict[
-            StepHandle, Hold
-        ] = {}  # of these steps, what must be measured as long as they run
+        # Of these steps, what must be measured as long as they run.
+        self._held_to: dict[StepHandle, Hold] = {}
         self._started = 0
         self._results: dict[StepHandle, StepResult] = {}
         # Held while anything moves: until then no change of the configuration is complete.

@@ -224,7 +224,7 @@ class Plant(Protocol):
         """Protective stop: bring every actuator to rest within its limits and hold; all motions are over."""
 
     def skill_began(self, skill: str) -> None:
-        """Note that `MODULE.SKILL` starts; physics ignores it, the symbolic plant samples by it."""
+        """Note that `MODULE.SKILL` starts: faults of physics heed it, the symbolic plant samples by it."""
 
     def skill_ended(self, skill: str, *, finished: bool) -> None:
         """Note that `MODULE.SKILL` ended; `finished` says whether it ran to its own end."""

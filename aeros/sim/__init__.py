@@ -1,1 +1,1 @@
-"""Plants: PyBullet physics, declared outcomes, and an in-memory fake."""
+"""Plants: PyBullet physics, kinematic, declared outcomes, and an in-memory fake."""

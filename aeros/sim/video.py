@@ -19,7 +19,7 @@ FRAMES_MAX: Final = 90
 """Pictures kept; when there are more every second one goes and the step doubles."""
 
 FRAMES_PER_SECOND: Final = 8
-"""When played: about four times as fast as it was, or faster where pictures had to go."""
+"""When played: six times as fast as it was, or faster where pictures had to go."""
 
 Encoder = Callable[[Sequence[Picture.Image]], bytes]
 """From pictures to the bytes of a film."""

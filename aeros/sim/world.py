@@ -1,7 +1,7 @@
 """One PyBullet world: stepping, bodies, contacts and pictures.
 
 Frame W: origin on the table top (or floor) under the arm's base, z up.  SI units; quaternions x, y, z, w.
-Settings (measured on a prototype, see docs of the sim layer): 240 Hz and 50 solver iterations; fewer
+Settings (measured on a prototype): 240 Hz and 50 solver iterations; fewer
 of either lose grasps.  `deterministicOverlappingPairs` makes a rebuilt world repeat bit for bit.
 """
 

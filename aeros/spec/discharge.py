@@ -1,4 +1,4 @@
-"""Obligation + budget → verdict: the only place where install-time questions meet the solver."""
+"""Obligation + budget → verdict: where obligations meet the solver; what explanations ask is `questions`'."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """A room to fetch something in: a red can on a stand, a decoy beside it, a second stand to bring it to.
 
-The robot drives on its carriage, with a camera on a mast and one on the hand.  Where the can is, skills
-learn from pictures alone; the predicates of carrying and delivering are measured from poses and contacts.
+The robot drives on its carriage, with a camera on a mast and one on the hand.  Where the can is, and so
+whether it is delivered, skills learn from pictures alone; whether it is held the fingers feel.
 Frame W: origin on the floor under the arm's base at the start.  Not modelled: obstacles on the way.
 """
 

@@ -47,7 +47,7 @@ class Scene(Protocol):
         """Note what happened in the last tick: dwell times, peak forces, modelled changes of material."""
 
     def measure(self) -> Mapping[str, Any]:
-        """Poses and predicates by vocabulary name, SI, measured from poses and contacts now."""
+        """What is surveyed, felt and counted now, by vocabulary name, SI; what cameras show is `look`'s."""
 
     def thing(self, name: str) -> int:
         """The body of one of `things`; raises KeyError for a thing that is not there."""

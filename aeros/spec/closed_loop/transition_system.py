@@ -1,7 +1,8 @@
 """The agent's loop on one task as a finite transition system over the task's predicates.
 
-Mirrors rules 1 to 6 of `aeros.agent.pursuit` for the planner that plans by the task's rules, as the
-differential tests compare; each move of the system is a line of that loop.
+Mirrors rules 1 to 3 of `aeros.agent.pursuit`, and the tries and recoveries of `aeros.agent.engine`, for the
+planner that plans by the task's rules, as the differential tests compare; each move of the system is a line
+of that loop.
 
 Where a rule names a capability, each try of its step is one by a provider whose precondition holds; which, is
 the agent's choice, and nothing is assumed of it but, for predictions, that all are equally likely, as they

@@ -1,1 +1,1 @@
-"""What files say: the closed schemas of site and module manifests."""
+"""What files say: the closed schemas of manifests, and of site, people, faults and scene files."""

@@ -11,8 +11,9 @@ what is to be checked is what a name gives:
 
 Routing: an instruction that names one task can be told from those that name another.  Skills are
 addressed by module and skill, so equal skill names do not meet.  Dependencies: every requirement is met
-inside the set, by the one version there is.  Resources: one step runs at a time, and each needs no more
-than one of each resource, of which a site has at least one; compositions are proved in their own group.
+inside the set, by the one version there is.  Resources: a step takes all that it needs at once, or waits,
+and needs no more than one of each, of which a site has at least one; compositions are proved in their own
+group.
 """
 
 from __future__ import annotations
