@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Any, Final
 
 from aeros.cli.arguments import UsageError, existing_path, process_count, processors
@@ -170,9 +171,9 @@ def _again(arguments: argparse.Namespace) -> str:
     """The options that run a row again."""
     options = [f"--plant {arguments.plant} --trials {arguments.trials}"]
     options += [f"--first {arguments.first}"] if arguments.first else []
-    options += [f"--enter {name}" for name in arguments.enter]
-    options += [f"--ecms {arguments.ecms}"] if arguments.ecms != Path("ecms") else []
-    options += [f"--site {arguments.site}"] if arguments.site is not None else []
+    options += [f"--enter {quote(name)}" for name in arguments.enter]
+    options += [f"--ecms {quote(str(arguments.ecms))}"] if arguments.ecms != Path("ecms") else []
+    options += [f"--site {quote(str(arguments.site))}"] if arguments.site is not None else []
     return " ".join(options)
 
 

@@ -72,6 +72,7 @@ class Experiment:
     compared: pairs of variants whose success is compared task by task.
     overhead: whether what a trial takes is shown for each variant, where the plant takes next to nothing.
     drawn: metrics that are drawn along what is varied.
+    note: what whoever reads its table has to know.
     """
 
     number: int
@@ -83,6 +84,7 @@ class Experiment:
     overhead: bool = False
     figure: str = ""
     drawn: tuple[str, ...] = ()
+    note: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +103,9 @@ class Entry:
 def catalogue(plant: str, entries: Sequence[Entry] = ()) -> dict[int, Experiment]:
     """Every experiment on `plant`, by number; those that take others' architectures with `entries`, too."""
     data = read_data("experiments.toml")
+    for entry in entries:
+        if entry.name in data["variant"] or [one.name for one in entries].count(entry.name) > 1:
+            raise MisuseError(f"`{entry.architecture}`: another architecture is called `{entry.name}`, too")
     metrics = {name: Metric(name, **one) for name, one in data["metric"].items()}
     found = {}
     for one in data["experiment"]:
@@ -123,6 +128,7 @@ def catalogue(plant: str, entries: Sequence[Entry] = ()) -> dict[int, Experiment
             one.get("overhead", False) and plant == "symbolic",
             one.get("figure", ""),
             tuple(one.get("drawn", ())),
+            one.get("note", ""),
         )
     return dict(sorted(found.items()))
 

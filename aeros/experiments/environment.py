@@ -11,7 +11,8 @@ from typing import Any, Final
 
 import aeros
 
-_PACKAGES: Final = ("aeros", "numpy", "py_trees", "pybullet", "scipy", "z3-solver")
+_DECIDING: Final = ("numpy", "py_trees", "pybullet", "z3-solver")
+_PACKAGES: Final = ("aeros", "distributed", *_DECIDING, "scipy")
 
 
 def environment() -> dict[str, Any]:
@@ -23,6 +24,11 @@ def environment() -> dict[str, Any]:
         "processors": os.cpu_count(),
         "packages": {name: found for name in _PACKAGES if (found := _release(name)) is not None},
     }
+
+
+def releases() -> str:
+    """Python's and those of packages, which decide what trials find besides code of AEROS."""
+    return f"python {platform.python_version()} " + " ".join(f"{one} {_release(one)}" for one in _DECIDING)
 
 
 def _release(name: str) -> str | None:

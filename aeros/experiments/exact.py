@@ -118,8 +118,6 @@ class _Modelled:
     widths: how many outcomes there were at each run; chosen: which was had.
     """
 
-    seed = 0
-
     def __init__(self, tables: _Tables, prefix: Sequence[int]) -> None:
         self._tables = tables
         self._prefix = prefix
@@ -129,6 +127,10 @@ class _Modelled:
         self.widths: list[int] = []
         self.chosen: list[int] = []
         self._asked = 0
+
+    @property
+    def seed(self) -> NoReturn:
+        raise NotExploredError("it chooses by its seed, and says not what is to be expected (`predict`)")
 
     @property
     def routed(self) -> Routed:

@@ -92,6 +92,9 @@ KINDS: Final[Mapping[str, tuple[str, ...]]] = {
 }
 """By kind, the module of `trials/` that has a `KIND`, and others that it stands on."""
 
+COMMANDED: Final = frozenset(("kills",))
+"""Kinds whose trials run the commands of `aeros`, so that their code decides, too."""
+
 
 def kind_of(name: str) -> Kind:
     """The kind of that name."""
@@ -131,4 +134,7 @@ def digest_of(condition: Condition, premises: str) -> str:
 def _source_digest(name: str) -> str:
     """Of the code of a kind; what all kinds share is among the premises."""
     folder = Path(__file__).parent / "trials"
-    return digest_of_files({one: folder / f"{one}.py" for one in KINDS[name]})
+    files = {one: folder / f"{one}.py" for one in KINDS[name]}
+    if name in COMMANDED:
+        files |= {f"cli/{one.name}": one for one in (folder.parent.parent / "cli").rglob("*.py")}
+    return digest_of_files(files)

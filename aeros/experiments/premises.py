@@ -12,6 +12,7 @@ from typing import Final
 
 import aeros
 from aeros.agent.routing import Routed
+from aeros.experiments.environment import releases
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.gate import Gate
 from aeros.runtime.proving import prove
@@ -52,7 +53,8 @@ class Premises:
     """What is proved and compiled.
 
     where: it was read from.
-    digest: over site, certificates (so manifests and skill code) and the code that all trials run.
+    digest: over site, certificates (so manifests and skill code), the code that all trials run, and the
+        releases that it runs on.
     runs: opens skills in this process.
     """
 
@@ -81,7 +83,7 @@ def premises_of(where: Where) -> Premises:
     """Everything proved and compiled; raises `UserError` where anything of it is refused."""
     site = reference_site() if where.site is None else Path(where.site)
     configuration, _ = prove([Path(where.ecms)], site, certified=True)
-    digest = hashlib.sha256(f"{configuration.digest} {code_digest()}".encode()).hexdigest()
+    digest = hashlib.sha256(f"{configuration.digest} {code_digest()} {releases()}".encode()).hexdigest()
     return Premises(where, configuration, Gate(configuration), RunsOfKeptCode(), digest)
 
 

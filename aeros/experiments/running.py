@@ -1,12 +1,13 @@
-"""Runs trials on any `concurrent.futures.Executor`, and keeps each as soon as it is finished.
+"""Runs trials on any `concurrent.futures.Executor`, and keeps them as soon as a worker hands them over.
 
 What is finished already is not run again, and neither is what a finished trial says would be the same
-(`kinds.Sharing`).  An interruption lets what is under way finish and be kept; a second one does not wait.
-Which worker runs what, and in which order, has no bearing on what is found.
+(`kinds.Sharing`).  An interruption lets what is under way finish and be kept; a second one does not wait, and
+kills what is under way here.  Which worker runs what, and in which order, has no bearing on what is found.
 """
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import signal
 import threading
@@ -66,6 +67,10 @@ class Progress:
 _Answer = Future[list[tuple[Condition, int, Found]]]
 
 
+class AbandonedError(KeyboardInterrupt):
+    """A second interruption: what is under way is not waited for, and lost."""
+
+
 class OtherPremisesError(Exception):
     """A worker has other modules, another site or other code than whoever asked."""
 
@@ -116,7 +121,8 @@ def run_trials(
 ) -> None:
     """Run whatever the store does not have of `conditions` for `seeds`.
 
-    tell: hears whenever trials were kept.  Raises KeyboardInterrupt once what was under way is kept.
+    tell: hears whenever trials were kept.  Raises KeyboardInterrupt once what was under way is kept, and
+    `AbandonedError` where another interruption comes before that.
     """
     premises = premises_of(where).digest
     chunks = list(_missing(dict.fromkeys(conditions), seeds, where, premises, store))
@@ -136,8 +142,11 @@ def run_trials(
         for future in list(running):
             if future.cancel():
                 del running[future]
-        while running:
-            _keep_finished(running, store, progress, tell)
+        try:
+            while running:
+                _keep_finished(running, store, progress, tell)
+        except KeyboardInterrupt as again:
+            raise AbandonedError from again
         raise
     finally:
         for future in running:
@@ -201,6 +210,10 @@ def local(workers: int) -> Iterator[tuple[Executor, int]]:
     pool = ProcessPoolExecutor(workers, initializer=_serve, initargs=(os.getpid(),))
     try:
         yield pool, workers
+    except AbandonedError:
+        for worker in multiprocessing.active_children():
+            worker.kill()
+        raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
 

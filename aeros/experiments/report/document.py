@@ -80,9 +80,10 @@ def document(results: Results) -> Iterator[Block]:
     yield Words(
         f"{results['trials']} trials of each condition, seeds {first} to {last}, the same for all: "
         "trials of one seed are alike but for what their condition changes. Intervals are of 95 %, Wilson's "
-        "for shares. *Exact* is computed of the very manifests that ran, in fractions; nothing of it is "
-        "sampled. ▲ marks a value outside the interval of what was measured; of intervals of 95 % one in "
-        "twenty misses."
+        "for shares. *Exact* is computed of the very manifests that ran, with the chances of the condition; "
+        "nothing of it is sampled. Of what is no outcome of a task (what is blocked, violated or lost) it is "
+        "what AEROS claims. ▲ marks a value outside the interval of what was measured; of intervals of 95 % "
+        "one in twenty misses."
     )
     yield from _work(results["work"])
     yield Words(_agreement(results))
@@ -107,10 +108,11 @@ def title_of(results: Results) -> str:
 def _work(work: Mapping[str, Any]) -> Iterator[Block]:
     """What it took, and how much of that trials shared."""
     took = f"{work['trials']:,} trials took {work['processor_s'] / 3600:.2f} hours of processor"
-    if work["plants"] is not None:
+    if work["sharing"]:
         took += (
-            f"; {work['plants']:,} needed a plant of their own: one does the same whenever the same is asked "
-            "of it with the same seed, so trials that ask the same share what it did"
+            f"; of the {work['sharing']:,} of one task, {work['plants']:,} needed a plant of their own: one "
+            "does the same whenever the same is asked of it with the same seed, so trials that ask the same "
+            "share what it did"
         )
     yield Words(f"{took}.")
 
@@ -149,6 +151,8 @@ def _experiment(one: Mapping[str, Any]) -> Iterator[Block]:
     yield Heading(2, f"{one['number']} {one['title']}")
     if one["label"] is not None:
         yield Words(f"In the paper: {one['label']}.")
+    if one["note"]:
+        yield Words(one["note"])
     if one["means"]:
         yield _means(one)
     many = len(one["rows"]) > 20
@@ -156,12 +160,11 @@ def _experiment(one: Mapping[str, Any]) -> Iterator[Block]:
     for why in dict.fromkeys(text for row in (*one["rows"], *one["means"]) for text in row["why"]):
         yield Words(why)
     yield from _drawn(one)
-    unexplained = [row["id"] for row in one["rows"] if not row["why"] and _is_off(row)]
-    if unexplained:
-        yield Words("Marked, and not explained: " + ", ".join(unexplained) + ".")
+    yield from _unexplained(one)
+    yield from _unpredicted(one)
     for row in one["rows"]:
-        if row["not_predicted"]:
-            yield Words(f"Nothing is predicted of {row['id']}: {row['not_predicted']}.")
+        if row["raised"]:
+            yield Words(f"In {row['id']} an architecture raised: {', '.join(row['raised'])}.")
     for test in one["tests"]:
         yield from _test(test)
     for variant, drawn in along(one):
@@ -174,14 +177,30 @@ def _experiment(one: Mapping[str, Any]) -> Iterator[Block]:
     yield Words("Again: " + f"`{one['rows'][0]['rerun']}`, and so with any other condition's name.")
 
 
-def _is_off(row: Mapping[str, Any]) -> bool:
-    """Whether something is marked that the draws do not explain."""
-    drawn = row["drawn"] or {"exact": {}, "misses": []}
-    explained = drawn["exact"].keys() - drawn["misses"]
-    return any(
-        set(cell["misses"]) - ({"exact"} if name in explained else set())
-        for name, cell in row["cells"].items()
-    )
+def _unexplained(one: Mapping[str, Any]) -> Iterator[Block]:
+    """What is marked although nothing that is known would have it off."""
+    titles = {name: metric["title"] for name, metric in one["metrics"].items()}
+    told = [
+        f"{row['id']} ({titles.get(name, name)}: {_OTHERS[which]})"
+        for row in (*one["rows"], *one["means"])
+        for name, which in (mark.split(": ") for mark in row["unexplained"])
+    ]
+    if told:
+        yield Words("Marked, and not explained: " + ", ".join(told) + ".")
+
+
+def _unpredicted(one: Mapping[str, Any]) -> Iterator[Block]:
+    """Of what there is no exact success, and why as far as somebody says so."""
+    for row in one["rows"]:
+        if row["not_predicted"]:
+            yield Words(f"Nothing is predicted of {row['id']}: {row['not_predicted']}.")
+    silent = [
+        row["id"]
+        for row in one["rows"]
+        if not row["not_predicted"] and "success" in row["cells"] and row["cells"]["success"]["exact"] is None
+    ]
+    if silent:
+        yield Words(f"Whether these reach their goal is not predicted: {', '.join(silent)}.")
 
 
 def _drawn(one: Mapping[str, Any]) -> Iterator[Block]:
@@ -204,10 +223,12 @@ def _drawn(one: Mapping[str, Any]) -> Iterator[Block]:
         return
     explained = sum(not as_drawn.is_off for *_, as_drawn, _ in rows)
     yield Words(
-        f"{len(rows)} exact values of other things than failed attempts are marked. What is exact at the "
-        f"share of attempts that did fail is inside the interval of {explained} of them, so these are chance "
-        "in which attempts failed. Trials of a seed draw the same numbers at every rate and in every "
-        "architecture, so they deviate together."
+        f"{len(rows)} exact values of other things than failed attempts are marked. Trials of a seed draw "
+        "the same numbers at every rate and in every architecture, so where few attempts fail in one "
+        "condition, few fail in many. At the share of attempts that did fail, what is exact is inside the "
+        f"interval of {explained} of them: given how many failed, those are as expected. Whether as many "
+        "failed as should have is another question, which the column of failed attempts answers with marks "
+        "of its own."
     )
     head = ("condition", "attempts that failed, %", "marked", "exact", "exact at that share", "measured")
     yield Table(head, tuple(rows), folded="what is marked, and what chance in the draws explains of it")
@@ -290,14 +311,18 @@ def _triple(cell: Mapping[str, Any], others: Sequence[str]) -> list[Cell]:
 
 
 def _number(value: float, digits: int) -> str:
-    return f"{value:.{digits}f}" if value < 100 - 0.5 * 10**-digits or value > 100 else "100"
+    """A share of 100 % is one of all; what is rounded to it is not."""
+    if abs(value - 100) < 1e-9:
+        return "100"
+    is_near = 100 - 0.5 * 10**-digits <= value < 100
+    return f"> {100 - 10**-digits:.{digits}f}" if is_near else f"{value:.{digits}f}"
 
 
 def _test(test: Mapping[str, Any]) -> Iterator[Block]:
     rows = [
         (
             one["task"],
-            "" if one["paper"] is None else f"{one['paper']:g}",
+            one["paper"] or "",
             f"{one['one_sided']:.2g}",
             f"{one['fisher']:.2g}",
             f"{one['mcnemar']:.2g}",

@@ -7,6 +7,7 @@ What took how long is apart from the rest, which is the same for the same seeds.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from fnmatch import fnmatchcase
 from math import sqrt
 from statistics import fmean, median, stdev
 from typing import Any, Final
@@ -66,9 +67,9 @@ def results_of(
 
 
 def _work(rows: Iterable[Row], trials: Trials, premises: Premises, seeds: Sequence[int]) -> dict[str, Any]:
-    """How many trials there are, how many of them needed a plant of their own, and what all took.
+    """How many trials there are, how many of those that share needed a plant of their own, and what all took.
 
-    plants: None where nothing is shared.  A trial that stands for others of its family counts once.
+    sharing: how many share.  A trial that stands for others of its family counts once.
     """
     of = {row.condition: _found(row, trials, premises, seeds) for row in rows}
     ran = {
@@ -76,10 +77,10 @@ def _work(rows: Iterable[Row], trials: Trials, premises: Premises, seeds: Sequen
         for condition, found in of.items()
         for seed, one in zip(seeds, found, strict=True)
     }.values()
-    live = [one["live"] for one in ran if "live" in one]
     return {
         "trials": sum(map(len, of.values())),
-        "plants": sum(live) if live else None,
+        "sharing": sum("live" in one for found in of.values() for one in found),
+        "plants": sum(one.get("live", 0) for one in ran),
         "processor_s": sum(one.get("processor_s", 0.0) for one in ran),
     }
 
@@ -101,10 +102,11 @@ def _experiment(
     return {
         "number": one.number,
         "title": one.title,
+        "note": one.note,
         "label": paper["source"].get(str(one.number), {}).get("label"),
         "metrics": {metric.name: {"title": metric.title, "share": metric.is_share} for metric in one.metrics},
         "rows": rows,
-        "means": _means(one, rows),
+        "means": _means(one, rows, of_rows, premises),
         "tests": [_test(one, *pair, of_rows) for pair in one.compared],
         "figure": one.figure,
         "drawn": one.drawn,
@@ -147,6 +149,8 @@ def _row(
         for one in metrics
         if _is_measured(one, found)
     }
+    drawn = _drawn(row, found, metrics, cells, premises)
+    why, unexplained = _explained(row.id, row.condition.plant, cells, drawn)
     return {
         "id": row.id,
         "digest": digest_of(row.condition, premises.digest),
@@ -158,11 +162,13 @@ def _row(
         "along": row.along,
         "trials": len(found),
         "cells": cells,
-        "drawn": _drawn(row, found, metrics, cells, premises),
+        "drawn": drawn,
         "not_predicted": expected if isinstance(expected, str) else None,
         "series": _series(row, found),
         "told": sorted({text for one in found for text in one.get("told", ())}),
-        "why": _why(row.id) if any(cell["misses"] for cell in cells.values()) else [],
+        "raised": sorted({one["raised"] for one in found if one.get("raised")}),
+        "why": why,
+        "unexplained": unexplained,
         "rerun": f"aeros experiment {row.id} {ran_with}",
     }
 
@@ -276,12 +282,49 @@ def _is_outside(measured: Mapping[str, Any], value: float | None) -> bool:
     return not measured["low"] - 1e-9 <= value <= measured["high"] + 1e-9
 
 
-def _why(id_: str) -> list[str]:
-    explanations = read_data("paper.toml")["explanation"]
-    return [one["text"] for one in explanations if any(id_.startswith(start) for start in one["rows"])]
+def _explained(
+    id_: str, plant: str, cells: Mapping[str, Mapping[str, Any]], drawn: Mapping[str, Any] | None
+) -> tuple[list[str], list[str]]:
+    """Why what is marked is off, as far as that is known, and what is marked and not explained.
+
+    An explanation is of certain marks, "METRIC: WHICH", of rows of certain names, on certain plants; `by`: of
+    those alone that are off by no more than this, draws apart.
+    """
+    exact = {} if drawn is None else drawn["exact"]
+    marked = {f"{name}: {which}": name for name, cell in cells.items() for which in cell["misses"]}
+    unexplained = {
+        mark
+        for mark, name in marked.items()
+        if not (mark.endswith(": exact") and name in exact and not _is_outside(cells[name], exact[name]))
+    }
+    texts = []
+    for one in read_data("paper.toml")["explanation"]:
+        if plant not in one.get("plants", (plant,)) or not any(
+            fnmatchcase(id_, rows) for rows in one["rows"]
+        ):
+            continue
+        told = {
+            mark
+            for mark in marked.keys() & set(one["of"])
+            if "by" not in one or _is_near(cells[marked[mark]], exact.get(marked[mark]), one["by"])
+        }
+        texts += [one["text"]] if told else []
+        unexplained -= told
+    return texts, sorted(unexplained)
 
 
-def _means(one: Experiment, rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def _is_near(cell: Mapping[str, Any], drawn: float | None, by: float) -> bool:
+    """Whether what is exact, or would be as was drawn, is outside the interval by no more than that."""
+    value = cell["exact"] if drawn is None else drawn
+    return bool(cell["low"] - by <= value <= cell["high"] + by)
+
+
+def _means(
+    one: Experiment,
+    rows: Sequence[Mapping[str, Any]],
+    of_rows: Mapping[Row, Sequence[Found]],
+    premises: Premises,
+) -> list[dict[str, Any]]:
     """Success over tasks, pooled: where each has as many trials that is the mean of the shares."""
     found = []
     for variant, at in dict.fromkeys((row["variant"], row["at"]) for row in rows):
@@ -296,6 +339,12 @@ def _means(one: Experiment, rows: Sequence[Mapping[str, Any]]) -> list[dict[str,
         id_ = "/".join([str(one.number), variant, "*", *([at] if at else [])])
         paper = read_data("paper.toml")["value"].get(id_, {}).get("success")
         cell = _cell({"hits": hits, "of": trials, **_share(hits, trials)}, computed, paper)
+        drawn = None
+        if "exact" in cell["misses"]:
+            named = {row["id"] for row in of}
+            drawn = _mean_as_drawn(cell, {r: f for r, f in of_rows.items() if r.id in named}, premises)
+        plant = next(iter(of_rows)).condition.plant
+        why, unexplained = _explained(id_, plant, {"success": cell}, drawn)
         found.append(
             {
                 "id": id_,
@@ -305,10 +354,24 @@ def _means(one: Experiment, rows: Sequence[Mapping[str, Any]]) -> list[dict[str,
                 "along": of[0]["along"],
                 "tasks": len(of),
                 "cell": cell,
-                "why": _why(id_) if cell["misses"] else [],
+                "drawn": drawn,
+                "why": why,
+                "unexplained": unexplained,
             }
         )
     return found
+
+
+def _mean_as_drawn(
+    cell: Mapping[str, Any], of_rows: Mapping[Row, Sequence[Found]], premises: Premises
+) -> dict[str, Any] | None:
+    """What the mean of exact successes would be, each at the share of attempts that failed; see `_drawn`."""
+    each = [exact_as_drawn(row.condition, found, premises) for row, found in of_rows.items()]
+    known = [one["exact"]["success"] for one in each if one is not None]
+    if len(known) < len(each):
+        return None
+    value = 100 * fmean(known)
+    return {"exact": {"success": value}, "misses": ["success"] if _is_outside(cell, value) else []}
 
 
 def _middle(shares: Sequence[float | None]) -> float | None:

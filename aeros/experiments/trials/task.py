@@ -187,15 +187,18 @@ def _pursued(
     """What came of it, counted here; an architecture that raises has failed."""
     means = TrialMeans(counting, routed, seed)
     architecture = made(settings["architecture"], settings["options"])
+    raised = ""
     try:
         told = architecture.pursue(means)
     except (AuditError, InternalError, KeyboardInterrupt):
         raise
     except Exception as error:
-        told = Told(reason=f"{type(error).__name__}: {error}")
+        raised = f"{type(error).__name__}: {error}"
+        told = Told(reason=raised)
     found = {
         "reached": means.measures_the_goal(),
         **asdict(told),
+        "raised": raised,
         "steps": counting.steps,
         "actions": counting.actions,
         "denied": counting.denied,

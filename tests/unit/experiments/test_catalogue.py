@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fnmatch import fnmatchcase
+
 import pytest
 
 from aeros.experiments.architecture import SHIPPED, class_of, made
@@ -43,8 +45,56 @@ def test_every_value_of_the_paper_has_its_row_and_metric() -> None:
 
 
 def test_every_explanation_is_of_rows_that_there_are() -> None:
+    means = {
+        "/".join([str(number), row.variant, "*", *([row.at] if row.at else [])]): one
+        for number, one in EXPERIMENTS.items()
+        for row in one.rows
+    }
+    named = {**means, **{id_: one for id_, (one, _) in ROWS.items()}}
     for one in read_data("paper.toml")["explanation"]:
-        assert all(any(id_.startswith(start) for id_ in ROWS) for start in one["rows"])
+        for rows in one["rows"]:
+            found = [experiment for id_, experiment in named.items() if fnmatchcase(id_, rows)]
+            assert found, rows
+            metrics = {metric.name for experiment in found for metric in experiment.metrics}
+            for mark in one["of"]:
+                metric, which = mark.split(": ")
+                assert which in {"paper", "exact", "independent"}
+                assert metric in metrics or len(one["of"]) > 1, (rows, mark)
+
+
+def test_numbers_in_explanations_are_those_that_can_be_computed() -> None:
+    data = read_data("experiments.toml")
+    rates = {name: float(one["rate"]) for name, one in data["task"].items()}
+    assert list(rates.values()) == [0.30, 0.40, 0.35]
+    texts = [one["text"] for one in read_data("paper.toml")["explanation"]]
+
+    def succeed(rate: float, tries: int) -> str:
+        return f"{100 * (1 - rate**tries):.1f}".removesuffix(".0")
+
+    for start, numbers in {
+        "Three independent attempts at failure": [succeed(rate, 3) for rate in rates.values()],
+        "One attempt succeeds": [succeed(rate, 1) for rate in rates.values()],
+        "Two attempts at 50 %": [succeed(0.5, 2)],
+        "The paper says that re-planning": [succeed(0.3, 3), succeed(0.4, 2)],
+        "On fetching": [succeed(0.35, 2), succeed(0.35, 3)],
+        "Three independent attempts at 90 %": [succeed(0.9, 3)],
+    }.items():
+        (text,) = (one for one in texts if one.startswith(start))
+        assert all(number in text for number in numbers), (text, numbers)
+    (forgetful,) = (one for one in texts if "29 tries" in one)
+    assert f"{100 * 0.9**29:.1f} %, in place of 33 with {100 * 0.9**33:.1f} %" in forgetful
+
+
+def test_retry_and_recovery_without_another_plan_do_no_better_than_retries() -> None:
+    """As the note of experiment 2 says."""
+    settings = ROWS["2/retry/make_dumplings/0.50"][1].condition.settings
+    exact = []
+    for options in ({"retries": 1, "recovery": recovery, "replans": 0} for recovery in (False, True)):
+        condition = Condition.of("task", "symbolic", {**settings, "options": options})
+        expected = kind_of("task").expected(condition, premises())
+        assert not isinstance(expected, str)
+        exact.append(expected["success"])
+    assert exact == [0.75, 0.75]
 
 
 def test_identical_conditions_are_one() -> None:
@@ -124,6 +174,12 @@ def test_options_that_it_does_not_take_are_refused() -> None:
 @pytest.mark.parametrize("name", KINDS)
 def test_every_kind_is_there(name: str) -> None:
     assert callable(kind_of(name).opened)
+
+
+def test_another_architecture_of_a_name_that_is_taken_is_refused() -> None:
+    for entries in ([Entry("here:Mine"), Entry("there:Mine")], [Entry("here:flat")]):
+        with pytest.raises(MisuseError, match=r"is called `(Mine|flat)`, too"):
+            catalogue("symbolic", entries)
 
 
 def test_a_condition_is_known_by_the_code_of_its_kind() -> None:

@@ -83,6 +83,7 @@ def test_the_loop_run_against_all_outcomes_comes_to_what_the_shipped_prediction_
         (Endless, "it does not end"),
         (Raising, "ZeroDivisionError: mine"),
         (lambda: Driving(), "drives the runtime itself"),
+        (lambda: Seeded(), "chooses by its seed"),
     ],
 )
 def test_where_nothing_can_be_predicted_it_says_why(make: type[Architecture], why: str) -> None:
@@ -93,6 +94,13 @@ def test_where_nothing_can_be_predicted_it_says_why(make: type[Architecture], wh
 class Driving:
     def pursue(self, means: Means) -> Told:
         means.runtime.now()
+        return Told()
+
+
+class Seeded:
+    def pursue(self, means: Means) -> Told:
+        for step in means.plan() * (1 + means.seed % 2):
+            means.run(step)
         return Told()
 
 

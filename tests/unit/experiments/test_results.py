@@ -99,7 +99,7 @@ def test_means_over_tasks_are_pooled(results: dict[str, Any]) -> None:
 def test_pairs_are_tested_task_by_task(results: dict[str, Any]) -> None:
     (four,) = (one for one in results["experiments"] if one["number"] == 4)
     first = four["tests"][0]
-    assert [one["paper"] for one in first["by_task"]] == [0.03, 0.001, 0.007]
+    assert [one["paper"] for one in first["by_task"]] == ["0.030", "< 0.001", "0.007"]
     assert all(0 < one["fisher"] <= 1 and 0 < one["mcnemar"] <= 1 for one in first["by_task"])
 
 
@@ -155,10 +155,10 @@ def text_of(results: dict[str, Any], folder: Path) -> str:
 def test_what_is_marked_and_not_explained_is_said(results: dict[str, Any], tmp_path: Path) -> None:
     changed = copy.deepcopy(results)
     row = changed["experiments"][1]["rows"][0]
-    row["cells"]["success"]["misses"], row["why"] = ["exact"], []
+    row["cells"]["success"]["misses"], row["unexplained"] = ["exact"], ["success: exact"]
     text = text_of(changed, tmp_path)
     (line,) = (line for line in text.splitlines() if line.startswith("Marked, and not explained"))
-    assert row["id"] in line
+    assert f"{row['id']} (success: exact)" in line
     assert f"{row['cells']['success']['exact']:.1f} ▲" in text
 
 
@@ -182,12 +182,27 @@ def test_where_nothing_is_predicted_the_report_says_why(results: dict[str, Any],
     assert f"Nothing is predicted of {row['id']}: it raises KeyError" in text_of(changed, tmp_path)
 
 
+def test_what_an_architecture_raised_is_told(tmp_path: Path) -> None:
+    entry = Entry("tests.unit.experiments.entered:Raising")
+    (experiment,) = chosen(catalogue("symbolic", [entry]), ["4/Raising/clean_table"])
+    conditions = [row.condition for row in experiment.rows]
+    with Store(tmp_path / "trials") as store:
+        run_trials(conditions, range(2), WHERE, Here(), 1, store, lambda _: None)
+        trials = store.trials
+    found = results_of([experiment], trials, premises(), range(2), "symbolic", "")
+    (tmp_path / "report").mkdir()
+    text = text_of(found, tmp_path / "report")
+    assert "In 4/Raising/clean_table an architecture raised: ZeroDivisionError: mine." in text
+
+
 def test_how_many_trials_had_a_plant_of_their_own_is_said(results: dict[str, Any], tmp_path: Path) -> None:
     assert "a plant of their own" not in text_of(results, tmp_path)
     shared = copy.deepcopy(results)
-    shared["work"] = {"trials": 13_600, "plants": 1_031, "processor_s": 5400.0}
+    shared["work"] = {"trials": 13_600, "sharing": 13_300, "plants": 1_031, "processor_s": 5400.0}
     text = text_of(shared, tmp_path)
-    assert "13,600 trials took 1.50 hours of processor; 1,031 needed a plant of their own" in text
+    assert (
+        "13,600 trials took 1.50 hours of processor; of the 13,300 of one task, 1,031 needed a plant" in text
+    )
 
 
 def test_a_trial_that_stands_for_others_counts_once() -> None:
@@ -205,7 +220,7 @@ def test_a_trial_that_stands_for_others_counts_once() -> None:
     }
     metrics = tuple(one for one in experiment.metrics if one.name == "success")
     few = results_of([replace(experiment, metrics=metrics)], trials, premises(), seeds, "physics", "")
-    assert few["work"] == {"trials": 18, "plants": 2, "processor_s": 12.0}
+    assert few["work"] == {"trials": 18, "sharing": 18, "plants": 2, "processor_s": 12.0}
 
 
 def test_chance_in_the_draws_is_told_from_all_else(results: dict[str, Any], tmp_path: Path) -> None:
@@ -231,7 +246,9 @@ def test_chance_in_the_draws_is_told_from_all_else(results: dict[str, Any], tmp_
     assert "2 exact values of other things than failed attempts are marked." in text
     assert "is inside the interval of 1 of them" in text
     assert "| 8/behaviour_tree/make_dumplings/0.70 | 0.0 | success | 65.7 ▲ | 100 | 100 [83.9, 100] |" in text
-    assert "Marked, and not explained: 8/behaviour_tree/make_dumplings/0.70." in text
+    (line,) = (line for line in text.splitlines() if line.startswith("Marked, and not explained"))
+    row_id = "8/behaviour_tree/make_dumplings/0.70"
+    assert line.endswith(f": {row_id} (failed attempts: exact), {row_id} (steps: exact).")
 
 
 def test_one_value_has_no_interval(tmp_path: Path) -> None:

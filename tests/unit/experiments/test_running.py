@@ -243,6 +243,25 @@ def test_a_worker_that_is_killed_ends_the_run_and_leaves_whole_trials(tmp_path: 
         assert len(store.trials) % AT_ONCE["symbolic"] == 0
 
 
+def test_who_interrupts_again_does_not_wait(tmp_path: Path) -> None:
+    process, workers = _begun(tmp_path)
+    process.send_signal(signal.SIGINT)
+    assert process.stderr is not None
+    said = ""
+    while "Ctrl-C again does not wait" not in said:
+        said += process.stderr.readline()
+    # What is under way would go on for ever: whoever waited for it would not come back.
+    os.kill(workers[0], signal.SIGSTOP)
+    process.send_signal(signal.SIGINT)
+    _, more = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in said + more
+    assert f"go on with --out {tmp_path} --resume" in more
+    assert not any(map(_alive, workers))
+    with Store(tmp_path) as store:
+        assert len(store.trials) % AT_ONCE["symbolic"] == 0
+
+
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
 def test_a_run_that_is_ended_leaves_whole_trials_and_no_worker(how: signal.Signals, tmp_path: Path) -> None:
     process, workers = _begun(tmp_path)
