@@ -12,12 +12,11 @@ from typing import Any, Final, Protocol
 
 from aeros.runtime.ports import Readings
 from aeros.sim.bodies import Body, place, refuse_overlaps
-from aeros.sim.geometry import Camera
+from aeros.sim.geometry import Camera, Triple
 from aeros.sim.motions import BlockedError
 from aeros.sim.panda import Panda
 from aeros.sim.people import People, Person
 from aeros.sim.randomness import Chance
-from aeros.sim.robot import RobotState
 from aeros.sim.scenes import SCENES
 from aeros.sim.scenes.scene import Scene
 from aeros.sim.sensing import SCANNER_RANGE, SensorModel, Sensors, Truth
@@ -28,6 +27,9 @@ from aeros.spec.errors import UserError
 
 _BLOCKED: Final = 0.05
 """Distance of a joint from its set point that no unhindered motion shows (0.005 seen at most), rad."""
+
+_BASE_BLOCKED: Final = 0.02
+"""The same of the carriage (0.0018 seen at most), m."""
 
 _SETTLE_TICKS: Final = 120
 """Ticks a new world gets to come to rest before its clock starts."""
@@ -162,11 +164,13 @@ class PhysicsPlant(TickingPlant):
 
     def _check_tracking(self) -> None:
         if self._robot.tracking_error(self._state) > _BLOCKED:
-            raise BlockedError(f"blocked: the arm is held back at {_spell(self._state)}")
+            raise BlockedError(f"blocked: the arm is held back at {_spell(self._state.tool_position)}")
+        if self._robot.has_carriage and self._robot.base_tracking_error(self._state) > _BASE_BLOCKED:
+            raise BlockedError(f"blocked: the carriage is held back at {_spell(self._state.base_position)}")
 
 
-def _spell(state: RobotState) -> str:
-    x, y, z = state.tool_position
+def _spell(place: Triple) -> str:
+    x, y, z = place
     return f"({x:.3f}, {y:.3f}, {z:.3f}) m"
 
 

@@ -11,6 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import zip_longest
+from math import hypot
 from operator import sub
 from typing import Final, NamedTuple
 
@@ -30,6 +31,10 @@ _STOP_SHARE: Final = 0.9
 _LAG: Final = 0.006
 _RATE_LAG: Final = 0.05
 """Distance from its set point beyond which a joint is hindered, rad and rad/s (seen at most: 0.005, 0.02)."""
+
+_BASE_LAG: Final = 0.005
+_BASE_RATE_LAG: Final = 0.02
+"""The same of the carriage, m and m/s (seen at most: 0.0018 and 0.0021)."""
 
 PARTS: Final = frozenset(("arm", "base"))
 """What has to be brought to rest; the fingers keep their grip."""
@@ -108,20 +113,22 @@ class Robot(ABC):
             self.command_base(self.base_command, np.zeros(2))
 
     def yield_here(self) -> None:
-        """Take the measured joint positions for set points: stop pushing against what holds the arm."""
-        self.q_command = np.array(self.sense().q)
+        """Take what is measured for set points: stop pushing against what holds arm or carriage."""
+        state = self.sense()
+        self.q_command = np.array(state.q)
+        self.base_command = np.array(state.base_position[:2]) - self.base_origin
         self.hold()
 
     def stopping(self, parts: Collection[str] = PARTS) -> Iterator[None]:
         """Bring those of arm and carriage to rest, all joints together, one tick per item, then hold.
 
-        Braking is even, as hard as keeps every joint inside its limit; see `_braking`.  A joint that does
-        not follow, as something pushes it, is braked from where it is, not torn back to where it should be.
+        Braking is even, as hard as keeps every joint inside its limit; see `_braking`.  What does
+        not follow, as something is in its way, is braked from where it is, not torn to where it should be.
         """
         q, qd = self.followed()
-        xy, speed = self.base_command, self.base_speed_command
+        xy, speed = self.followed_base()
         arm_time = float((np.abs(qd) / (QDD_MAX * _STOP_SHARE)).max()) if "arm" in parts else 0.0
-        base_time = float(np.abs(speed).max()) / BASE_ACCELERATION_MAX if "base" in parts else 0.0
+        base_time = float(np.linalg.norm(speed)) / BASE_ACCELERATION_MAX if "base" in parts else 0.0
         for arm, base in zip_longest(_braking(arm_time), _braking(base_time)):
             if arm is not None:
                 self.command(q + qd * arm[1], qd * arm[0])
@@ -143,6 +150,16 @@ class Robot(ABC):
         q = np.array(state.q) - qd * TICK
         is_off = (np.abs(q - self.q_command) > _LAG) | (np.abs(qd - self.qd_command) > _RATE_LAG)
         return np.where(is_off, q, self.q_command), np.where(is_off, qd, self.qd_command)
+
+    def followed_base(self) -> tuple[Vector, Vector]:
+        """The same of the carriage, along x and y."""
+        state = self.sense()
+        speed = np.array(state.base_velocity[:2])
+        xy = np.array(state.base_position[:2]) - self.base_origin - speed * TICK
+        is_off = (np.abs(xy - self.base_command) > _BASE_LAG) | (
+            np.abs(speed - self.base_speed_command) > _BASE_RATE_LAG
+        )
+        return np.where(is_off, xy, self.base_command), np.where(is_off, speed, self.base_speed_command)
 
     # Sensors.
 
@@ -183,6 +200,11 @@ class Robot(ABC):
         wanted: list[float] = self.q_command.tolist()
         error: float = max(map(abs, map(sub, wanted, state.q)))
         return error
+
+    def base_tracking_error(self, state: RobotState) -> float:
+        """Distance of the carriage from its set point, m."""
+        x, y = (self.base_origin + self.base_command).tolist()
+        return hypot(state.base_position[0] - x, state.base_position[1] - y)
 
     def is_holding(self) -> bool:
         """Whether both fingers press on something."""

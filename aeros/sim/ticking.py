@@ -20,6 +20,12 @@ from aeros.sim.profile import TICK
 from aeros.sim.robot import PARTS, Robot, RobotState
 from aeros.skill import Action
 
+_EASED: Final = 30.0
+"""Force of contact that a stop leaves at most, if yielding eases it, N: less than half of what injures."""
+
+_EASING_TICKS: Final = 120
+"""Longest time for that, ticks (0.5 s): 600 N against a rigid wall have eased to 60 N then."""
+
 LOOK_TICKS: Final = 24
 """Exposure and read-out of a camera, ticks (0.1 s)."""
 
@@ -65,7 +71,7 @@ class TickingPlant(ABC):
 
     @abstractmethod
     def _check_tracking(self) -> None:
-        """Raise `BlockedError` where something holds the arm back."""
+        """Raise `BlockedError` where something holds arm or carriage back."""
 
     def plan(self, action: Action) -> Plan:
         """The motion that `action` is, from here and now."""
@@ -103,7 +109,6 @@ class TickingPlant(ABC):
                 self._tick(stopping=any(one.is_halting and "arm" in one.moves for one in self._all()))
                 rule = monitor(self.now(), self._monitored())
         except BlockedError as obstacle:
-            self._robot.yield_here()
             return self._stopped(str(obstacle))
         return self._stopped(f"monitor:{rule}")
 
@@ -118,7 +123,8 @@ class TickingPlant(ABC):
     def stop(self) -> None:
         """Bring arm and base to rest inside their limits and hold; the fingers keep their grip.
 
-        What is held is where they are then: an arm against something stops pushing, one that sags stays.
+        What is held is where they are then: what is against something stops pushing, an arm that sags stays.
+        What still presses, as it was pushed into what it met, is let go back by that.
         """
         if any(one.is_set for one in self._all()):
             self._tick(stopping=True)
@@ -126,6 +132,11 @@ class TickingPlant(ABC):
         for _ in self._coming_to_rest(PARTS):
             self._tick(stopping=True)
         self._robot.yield_here()
+        for _ in range(_EASING_TICKS):
+            if self._robot.contact_force() <= _EASED:
+                return
+            self._tick(stopping=True)
+            self._robot.yield_here()
 
     def skill_began(self, skill: str) -> None:  # noqa: B027  there is nothing to note
         """A robot does not care who asked."""

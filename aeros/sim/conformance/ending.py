@@ -146,19 +146,29 @@ def _over_for_good(subject: Subject, plant: Plant) -> None:
 
 
 def _came_to_rest(subject: Subject, watch: Watch, after: Mapping[str, Any]) -> None:
-    """From the speeds last seen each joint went as far as coming to rest within limits takes it, or so.
+    """From the speeds last seen joints and base went as far as coming to rest within limits takes, or so.
 
     Braking evenly within `stops_within`, v·T/2, and two ticks until it begins; at least v²/2a.
     """
-    if subject.period is None or not subject.deceleration:
+    if subject.period is None:
         return
-    seen = watch.of(subject.joints)
-    (before, last), rest = list(pairwise(seen))[-1], after[subject.joints]
-    speeds = [(b - a) / subject.period for a, b in zip(before, last, strict=True)]
-    require(dist(speeds, [0.0] * len(speeds)) > 0.0, "nothing moved when it was to come to rest")
-    for v, a, was, now in zip(speeds, subject.deceleration, last, rest, strict=True):
-        way = (now - was) * (1.0 if v > 0.0 else -1.0)
-        most = abs(v) * (subject.stops_within / 2.0 + 2.0 * subject.period) + subject.follows_within
-        least = v * v / (2.0 * a) - subject.follows_within
-        require(way <= most, f"coming to rest, a joint went on by {way:.4f} rad; {most:.4f} would be enough")
-        require(way >= least - 1e-9, f"coming to rest within limits takes {least:.4f} rad; it took {way:.4f}")
+    if subject.deceleration:
+        (before, last), rest = list(pairwise(watch.of(subject.joints)))[-1], after[subject.joints]
+        speeds = [(b - a) / subject.period for a, b in zip(before, last, strict=True)]
+        require(dist(speeds, [0.0] * len(speeds)) > 0.0, "nothing moved when it was to come to rest")
+        for v, a, was, now in zip(speeds, subject.deceleration, last, rest, strict=True):
+            way = (now - was) * (1.0 if v > 0.0 else -1.0)
+            _braked(subject, abs(v), a, way, "a joint", "rad")
+    if subject.base_deceleration:
+        (before, last), rest = list(pairwise(watch.of(subject.base)))[-1], after[subject.base]
+        speed = dist(before, last) / subject.period
+        require(speed > 0.0, "the base did not move when it was to come to rest")
+        _braked(subject, speed, subject.base_deceleration, dist(last, rest), "the base", "m")
+
+
+def _braked(subject: Subject, v: float, a: float, way: float, what: str, unit: str) -> None:
+    assert subject.period is not None  # noqa: S101  for the type checker
+    most = v * (subject.stops_within / 2.0 + 2.0 * subject.period) + subject.follows_within
+    least = v * v / (2.0 * a) - subject.follows_within
+    require(way <= most, f"coming to rest, {what} went on by {way:.4f} {unit}; {most:.4f} would be enough")
+    require(way >= least - 1e-9, f"coming to rest within limits takes {least:.4f} {unit}; it took {way:.4f}")

@@ -33,6 +33,7 @@ class Subject:
     follows_within: farthest of a measured joint from its profile, rad (or of the base, m).
     overshoots: by how much a measured speed may exceed the profile's peak, rad/s (or m/s).
     deceleration: greatest that a joint comes to rest with, rad/s²; () where joints are not moved.
+    base_deceleration: greatest that the base comes to rest with, m/s²; 0 where it is not moved.
     stops_within: longest time that coming to rest takes from the speeds of `moving`, s.
     noise: how much a measured joint (rad) or place (m) may change while nothing moves.
     skill: one that the plant has heard of, as `MODULE.SKILL`.
@@ -50,6 +51,7 @@ class Subject:
     follows_within: float = 0.0
     overshoots: float = 0.0
     deceleration: Joints = ()
+    base_deceleration: float = 0.0
     stops_within: float = 0.0
     noise: float = 0.0
     skill: str = "module.skill"

@@ -47,6 +47,10 @@ class KinematicRobot(Robot):
         """The set points: nothing hinders a joint."""
         return self.q_command, self.qd_command
 
+    def followed_base(self) -> tuple[Vector, Vector]:
+        """The set points: nothing hinders the carriage."""
+        return self.base_command, self.base_speed_command
+
     def tick(self) -> None:
         """Be where the set points are, fingers one tick nearer to their width, and what is held with them."""
         self._posture = posture(self.q_command.tolist())

@@ -329,6 +329,18 @@ class RulesEndTheArmAlone(OnItsCarriage):
         super()._pass_tick()
 
 
+class CarriageStandsAtOnce(OnItsCarriage):
+    """However fast it drives."""
+
+    def stop(self) -> None:
+        self._robot.hold_base()
+        super().stop()
+
+    def halt(self, motion: Motion) -> None:
+        self._robot.hold_base()
+        super().halt(motion)
+
+
 class ClosingTwiceRaises(Twin):
     closed = False
 
@@ -374,8 +386,13 @@ BROKEN: Final[Mapping[str, tuple[type[Twin], ...]]] = {
         RulesEndOneMotion,
         RulesLetEverythingCoast,
         RestIsInstant,
+        CarriageStandsAtOnce,
     ),
-    "a_halted_motion_comes_to_rest_while_others_go_on": (HaltsEndEverything, RestIsInstant),
+    "a_halted_motion_comes_to_rest_while_others_go_on": (
+        HaltsEndEverything,
+        RestIsInstant,
+        CarriageStandsAtOnce,
+    ),
     "the_monitor_may_halt_a_motion": (HaltsInsideAreRefused, HaltsEndEverything),
     "stop_ends_everything": (StopForgetsWhatWaits, RestIsInstant),
     "a_motion_under_feedback_keeps_near_its_paths": (FeedbackLeavesItsPaths, FeedbackIsNotStated),

@@ -14,6 +14,7 @@ from aeros.runtime.ports import Plant
 from aeros.sim.conformance.suite import Subject
 from aeros.sim.kinematic.plant import make_plant as make_kinematic
 from aeros.sim.limits import QDD_MAX
+from aeros.sim.robot import BASE_ACCELERATION_MAX
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.skill import act
 from aeros.spec.diagnostics import Diagnostics
@@ -101,6 +102,7 @@ SUBJECTS: Final = {
         # 0.5 m/s over 1 m/s²; the joints do not move.
         stops_within=0.5,
         deceleration=(),
+        base_deceleration=BASE_ACCELERATION_MAX,
         pressing=(),
         together=TOGETHER,
     ),
@@ -126,6 +128,7 @@ PHYSICAL: Final = {
         moving=DRIVE,
         stops_within=0.5 + 0.25,
         deceleration=(),
+        base_deceleration=BASE_ACCELERATION_MAX,
         pressing=(),
         together=TOGETHER,
     ),
