@@ -125,7 +125,7 @@ class PhysicsPlant(TickingPlant):
     # Inside.
 
     def _see(self, camera: str) -> Mapping[str, Any]:
-        return self._scene.look(camera, self._disturbance.seen)
+        return self._scene.look(camera, self._disturbance.looking(camera))
 
     def _look(self, camera: str) -> Iterator[None]:
         picture = Truth(self._world.ticks, self._see(camera))

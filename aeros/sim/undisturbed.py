@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from aeros.sim.panda import Panda
 from aeros.sim.people import People
-from aeros.sim.scenes.scene import Detected, Scene
+from aeros.sim.scenes.scene import Scene, Through, as_it_is
 from aeros.sim.sensing import Sensors
 from aeros.sim.world import World
 
@@ -30,9 +30,9 @@ class Undisturbed:
     def before_tick(self) -> None:
         """Act on the world after the motors are set and before it steps."""
 
-    def seen(self, camera: str, found: Detected) -> Detected:
-        """What comes of a camera's evaluation."""
-        return found
+    def looking(self, camera: str) -> Through:
+        """What comes of everything in the picture that `camera` takes now."""
+        return as_it_is
 
     def skill_began(self, skill: str) -> None:
         """Hear that `MODULE.SKILL` begins."""

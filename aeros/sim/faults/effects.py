@@ -29,7 +29,7 @@ from aeros.sim.faults.model import (
 )
 from aeros.sim.geometry import Triple, plus
 from aeros.sim.profile import TICK
-from aeros.sim.scenes.scene import Detected
+from aeros.sim.scenes.scene import Through
 from aeros.sim.undisturbed import Stage
 
 
@@ -62,14 +62,14 @@ def _bump(bump: Bump, source: Generator, stage: Stage) -> Iterator[Hindrance]:
         yield UNHINDERED
 
 
-def seen(kind: Seen, source: Generator, found: Detected) -> Detected:
-    """What comes of a picture's evaluation."""
+def seen(kind: Seen, source: Generator) -> Through:
+    """What comes of everything in one picture: nothing is shown, or all of it seems elsewhere alike."""
     match kind:
-        case Misplace(by, direction) if found is not None:
-            way = _level(source) if direction is None else direction
-            return found._replace(place=plus(found.place, (by * way[0], by * way[1], by * way[2])))
-        case Misplace() | Miss():
-            return None
+        case Misplace(by, direction):
+            x, y, z = _level(source) if direction is None else direction
+            return lambda found: found and found._replace(place=plus(found.place, (by * x, by * y, by * z)))
+        case Miss():
+            return lambda _: None
 
 
 def _level(source: Generator) -> Triple:

@@ -18,7 +18,7 @@ from aeros.sim.faults.hindrance import UNHINDERED, Hindered, Hindrance
 from aeros.sim.faults.model import Fault, Misplace, Miss, OnLook, OnSkill, OnTime, Opportunity
 from aeros.sim.faults.process import Draws
 from aeros.sim.randomness import Chance
-from aeros.sim.scenes.scene import Detected
+from aeros.sim.scenes.scene import Detected, Through
 from aeros.sim.undisturbed import Stage, Undisturbed
 from aeros.spec.errors import MisuseError
 
@@ -115,16 +115,23 @@ class Injector(Undisturbed):
                 self._say("fault-over", one.fault, one.opportunity, "is over")
         self._hindered.apply(now)
 
-    def seen(self, camera: str, found: Detected) -> Detected:
-        """Each fault on this camera has an opportunity; a miss hides whatever others made of it."""
+    def looking(self, camera: str) -> Through:
+        """Each fault on this camera has an opportunity; a miss hides whatever others made of a thing."""
+        happening = []
         for fault in self._faults:
             kind = fault.kind
             if isinstance(kind, Miss | Misplace) and self._is_look(fault.opportunity, camera):
                 source = self._draws[fault.name].next()
                 if source is not None:
                     self._say("fault", fault, self._number(fault), "happens")
-                    found = seen(kind, source, found)
-        return found
+                    happening.append(seen(kind, source))
+
+        def through(found: Detected) -> Detected:
+            for one in happening:
+                found = one(found)
+            return found
+
+        return through
 
     # Inside.
 

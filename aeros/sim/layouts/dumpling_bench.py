@@ -202,7 +202,8 @@ class Inspector:
             self._pressed = self._wrapped = False
         self._note_pot(wrapper, filling, time)
         dx, dy, dz = minus(wrapper.hinge, BELONGS)
-        hidden = wrapper.is_closed and filling is None
+        # One that stands on its edge may be open: unless it was wrapped, no filling is known to be in it.
+        hidden = filling is None and wrapper.is_closed and (wrapper.fold is not None or self._wrapped)
         on_press = dist((dx, dy), (0.0, 0.0)) < 0.04 and abs(dz) < 0.015
         return {
             **seen,

@@ -95,11 +95,11 @@ class DumplingBench:
         """What the camera's picture shows: `overhead` the bench, `side` what is in a closed wrapper."""
         if camera == "overhead":
             seen = view_bench(self._world.render(OVERHEAD), OVERHEAD)
-            wrapper = _through(through, camera, seen.wrapper)
-            filling = through(camera, None if seen.filling is None else Sight(seen.filling))
+            wrapper = _through(through, seen.wrapper)
+            filling = through(None if seen.filling is None else Sight(seen.filling))
             place = None if filling is None else filling.place
             return self._inspector.look_down(wrapper, place, self._world.time)
-        wrapper = self._inspector.wrapper
+        wrapper = _through(through, self._inspector.wrapper)
         filled = wrapper is not None and shows_filling(self._world.render(SIDE), SIDE, wrapper)
         return self._inspector.look_across(filled)
 
@@ -111,8 +111,8 @@ class DumplingBench:
         )
 
 
-def _through(through: Through, camera: str, wrapper: WrapperSight | None) -> WrapperSight | None:
-    sight = through(camera, None if wrapper is None else Sight(wrapper.hinge))
+def _through(through: Through, wrapper: WrapperSight | None) -> WrapperSight | None:
+    sight = through(None if wrapper is None else Sight(wrapper.hinge))
     return None if wrapper is None or sight is None else wrapper._replace(hinge=sight.place)
 
 

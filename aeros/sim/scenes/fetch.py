@@ -51,15 +51,14 @@ class Fetch:
         world.add_box(STAND, place, colour=(0.78, 0.70, 0.58, 1.0))
 
     def tick(self) -> None:
-        """Nothing changes but by physics."""
+        """What was seen of the can does not hold any more once it is held."""
+        if self._seen is not None and self._robot.is_holding() and self._is_held():
+            self._seen = None
 
     def measure(self) -> Mapping[str, Any]:
         """See `measured_in_room`."""
         base = self._robot.sense().base_position
-        held = self._is_held()
-        if held:
-            self._seen = None
-        return measured_in_room(self._laid, base, held, self._seen, self._world.time)
+        return measured_in_room(self._laid, base, self._is_held(), self._seen, self._world.time)
 
     def thing(self, name: str) -> int:
         """See `Scene`."""
@@ -69,7 +68,7 @@ class Fetch:
         """What a picture by `mast` or `hand` camera shows of the can, found by colour and depth."""
         state = self._robot.sense()
         eye = camera_at(camera, state.base_position, state.tool_position, self._robot.tool_command()[1])
-        found = through(camera, find_red(self._world.render(eye), eye, CAN))
+        found = through(find_red(self._world.render(eye), eye, CAN))
         self._seen = None if found is None else Seen(found.place, self._world.time)
         return seen_by(camera, found, self._laid.delivery)
 

@@ -15,11 +15,11 @@ from aeros.sim.world import World
 Detected = Sight | None
 """What a picture shows of what is looked for; None when it does not."""
 
-Through = Callable[[str, Detected], Detected]
-"""What a camera's evaluation passes through, given the camera's name, before anyone hears of it."""
+Through = Callable[[Detected], Detected]
+"""What everything that a picture shows passes through before anyone hears of it."""
 
 
-def as_it_is(camera: str, found: Detected) -> Detected:
+def as_it_is(found: Detected) -> Detected:
     """The evaluation of a camera that works."""
     return found
 

@@ -110,11 +110,11 @@ class Table:
         """
         if camera == "overhead":
             view = overlook(self._world.render(OVERHEAD), OVERHEAD)
-            pieces = [through(camera, piece) for piece in view.pieces]
+            pieces = map(through, view.pieces)
             shown = [piece for piece in pieces if piece is not None]
-            return seen_on_table(self._rest, through(camera, view.sponge), shown)
+            return seen_on_table(self._rest, through(view.sponge), shown)
         seen = inspect_table(self._world.render(MAST), MAST)
-        sponge = through(camera, None if seen.sponge is None else Sight(seen.sponge))
+        sponge = through(None if seen.sponge is None else Sight(seen.sponge))
         returned = sponge is not None and dist(sponge.place, self._rest) < RETURNED
         return {"table_verified": returned and seen.clean >= WIPED and seen.others < PIXELS_MIN}
 

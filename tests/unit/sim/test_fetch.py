@@ -148,3 +148,27 @@ def test_a_few_red_pixels_are_not_an_object() -> None:
     assert find_red(picture, camera, CAN) is None
     rgb[100:110, 100:110] = (200, 10, 10)
     assert find_red(picture, camera, CAN) is not None
+
+
+@pytest.mark.parametrize("asks", [True, False])
+def test_what_was_seen_is_void_once_it_was_held_whether_or_not_anybody_asks(
+    asks: bool, run_skill: RunSkill
+) -> None:
+    plant = make_plant("fetch", 0)
+    for skill in ("navigate", "detect"):
+        assert run_skill(plant, "fetch_object", skill) is None
+    x, y, z = observed(plant)["object_position"]
+    for action in (
+        act("grip", width=0.08, force=10.0),
+        act("move_tool", target=(x, y, z + 0.15), yaw=0.0, speed=0.3),
+        act("move_tool", target=(x, y, z + 0.01), yaw=0.0, speed=0.1),
+        act("grip", width=0.03, force=10.0),
+        act("move_tool", target=(x, y, z + 0.05), yaw=0.0, speed=0.1),
+        act("grip", width=0.08, force=10.0),
+    ):
+        execute(plant, action, allow, 1e9)
+        if asks:
+            observed(plant)
+    after = observed(plant)
+    assert not after["object_grasped"]
+    assert not after["object_detected"]

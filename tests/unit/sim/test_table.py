@@ -16,6 +16,7 @@ from aeros.sim.layouts.table import MAST, Layout, lay_table
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.randomness import Chance
 from aeros.sim.scenes import table
+from aeros.sim.scenes.scene import Through
 from aeros.sim.undisturbed import Stage, Undisturbed
 from aeros.skill import Action, act
 from tests.unit.sim.acting import allow, execute
@@ -39,8 +40,8 @@ class Onlooker(Undisturbed):
     def attach(self, stage: Stage) -> None:
         self.stage = stage
 
-    def seen(self, camera: str, found: Any) -> Any:
-        return None if self.is_blind else found
+    def looking(self, camera: str) -> Through:
+        return lambda found: None if self.is_blind else found
 
     def clean(self) -> float:
         """The share of the area that is clean in a picture from the mast."""

@@ -47,12 +47,12 @@ class Fetch:
         return self._things
 
     def tick(self) -> None:
-        """Nothing changes but by motion."""
+        """What was seen of the can does not hold any more once it is held."""
+        if self._things.holds(self._can):
+            self._seen = None
 
     def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
         """See `measured_in_room`."""
-        if self._things.holds(self._can):
-            self._seen = None
         held = self._things.holds(self._can) and self._things.is_lifted(self._can)
         return measured_in_room(self._laid, state.base_position, held, self._seen, time)
 

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from math import dist, inf, sqrt
 from typing import Any
 
+import numpy as np
 import pytest
 
+from aeros.runtime.ports import Completion
 from aeros.sim.channel import Process
+from aeros.sim.faults.effects import seen
 from aeros.sim.faults.injector import Happening, Injector
 from aeros.sim.faults.model import (
     Acting,
@@ -30,15 +34,16 @@ from aeros.sim.faults.model import (
 )
 from aeros.sim.panda import Panda
 from aeros.sim.people import Person, Waypoint
-from aeros.sim.physics import PhysicsPlant
+from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.randomness import Chance
 from aeros.sim.scenes.bare import Bare
 from aeros.sim.scenes.fetch import Fetch
+from aeros.sim.scenes.scene import Detected
 from aeros.sim.sensing import SensorModel
 from aeros.sim.sight import Sight
 from aeros.sim.world import World
 from aeros.skill import act
-from tests.unit.sim.acting import execute
+from tests.unit.sim.acting import allow, execute
 
 pytestmark = pytest.mark.physics
 
@@ -247,13 +252,47 @@ def test_a_look_is_an_opportunity_while_the_skill_that_is_named_runs() -> None:
     injector = Injector((fault(Miss(), OnLook("mast", SKILL)),), 1, lambda one: None)
     plant = PhysicsPlant(Cube(), 1, disturbance=injector)
     found = Sight((1.0, 2.0, 3.0))
-    assert injector.seen("mast", found) == found
+    assert injector.looking("mast")(found) == found
     plant.skill_began(SKILL)
-    assert injector.seen("mast", found) is None
-    assert injector.seen("hand", found) == found
+    assert injector.looking("mast")(found) is None
+    assert injector.looking("hand")(found) == found
     plant.skill_ended(SKILL, finished=True)
-    assert injector.seen("mast", found) == found
+    assert injector.looking("mast")(found) == found
     plant.close()
+
+
+def test_a_picture_is_one_opportunity_however_much_it_shows() -> None:
+    once = replace(fault(Miss(), OnLook("overhead")), at_most=1)
+    happened: list[Happening] = []
+    plant = make_plant("table", 0, disturbance=Injector((once,), 0, happened.append))
+    shown = []
+    for _ in range(2):
+        look = plant.begin(act("look", camera="overhead"))
+        assert not isinstance(look, Completion)
+        assert plant.advance(allow, inf) == {look: Completion(True)}
+        values = plant.observe()
+        shown.append((values["sponge_seen"].value, values["clutter_on_table"].value))
+    plant.close()
+    assert len(happened) == 1
+    assert shown == [(False, False), (True, True)]
+
+
+def test_what_a_picture_shows_seems_elsewhere_all_of_it_alike() -> None:
+    away = seen(Misplace(0.06, None), np.random.default_rng(1))
+    first, second = away(Sight((0.0, 0.0, 0.0))), away(Sight((1.0, 2.0, 3.0)))
+    assert first is not None
+    assert second is not None
+    assert dist(first.place, (0.0, 0.0, 0.0)) == pytest.approx(0.06)
+    assert second.place == pytest.approx([a + b for a, b in zip(first.place, (1.0, 2.0, 3.0), strict=True)])
+    assert away(None) is None
+
+
+def test_the_camera_at_the_press_can_miss_too() -> None:
+    plant = make_plant("dumpling_bench", 0)
+    asked: list[Detected] = []
+    plant._scene.look("side", lambda found: asked.append(found))
+    plant.close()
+    assert [type(one) for one in asked] == [Sight]
 
 
 def test_a_fault_waits_for_something_held_and_passes_with_its_skill(told: Make) -> None:
