@@ -7,18 +7,15 @@ plant's own, but no motor, friction or inertia is between a set point and where 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import Any
 
 from aeros.runtime.ports import Reading, Readings
-from aeros.sim.kinematic.robot import KinematicRobot
+from aeros.sim.kinematic.robot import BLOCKED, KinematicRobot
 from aeros.sim.kinematic.scenes import SCENES, KinematicScene
 from aeros.sim.motions import BlockedError
 from aeros.sim.profile import TICK
 from aeros.sim.randomness import Chance
 from aeros.sim.ticking import TickingPlant
-
-_BLOCKED: Final = 100.0
-"""Force on what is under hand or load beyond which an arm no longer follows its set points, N."""
 
 
 class KinematicPlant(TickingPlant):
@@ -62,7 +59,7 @@ class KinematicPlant(TickingPlant):
 
     def _check_tracking(self) -> None:
         before, self._load = self._load, self._robot.wrist_load()
-        if self._load > _BLOCKED and self._load > before:
+        if self._load > BLOCKED and self._load > before:
             raise BlockedError(f"blocked: the hand presses down with {self._load:.0f} N")
 
 

@@ -5,12 +5,17 @@ from __future__ import annotations
 from math import hypot
 from typing import Final
 
+import numpy as np
+
 from aeros.sim.geometry import Pose, Triple, plus, turned
 from aeros.sim.kinematic.chain import posture
 from aeros.sim.kinematic.things import Things
 from aeros.sim.limits import FINGER_GAP_MAX, FINGER_SPEED, Vector
 from aeros.sim.profile import TICK
 from aeros.sim.robot import Robot, RobotOptions, RobotState
+
+BLOCKED: Final = 100.0
+"""Force on what is under hand or load beyond which an arm no longer follows its set points, N."""
 
 _BOTH_FINGERS: Final = 2.0 * FINGER_SPEED * TICK
 """How far the gap between the fingers changes in a tick at most, m."""
@@ -44,8 +49,8 @@ class KinematicRobot(Robot):
         self._width, self._force = width, force
 
     def followed(self) -> tuple[Vector, Vector]:
-        """The set points: nothing hinders a joint."""
-        return self.q_command, self.qd_command
+        """The set points, but at rest where the hand is blocked: what it presses on does not give way."""
+        return self.q_command, np.zeros(7) if self._things.load > BLOCKED else self.qd_command
 
     def followed_base(self) -> tuple[Vector, Vector]:
         """The set points: nothing hinders the carriage."""
