@@ -213,6 +213,12 @@ def _elsewhere(policy: MotionPolicy, action: Action, merged: Merged, told: str) 
         if not away <= within:
             text = f"{told} {1000.0 * away:.3g} mm from where the tool was asked to be"
             reasons.append(Reason("AE761", asked.tool_ends_at, text))
+    if asked.joints_end_at is not None:
+        ends = (parameters[name] for name in asked.joints_end_at)
+        away = max(abs(a - b) for a, b in zip(merged.joints.motion.paths[0][-1][3], ends, strict=True))
+        if not away <= _JOINTS_WITHIN:
+            text = f"{told} {away:.3g} rad from where a joint was asked to be"
+            reasons.append(Reason("AE761", asked.joints_end_at[0], text))
     if asked.base_ends_at is not None:
         x, y = asked.base_ends_at
         away = dist(merged.base_at_end()[:2], (parameters[x], parameters[y]))
@@ -241,6 +247,9 @@ def _tool_rates(plan: Trajectory, speed_limit: float) -> tuple[Rates, Rates | No
 
 
 _AT_REST: Final = Rates(0.0, 0.0, 0.0)
+
+_JOINTS_WITHIN: Final = 1e-6
+"""Distance of a joint from where it was asked to be that rounding explains, rad."""
 
 
 def _above(rule: str, what: str, found: Rates, limit: Rates, units: tuple[str, str, str]) -> list[Reason]:

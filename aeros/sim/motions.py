@@ -20,7 +20,16 @@ from aeros.runtime.ports import Motionless, Path, Plan, Servo, Trajectory
 from aeros.sim.body import PANDA
 from aeros.sim.geometry import Triple
 from aeros.sim.kinematics import track
-from aeros.sim.limits import FINGER_GAP_MAX, GRIP_FORCE_MAX, QD_MAX, QDD_MAX, TOOL_SPEED_MAX, Vector
+from aeros.sim.limits import (
+    FINGER_GAP_MAX,
+    GRIP_FORCE_MAX,
+    Q_MAX,
+    Q_MIN,
+    QD_MAX,
+    QDD_MAX,
+    TOOL_SPEED_MAX,
+    Vector,
+)
 from aeros.sim.parameters import Parameters, RefusedError
 from aeros.sim.profile import (
     ACCELERATION_TO_MEAN,
@@ -29,6 +38,7 @@ from aeros.sim.profile import (
     TICK,
     JointProfile,
     UnreachableError,
+    joint_profile,
     minimum_jerk,
     minimum_jerk_ticks,
     straight_path,
@@ -59,6 +69,9 @@ REST_SPEED: Final = 0.01
 
 ARRIVAL: Final = 0.01
 """Distance from the target beyond which a move did not arrive, m."""
+
+JOINT_ARRIVAL: Final = 0.01
+"""Distance of a joint from its target beyond which a move did not arrive, rad."""
 
 _DESCENT: Final = 0.006
 """Speed of approach to a surface and greatest speed of force control, m/s."""
@@ -127,16 +140,9 @@ def plan_move_tool(robot: Robot, parameters: Parameters, drive: Trajectory | Non
     p_BT, yaw_now = robot.tool_command()
     yaw_now += 2.0 * pi * round((yaw - yaw_now) / (2.0 * pi))
     base = robot.sense().base_position
-    rests = base
-    if drive is not None:
-        rests = _end_of(drive)
-        carried = PEAK_TO_MEAN * hypot(*drive.way) / drive.duration
-        if speed - carried < _SLOWEST:
-            raise RefusedError(f"out of range: the base alone moves the tool at {carried:.3g} m/s")
-        speed -= carried
-    target = np.array(p_WT) - np.array(rests)
+    target = np.array(p_WT) - np.array(base if drive is None else _end_of(drive))
     try:
-        profile = straight_profile(robot.q_command, (p_BT, yaw_now), (target, yaw), speed)
+        profile = straight_profile(robot.q_command, (p_BT, yaw_now), (target, yaw), _own_speed(speed, drive))
     except UnreachableError as reason:
         raise RefusedError(f"unreachable: {reason}") from reason
     trajectory = Trajectory(PANDA, (profile.path,), base, _NOWHERE, profile.ticks * TICK)
@@ -146,6 +152,16 @@ def plan_move_tool(robot: Robot, parameters: Parameters, drive: Trajectory | Non
 _NOWHERE: Final = (0.0, 0.0, 0.0)
 
 
+def _own_speed(speed: float, drive: Trajectory | None) -> float:
+    """What is left for the arm's own motion of a speed in W, m/s, while the base drives."""
+    if drive is None:
+        return speed
+    carried = PEAK_TO_MEAN * hypot(*drive.way) / drive.duration
+    if speed - carried < _SLOWEST:
+        raise RefusedError(f"out of range: the base alone moves the tool at {carried:.3g} m/s")
+    return speed - carried
+
+
 def _end_of(drive: Trajectory) -> Triple:
     """Where in W the base comes to rest."""
     x, y, z = (b + w for b, w in zip(drive.base, drive.way, strict=True))
@@ -153,16 +169,39 @@ def _end_of(drive: Trajectory) -> Triple:
 
 
 def _move_tool(robot: Robot, profile: JointProfile, p_WT: Triple) -> Motion:
-    for position, speed in zip(*profile.sample(), strict=True):
-        robot.command(position, speed)
-        yield
-    robot.hold_arm()
-    yield from settle(robot)
+    yield from _along(robot, profile)
     if robot.base_speed_command.any():
         while robot.base_speed_command.any():
             yield
         yield from settle(robot)
     _arrived(robot, p_WT)
+
+
+def _along(robot: Robot, profile: JointProfile) -> Motion:
+    for position, speed in zip(*profile.sample(), strict=True):
+        robot.command(position, speed)
+        yield
+    robot.hold_arm()
+    yield from settle(robot)
+
+
+def plan_move_joints(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
+    """`move_joints {q1 … q7: rad, speed: m/s}`: all joints in step, the tool nowhere faster than `speed`."""
+    limits = zip(Q_MIN.tolist(), Q_MAX.tolist(), strict=True)
+    target = np.array([parameters.number(f"q{i}", *limit) for i, limit in enumerate(limits, 1)])
+    speed = parameters.number("speed", _SLOWEST, TOOL_SPEED_MAX)
+    parameters.done()
+    base = robot.sense().base_position
+    profile = joint_profile(robot.q_command, target, _own_speed(speed, drive))
+    trajectory = Trajectory(PANDA, (profile.path,), base, _NOWHERE, profile.ticks * TICK)
+    return Planned(trajectory, _move_joints(robot, profile, target), _ARM)
+
+
+def _move_joints(robot: Robot, profile: JointProfile, target: Vector) -> Motion:
+    yield from _along(robot, profile)
+    miss = float(np.abs(np.array(robot.sense().q) - target).max())
+    if miss > JOINT_ARRIVAL:
+        raise BlockedError(f"blocked: a joint rests {miss:.3f} rad from its target")
 
 
 def settle(robot: Robot) -> Motion:
@@ -358,6 +397,7 @@ PLANNERS: Final[dict[str, Callable[[Robot, Parameters, Trajectory | None], Plann
     "stop": plan_stop,
     "wait": plan_wait,
     "move_tool": plan_move_tool,
+    "move_joints": plan_move_joints,
     "grip": plan_grip,
     "slide": plan_slide,
     "move_base": plan_move_base,

@@ -70,6 +70,9 @@ what is sampled."""
 _FINE: Final = 30
 """Fewest pieces of such a path: of few long ones the decision's bounds are wide."""
 
+_FEWEST: Final = 24
+"""Fewest ticks of a profile (0.1 s), however short its way."""
+
 _LOOKS: Final = 8
 """Samples of each piece of a path for that."""
 
@@ -116,10 +119,26 @@ def straight_profile(
     ticks = max(
         minimum_jerk_ticks(distance, min(peak_speed, TOOL_SPEED_MAX) * _UNDER),
         minimum_jerk_ticks(turn, YAW_SPEED_MAX * _SHARE),
-        24,
+        _FEWEST,
     )
     if is_tilted:
         ticks = max(ticks, _straying_ticks(path, min(peak_speed, TOOL_SPEED_MAX)))
+    return _within_limits(path, ticks)
+
+
+def joint_profile(q_start: Vector, q_end: Vector, peak_speed: float) -> JointProfile:
+    """The profile from `q_start` to `q_end`, rad, along the straight line between them.
+
+    `peak_speed` bounds the tool's speed, m/s, wherever that takes it; limits may make it slower.
+    """
+    share = np.linspace(0.0, 1.0, _FINE + 1)
+    path = _spline(q_start + share[:, None] * (q_end - q_start))
+    ticks = max(_straying_ticks(path, min(peak_speed, TOOL_SPEED_MAX)), _FEWEST)
+    return _within_limits(path, ticks)
+
+
+def _within_limits(path: Vector, ticks: int) -> JointProfile:
+    """The path in so many ticks, or as many more as keep every joint inside its limits."""
     for _ in range(12):
         _, qd, qdd = _sample(path, ticks)
         excess = max(

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from math import dist, isfinite
 from typing import Any, Final, NamedTuple
 
+from aeros.sim.geometry import plus
 from aeros.skill import Action
 from aeros.spec.expr.types import BoolType, EnumType, RealType, VectorType
 from aeros.spec.model import ActionKind
@@ -78,6 +79,17 @@ def _move_tool(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Symb
     return SymbolicMotion(duration, {"tool_speed": speed}, {"tool_position": target, "tool_speed": 0.0})
 
 
+def _move_joints(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
+    """To where the chain has the tool, as if it went straight there: joints are not modelled."""
+    q, speed = tuple(_number(parameters, f"q{joint}") for joint in range(1, 8)), _speed(parameters)
+    # The chain has its numbers from where NumPy is imported.
+    from aeros.sim.kinematic.chain import posture
+
+    target = plus(posture(q).place, values.get("base_position", (0.0, 0.0, 0.0)))
+    duration = _TICK + _PEAK_TO_MEAN * dist(values.get("tool_position", target), target) / speed
+    return SymbolicMotion(duration, {"tool_speed": speed}, {"tool_position": target, "tool_speed": 0.0})
+
+
 def _move_base(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
     x, y, speed = _number(parameters, "x"), _number(parameters, "y"), _speed(parameters)
     before = values.get("base_position", (x, y, 0.0))
@@ -107,6 +119,7 @@ def _look(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicM
 _PLANNERS: Final[dict[str, Callable[[Mapping[str, Any], Mapping[str, Any]], SymbolicMotion]]] = {
     "move_tool": _move_tool,
     "slide": _move_tool,
+    "move_joints": _move_joints,
     "move_base": _move_base,
     "grip": _grip,
     "wait": _wait,

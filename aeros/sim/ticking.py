@@ -9,6 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
+from math import hypot
 from typing import Any, Final
 
 from aeros.runtime.ports import Completion, Monitor, Motion, Motionless, Plan, Reading, Readings, Trajectory
@@ -238,4 +239,5 @@ class TickingPlant(ABC):
             "human_distance": SCANNER_RANGE,
             "estop_pressed": False,
             "base_position": state.base_position,
+            "base_speed": hypot(*state.base_velocity),
         }

@@ -270,11 +270,12 @@ class McpPolicy:
 
 @dataclass(frozen=True)
 class MotionKind:
-    """Which parameters say where tool (W) and base (W, x and y) end, and how fast what is moved may be."""
+    """Which parameters say where tool (W), joints and base (W, x and y) end, and how fast it all may be."""
 
     tool_ends_at: str | None
     base_ends_at: tuple[str, str] | None
     peak_speed: str | None
+    joints_end_at: tuple[str, ...] | None = None
 
 
 @dataclass(frozen=True)

@@ -129,6 +129,10 @@ class MotionKind:
     tool_ends_at: Identifier | None = field(
         default=None, metadata={"doc": "the parameter that says where in W the tool ends"}
     )
+    joints_end_at: tuple[Identifier, ...] | None = field(
+        default=None,
+        metadata={"doc": "the parameters that say where each joint ends, in order, as in `[q1, q2]`"},
+    )
     base_ends_at: tuple[Identifier, ...] | None = field(
         default=None, metadata={"doc": "the parameters that say where in W the base ends, as in `[x, y]`"}
     )

@@ -39,9 +39,9 @@ class _MotionElaborator:
 
     def motion(self, motion: declared.Motion) -> MotionPolicy | None:
         before = len(self._sink)
-        kinds = {name.value: self._kind(name, kind) for name, kind in motion.on}
         measured = known(motion.starts_at, self._site.state, "a state variable", self._sink)
         index = None if measured is None else self._index(motion.starts_at, measured.variable)
+        kinds = {name.value: self._kind(name, kind, measured) for name, kind in motion.on}
         joints, tool = motion.joints, motion.tool
         tables = [
             self._table(name, _rate(ANGLE, order), index)
@@ -85,22 +85,30 @@ class _MotionElaborator:
             barriers=tuple(barrier for barrier in barriers if barrier is not None),
         )
 
-    def _kind(self, name: Text, motion: declared.MotionKind) -> MotionKind:
+    def _kind(self, name: Text, motion: declared.MotionKind, measured: Declared | None) -> MotionKind:
         kind = known(name, self._site.kinds, "an action kind", self._sink)
         parameters = {} if kind is None else kind.parameters
         base = motion.base_ends_at
         if base is not None and len(base) != 2:
             self._sink.error("AE112", "where the base ends takes two parameters, x and y", motion.span)
+        ends = motion.joints_end_at
+        count = _count(measured)
+        if ends is not None and count is not None and len(ends) != count:
+            headline = f"where the joints end takes {count} parameters, one for each, and not {len(ends)}"
+            self._sink.error("AE112", headline, motion.span)
         if kind is None:
             return MotionKind(None, None, None)
         self._parameter(motion.tool_ends_at, parameters, kind, VectorType(LENGTH))
         self._parameter(motion.peak_speed, parameters, kind, RealType(_rate(LENGTH, 1)))
         for coordinate in base or ():
             self._parameter(coordinate, parameters, kind, RealType(LENGTH))
+        for joint in ends or ():
+            self._parameter(joint, parameters, kind, RealType(ANGLE))
         return MotionKind(
             None if motion.tool_ends_at is None else motion.tool_ends_at.value,
             None if base is None or len(base) != 2 else (base[0].value, base[1].value),
             None if motion.peak_speed is None else motion.peak_speed.value,
+            None if ends is None or len(ends) != count else tuple(one.value for one in ends),
         )
 
     def _parameter(
@@ -163,3 +171,9 @@ class _MotionElaborator:
 def _rate(dimension: Dimension, order: int) -> Dimension:
     """The dimension of its derivative of that order with respect to time."""
     return dimension * TIME**-order
+
+
+def _count(measured: Declared | None) -> int | None:
+    """How many joints the state variable measures, if it measures any."""
+    type_ = None if measured is None else measured.variable.type
+    return len(type_.index.members) if isinstance(type_, FamilyType) else None

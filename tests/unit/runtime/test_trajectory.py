@@ -24,6 +24,7 @@ POLICY = MotionPolicy(
         "move": MotionKind("target", None, "speed"),
         "slide": MotionKind(None, None, "speed"),
         "drive": MotionKind(None, ("x", "y"), "speed"),
+        "turn": MotionKind(None, None, "speed", ("angle",)),
     },
     starts_at="joint_angle",
     starts_within=Fraction(1, 100),
@@ -126,6 +127,12 @@ def test_a_motion_starts_where_the_joints_are_and_ends_where_it_is_asked_to() ->
     drive = motion(0.0, 4.0, way=(0.5, 0.0, 0.0))
     assert decided(drive, "drive", x=0.5) == []
     assert decided(drive, "drive", x=0.502) == [("AE761", "x")]
+
+
+def test_joints_end_where_they_are_asked_to() -> None:
+    assert decided(motion(), "turn", angle=0.5) == []
+    assert decided(motion(), "turn", angle=0.50001) == [("AE761", "angle")]
+    assert decided(motion(), "turn", angle=nan) == [("AE761", "angle")]
 
 
 def test_joints_that_are_not_measured_are_a_reason() -> None:

@@ -29,7 +29,7 @@ from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.folders import reference_site
 from aeros.spec.loading import load_site
 from aeros.spec.model import Site
-from tests.unit.sim.acting import allow, execute
+from tests.unit.sim.acting import allow, execute, recording
 
 pytestmark = pytest.mark.physics
 
@@ -151,6 +151,41 @@ def test_the_reference_siteallows_what_the_plant_plans(plant: PhysicsPlant, site
         decision = decider.decide(Decision(Verdict.ALLOW, action, ()), plan, plant.observe())
         assert decision.reasons == ()
         assert execute(plant, action, allow, FOREVER, plan).completed
+
+
+def to_joints(q: np.ndarray[Any, Any], speed: float) -> Action:
+    return act("move_joints", **{f"q{joint}": float(one) for joint, one in enumerate(q, 1)}, speed=speed)
+
+
+@pytest.mark.parametrize("speed", [0.05, 0.25, 0.5])
+def test_joints_move_as_the_reference_site_allows_and_no_faster_than_asked(
+    plant: PhysicsPlant, site: Site, speed: float
+) -> None:
+    decider, chance = MotionDecider(site.motion), np.random.default_rng(1)
+    for _ in range(3):
+        q = np.clip(READY + chance.uniform(-0.4, 0.4, 7), Q_MIN, Q_MAX)
+        action = to_joints(q, speed)
+        plan = plant.plan(action)
+        assert isinstance(plan, Trajectory)
+        assert plan.paths[0][-1][3] == pytest.approx(q.tolist(), abs=1e-12)
+        decision = decider.decide(Decision(Verdict.ALLOW, action, ()), plan, plant.observe())
+        assert decision.reasons == ()
+        log: list[Mapping[str, Any]] = []
+        assert execute(plant, action, recording(log), FOREVER, plan).completed
+        assert max(one["tool_speed"] for one in log) <= 1.02 * speed
+        assert np.abs(np.array(log[-1]["joint_position"]) - q).max() < 1e-3
+
+
+def test_a_joint_is_not_asked_beyond_its_limits(plant: PhysicsPlant, site: Site) -> None:
+    for joint, limit in ((0, Q_MAX[0] + 1e-3), (3, Q_MAX[3] + 1e-3), (5, Q_MIN[5] - 1e-3), (6, math.nan)):
+        q = np.array(READY)
+        q[joint] = limit
+        plan = plant.plan(to_joints(q, 0.25))
+        assert isinstance(plan, Completion)
+        assert f"`q{joint + 1}`" in str(plan.reason)
+    below = np.array(READY)
+    below[[1, 3]] = 1.5, -1.2
+    assert ("AE763", "links-off-the-bench") in _denied(plant, site, to_joints(below, 0.25))
 
 
 def _denied(plant: PhysicsPlant, site: Site, action: Action) -> list[tuple[str, str]]:

@@ -3,12 +3,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from fractions import Fraction
+from math import dist
 from typing import Any
 
 import pytest
 
 from aeros.runtime.ports import Completion, Motion, Plant
 from aeros.sim.channel import Channel
+from aeros.sim.kinematic.chain import posture
 from aeros.sim.outcomes import Bursts, draw_outcome
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.skill import Action, act
@@ -22,8 +24,9 @@ from aeros.spec.units import LENGTH, NUMBER
 from tests.unit.sim.acting import execute
 
 SPAN = Source("site.yaml", "text").span(0, 4)
+BENT = (0.5, -0.3, 0.0, -1.9, 0.0, 1.6, 0.8)
 JOINTS = EnumType("joints", ("j1", "j2", "j3", "j4", "j5", "j6", "j7"))
-KINDS = ("move_tool", "slide", "move_base", "grip", "wait", "look", "stop", "whistle")
+KINDS = ("move_tool", "move_joints", "slide", "move_base", "grip", "wait", "look", "stop", "whistle")
 
 
 def state(name: str, type_: Type, low: str = "-10", high: str = "10") -> tuple[str, Declared]:
@@ -56,6 +59,7 @@ def parameter(name: str, type_: Type) -> Declared:
 
 PARAMETERS: Mapping[str, Mapping[str, Type]] = {
     "move_tool": {"target": VectorType(LENGTH), "yaw": RealType(NUMBER), "speed": RealType(NUMBER)},
+    "move_joints": {name: RealType(NUMBER) for name in ("q1", "q2", "q3", "q4", "q5", "q6", "q7", "speed")},
     "slide": {"target": VectorType(LENGTH), "force": RealType(NUMBER), "speed": RealType(NUMBER)},
     "move_base": {"x": RealType(LENGTH), "y": RealType(LENGTH), "speed": RealType(NUMBER)},
     "grip": {"width": RealType(LENGTH), "force": RealType(NUMBER)},
@@ -158,6 +162,11 @@ def test_it_begins_harmless_and_inside_every_range() -> None:
             act("move_tool", target=(0.307, 0.5, 0.487), yaw=0.0, speed=0.25),
             {"tool_position": (0.307, 0.5, 0.487)},
             3.75 + 1 / 240,
+        ),
+        (
+            act("move_joints", q1=0.5, q2=-0.3, q3=0.0, q4=-1.9, q5=0.0, q6=1.6, q7=0.8, speed=0.5),
+            {"tool_position": posture(BENT).place},
+            1.875 * dist(posture(BENT).place, (0.307, 0.0, 0.487)) / 0.5 + 1 / 240,
         ),
         (act("slide", target=(0.307, 0.0, 0.487), force=5.0, speed=0.1), {}, 1 / 240),
         (

@@ -27,6 +27,9 @@ from tests.unit.sim.hosting.hosted import Hosted
 REACH: Final = act("move_tool", target=(0.5, -0.35, 0.25), yaw=0.5, speed=0.5)
 """From where the arm begins, about a second; two joints then move at about 1 rad/s."""
 
+JOINTS: Final = act("move_joints", q1=0.5, q2=-0.3, q3=0.2, q4=-1.9, q5=0.3, q6=1.9, q7=0.2, speed=0.5)
+"""From where the arm begins, about two seconds."""
+
 DRIVE: Final = act("move_base", x=-0.5, y=0.3, speed=0.5)
 """Two seconds."""
 
@@ -106,9 +109,12 @@ SUBJECTS: Final = {
         pressing=(),
         together=TOGETHER,
     ),
+    "kinematic, joint by joint": replace(KINEMATIC, moving=JOINTS),
     "watched": replace(KINEMATIC, make=_watched),
     "hosted": replace(KINEMATIC, make=lambda: Hosted(lambda: make_kinematic("bare", 0))),
 }
+
+SUBJECTS["symbolic, joint by joint"] = replace(SUBJECTS["symbolic"], moving=JOINTS)
 
 _MOTORS: Final = replace(
     KINEMATIC,
@@ -122,6 +128,7 @@ _MOTORS: Final = replace(
 
 PHYSICAL: Final = {
     "physics": _MOTORS,
+    "physics, joint by joint": replace(_MOTORS, moving=JOINTS),
     "physics on its carriage": replace(
         _MOTORS,
         make=_physics("fetch"),

@@ -33,6 +33,8 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
     assert motion is not None
     assert motion.kinds["move_tool"] == MotionKind("target", None, "speed")
     assert motion.kinds["move_base"] == MotionKind(None, ("x", "y"), "speed")
+    joints = ("q1", "q2", "q3", "q4", "q5", "q6", "q7")
+    assert motion.kinds["move_joints"] == MotionKind(None, None, "speed", joints)
     assert motion.rates[2][1] == 3750
     assert motion.tool.moving == (Fraction(17, 10), Fraction(13), Fraction(6500))
     assert motion.tool.turning == (Fraction(5, 2), Fraction(25), Fraction(12500))
@@ -59,6 +61,14 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
         (
             ("base_ends_at: [x, y]", "base_ends_at: [x]"),
             "error[AE112]",
+        ),
+        (
+            ("joints_end_at: [q1, q2,", "joints_end_at: [q2,"),
+            "error[AE112] wrong-length: where the joints end takes 7 parameters, one for each, and not 6",
+        ),
+        (
+            ("joints_end_at: [q1,", "joints_end_at: [speed,"),
+            "error[AE203] type-mismatch: `speed` is real [m/s], not real [rad]",
         ),
         (
             ("starts_at: joint_position", "starts_at: joint_velocity"),
