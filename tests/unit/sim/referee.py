@@ -59,7 +59,7 @@ class Referee:
 
     def link_speeds(self) -> Vector:
         """Of the fastest link, m/s, after the first tick."""
-        points = _points(self.of("joint_position")) + self.of("base_position")[:, None, :]
+        points = points_of(self.of("joint_position")) + self.of("base_position")[:, None, :]
         steps: Vector = np.linalg.norm(np.diff(points, axis=0), axis=2) / TICK
         fastest: Vector = steps.max(axis=1)
         return fastest
@@ -117,7 +117,7 @@ class Referee:
         return found
 
 
-def _points(q: Vector) -> Vector:
+def points_of(q: Vector) -> Vector:
     """Both ends of every link's capsule in the base's frame, (n, points, 3), for q (n, 7)."""
     n = len(q)
     rotations, origins = [np.broadcast_to(np.eye(3), (n, 3, 3))], [np.zeros((n, 3))]

@@ -1,0 +1,91 @@
+"""What the monitor is told of speed and force is what somebody finds who works it out otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import inf
+from typing import Any
+
+import numpy as np
+import pytest
+
+from aeros.runtime.ports import Completion, Plant
+from aeros.sim.kinematic.plant import make_plant as make_kinematic
+from aeros.sim.profile import TICK
+from aeros.skill import Action
+from tests.unit.sim.acting import allow, execute
+from tests.unit.sim.conformance.subjects import JOINTS, PRESSING, REACH, TOGETHER
+from tests.unit.sim.referee import points_of
+
+
+def physics(scene: str) -> Plant:
+    from aeros.sim.physics import make_plant
+
+    return make_plant(scene, 0)
+
+
+def kinematic(scene: str) -> Plant:
+    return make_kinematic(scene, 0)
+
+
+BOTH = pytest.mark.parametrize("make", [kinematic, pytest.param(physics, marks=pytest.mark.physics)])
+
+
+def followed(plant: Plant, *actions: Action) -> dict[str, np.ndarray[Any, Any]]:
+    """What the monitor saw of actions at the same time, tick by tick."""
+    for action in actions:
+        assert not isinstance(plant.begin(action), Completion)
+    # By time: where one of them ends, the same tick is looked at again.
+    log: dict[float, Mapping[str, Any]] = {}
+
+    def monitor(now: float, values: Mapping[str, Any]) -> str | None:
+        log[now] = dict(values)
+        return None
+
+    for _ in actions:
+        assert all(one.completed for one in plant.advance(monitor, inf).values())
+    names = ("joint_position", "base_position", "tool_position", "link_speed", "tool_speed", "base_speed")
+    return {name: np.array([values[name] for values in log.values()]) for name in names}
+
+
+@BOTH
+@pytest.mark.parametrize(("scene", "actions"), [("bare", (REACH,)), ("bare", (JOINTS,)), ("fetch", TOGETHER)])
+def test_speeds_are_those_by_which_places_change(
+    make: Callable[[str], Plant], scene: str, actions: tuple[Action, ...]
+) -> None:
+    plant = make(scene)
+    seen = followed(plant, *actions)
+    plant.close()
+    base = seen["base_position"]
+    points = points_of(seen["joint_position"]) + base[:, None, :]
+    points = np.concatenate([points, seen["tool_position"][:, None, :]], axis=1)
+    ways = {
+        "link_speed": np.linalg.norm(np.diff(points, axis=0), axis=2).max(axis=1),
+        "tool_speed": np.linalg.norm(np.diff(seen["tool_position"], axis=0), axis=1),
+        "base_speed": np.linalg.norm(np.diff(base, axis=0), axis=1),
+    }
+    for name, way in ways.items():
+        between = (seen[name][:-1] + seen[name][1:]) / 2.0
+        assert np.abs(way / TICK - between).max() < 0.01, name
+    assert seen["link_speed"].max() > 0.3
+
+
+@pytest.mark.physics
+def test_the_force_of_contact_is_what_the_wrist_feels() -> None:
+    plant = physics("bare")
+    *before, slide = PRESSING
+    for action in before:
+        assert execute(plant, action, allow, inf).completed
+    tare = plant._robot.wrist_load()  # type: ignore[attr-defined]
+    forces: list[tuple[float, float]] = []
+
+    def monitor(now: float, values: Mapping[str, Any]) -> str | None:
+        forces.append((values["contact_force"], plant._robot.wrist_load() - tare))  # type: ignore[attr-defined]
+        return None
+
+    assert execute(plant, slide, monitor, inf).completed
+    plant.close()
+    steady = np.array(forces)[-120:-60].mean(axis=0)
+    assert steady[1] == pytest.approx(slide.parameters["force"], abs=1.0)
+    # Friction along the way comes to it, at right angles.
+    assert steady[1] - 0.5 < steady[0] < 1.5 * steady[1]
