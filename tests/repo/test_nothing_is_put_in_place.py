@@ -1,0 +1,38 @@
+"""Motors move the robot and contact moves things: where a body is placed by fiat is listed, and nowhere else."""
+
+from __future__ import annotations
+
+import ast
+
+from tests.repo.tree import ROOT
+
+PLACING = (
+    "resetJointState",
+    "resetJointStateMultiDof",
+    "resetJointStatesMultiDof",
+    "resetBasePositionAndOrientation",
+    "resetBaseVelocity",
+    "resetSimulation",
+    "restoreState",
+)
+"""What of PyBullet puts a body somewhere, or gives it a speed, without a motor or a contact."""
+
+ALLOWED = {
+    ("sim/panda.py", "_assemble"),  # before the clock starts
+    ("sim/people.py", "walk"),  # people walk by themselves, and the robot does not move them
+    ("sim/mirror.py", "place"),  # the window's own world, of which nothing is measured
+}
+
+
+def test_bodies_are_placed_before_the_clock_starts_alone() -> None:
+    found = set()
+    for path in sorted((ROOT / "aeros").rglob("*.py")):
+        name = str(path.relative_to(ROOT / "aeros"))
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        for function in ast.walk(tree):
+            if isinstance(function, ast.FunctionDef):
+                named = {one.attr for one in ast.walk(function) if isinstance(one, ast.Attribute)}
+                named |= {one.value for one in ast.walk(function) if isinstance(one, ast.Constant)}
+                if named.intersection(PLACING):
+                    found.add((name, function.name))
+    assert found == ALLOWED
