@@ -1,4 +1,4 @@
-"""Motors move the robot and contact moves things: where a body is placed by fiat is listed, and nowhere else."""
+"""Motors move the robot and contact moves things: where bodies are placed by fiat is listed."""
 
 from __future__ import annotations
 
