@@ -32,7 +32,7 @@ def test_bodies_are_placed_before_the_clock_starts_alone() -> None:
         for function in ast.walk(tree):
             if isinstance(function, ast.FunctionDef):
                 named = {one.attr for one in ast.walk(function) if isinstance(one, ast.Attribute)}
-                named |= {one.value for one in ast.walk(function) if isinstance(one, ast.Constant)}
+                named |= {str(one.value) for one in ast.walk(function) if isinstance(one, ast.Constant)}
                 if named.intersection(PLACING):
                     found.add((name, function.name))
     assert found == ALLOWED
