@@ -8,6 +8,7 @@ import pytest
 
 from aeros.runtime.ports import Completion
 from aeros.sim.physics import PhysicsPlant, make_plant
+from tests.unit.sim.ground_truth import is_done
 
 pytestmark = pytest.mark.physics
 
@@ -32,13 +33,16 @@ def test_prepare_wrap_and_boil_make_a_dumpling(run_dumpling_skill: Run) -> None:
 
     assert all(ended.completed for ended in run_dumpling_skill(plant, "wrap"))
     assert predicates(plant)["dumpling_wrapped"]
+    assert plant._scene._dumpling().is_closed  # type: ignore[attr-defined]
     assert not predicates(plant)["dumpling_cooked"]
+    assert not is_done(plant)
 
     assert all(ended.completed for ended in run_dumpling_skill(plant, "boil"))
     state = predicates(plant)
     assert state["dumpling_cooked"]
     assert state["dough_on_workspace"]
     assert state["filling_on_workspace"]
+    assert is_done(plant)
     plant.close()
 
 

@@ -17,6 +17,7 @@ from aeros.sim.scenes.fetch import Fetch
 from aeros.sim.world import Image, World
 from aeros.skill import act
 from tests.unit.sim.acting import allow, execute
+from tests.unit.sim.ground_truth import is_done
 
 pytestmark = pytest.mark.physics
 
@@ -42,8 +43,10 @@ def test_each_step_makes_its_own_predicate_true_and_the_last_one_the_goal(
     plant = make_plant("fetch", seed)
     for predicate, skill in RULES:
         assert not observed(plant)[predicate]
+        assert not is_done(plant)
         assert run_skill(plant, "fetch_object", skill) is None
         assert observed(plant)[predicate]
+    assert is_done(plant)
 
 
 def test_rules_finish_a_delivery_that_was_interrupted_on_the_way(run_skill: RunSkill) -> None:
