@@ -1,16 +1,20 @@
 """The page of results is generated of those that are kept, all of it; without any, it is not there.
 
-A report becomes one of them as `docs/results/NAME/` with its `results.json` and `figures/`.
+A report becomes one of them as `docs/results/NAME/`: `results.json`, `figures/` and `trials.jsonl.xz`.
 """
 
 from __future__ import annotations
 
 import json
+import lzma
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from aeros.experiments.catalogue import catalogue
 from aeros.experiments.report.document import Figure, document
+from aeros.experiments.report.results import measured
 from aeros.experiments.report.written import FIGURES, RESULTS, page_of_kept
 from tests.repo.tree import ROOT, UPDATE
 
@@ -37,3 +41,27 @@ def test_the_figures_are_drawn_of_what_is_kept() -> None:
     there: list[Path] = sorted((ROOT / "docs" / "results").glob("**/*.svg"))
     assert there == sorted(drawn)
     assert all(path.read_text(encoding="utf-8") == svg for path, svg in drawn.items())
+
+
+@pytest.mark.parametrize("folder", KEPT, ids=lambda folder: folder.name)
+def test_the_results_are_counted_of_the_trials_that_are_kept(folder: Path) -> None:
+    results = json.loads((folder / RESULTS).read_text(encoding="utf-8"))
+    trials: dict[tuple[str, int], dict[str, Any]] = {}
+    with lzma.open(folder / "trials.jsonl.xz", "rt", encoding="utf-8") as lines:
+        for line in lines:
+            one = json.loads(line)
+            trials[one["condition"], one["seed"]] = one["found"]
+    first, last = results["seeds"]
+    metrics = {
+        one.number: {metric.name: metric for metric in one.metrics}
+        for one in catalogue(results["plant"]).values()
+    }
+    counted = 0
+    for one in results["experiments"]:
+        for row in one["rows"]:
+            found = [trials[row["digest"], seed] for seed in range(first, last + 1)]
+            for name, cell in row["cells"].items():
+                again = measured(metrics[one["number"]][name], found)
+                assert {part: cell[part] for part in again} == pytest.approx(again), (row["id"], name)
+                counted += 1
+    assert counted > 100

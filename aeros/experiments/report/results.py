@@ -142,7 +142,7 @@ def _row(
     paper = read_data("paper.toml")["value"].get(row.id, {})
     cells = {
         one.name: _cell(
-            _measured(one, found),
+            measured(one, found),
             {name: exact.get(f"{before}{one.exact}") for name, before in COMPUTED.items()},
             paper.get(one.name),
         )
@@ -225,7 +225,7 @@ def _is_measured(metric: Metric, found: Sequence[Found]) -> bool:
     return not metric.hits or any(one[metric.of] for one in found)
 
 
-def _measured(metric: Metric, found: Sequence[Found]) -> dict[str, Any]:
+def measured(metric: Metric, found: Sequence[Found]) -> dict[str, Any]:
     """The value and its interval: Wilson's of a share in percent, by the normal distribution of a mean.
 
     Where all values are alike a mean has an interval by the rule of three: what was met in none of n trials

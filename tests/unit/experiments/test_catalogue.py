@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fnmatch import fnmatchcase
+from math import sqrt
 
 import pytest
 
@@ -10,6 +11,7 @@ from aeros.experiments.architecture import SHIPPED, class_of, made
 from aeros.experiments.catalogue import Entry, catalogue, chosen, read_data
 from aeros.experiments.condition import Condition
 from aeros.experiments.kinds import KINDS, digest_of, kind_of
+from aeros.sim.randomness import Chance
 from aeros.spec.errors import MisuseError
 from tests.unit.experiments.common import premises
 
@@ -83,6 +85,29 @@ def test_numbers_in_explanations_are_those_that_can_be_computed() -> None:
         assert all(number in text for number in numbers), (text, numbers)
     (forgetful,) = (one for one in texts if "29 tries" in one)
     assert f"{100 * 0.9**29:.1f} %, in place of 33 with {100 * 0.9**33:.1f} %" in forgetful
+
+
+def test_the_first_hundred_seeds_draw_few_failures_of_the_press_and_others_as_many_as_they_should() -> None:
+    """As the report says of experiment 8 on physics."""
+
+    def failed(seeds: range) -> int:
+        count = 0
+        for seed in seeds:
+            draws, chance = 0, Chance(seed)
+            while chance.on("fault/handle_dropped", draws).uniform(size=2)[1] < 0.7:
+                draws += 1
+            count += draws
+        return count
+
+    (text,) = (
+        one["text"] for one in read_data("paper.toml")["explanation"] if "It is the seeds" in one["text"]
+    )
+    for seeds in (range(100), range(100, 1000)):
+        share = failed(seeds) / (failed(seeds) + len(seeds))
+        assert f"{100 * share:.0f} %" in text.replace("a rate of 70 %", "")
+    # Failures before a success: of n seeds n·p/(1 − p), with a variance of n·p/(1 − p)².
+    off = (failed(range(100)) - 100 * 0.7 / 0.3) / (sqrt(100 * 0.7) / 0.3)
+    assert f"{-off:.1f} standard deviations" in text
 
 
 def test_retry_and_recovery_without_another_plan_do_no_better_than_retries() -> None:
