@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from aeros.agent.routing import Routed
 from aeros.runtime.configuration import Configuration
+from aeros.runtime.merging import moves_joints
 from aeros.runtime.ports import Plan, Plant, Trajectory
 from aeros.sim.channel import Process
 from aeros.sim.outcomes import Bursts
@@ -122,7 +123,7 @@ class _CountingPlant:
     def plan(self, action: Action) -> Plan:
         """See `Plant`."""
         plan = self._plant.plan(action)
-        if isinstance(plan, Trajectory):
+        if isinstance(plan, Trajectory) and moves_joints(plan):
             self._counts["ik_solutions"] += sum(len(path) + 1 for path in plan.paths)
         return plan
 
