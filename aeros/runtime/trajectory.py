@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import chain
-from math import dist, isfinite
+from math import dist, inf, isfinite
 from typing import Any, Final
 
 from aeros.runtime.bezier import span_of
@@ -100,6 +100,7 @@ class MotionDecider:
             reasons += _elsewhere(policy, other.action, merged, f"{told} would end")
         reasons += self._joints_too_fast(plan)
         reasons += self._tool_too_fast(policy, [Companion(action, plan, 0.0), *others], merged)
+        reasons += _base_too_fast(policy, merged)
         reasons += self._breaches(policy, merged)
         return tuple(dict.fromkeys(reasons))
 
@@ -226,6 +227,15 @@ def _elsewhere(policy: MotionPolicy, action: Action, merged: Merged, told: str) 
             text = f"{told} {1000.0 * away:.3g} mm from where the base was asked to be"
             reasons.append(Reason("AE761", x, text))
     return reasons
+
+
+def _base_too_fast(policy: MotionPolicy, merged: Merged) -> list[Reason]:
+    if policy.base is None:
+        return []
+    motion = merged.base.motion
+    found, (speed, acceleration) = way_rates(motion.way, motion.duration), map(float, policy.base)
+    # What jerk a way of next to no length begins with is of no weight.
+    return _above("base", "the base", found, Rates(speed, acceleration, inf), ("m/s", "m/s²", "m/s³"))
 
 
 def _joint_rates(plan: Trajectory) -> list[Rates]:

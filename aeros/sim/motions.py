@@ -96,7 +96,7 @@ _SLOWEST: Final = 1e-3
 """Least speed of a move, m/s."""
 
 _BASE_SHARE: Final = 0.999
-"""Share of the asked speed that the base peaks at: rounding must not put it above."""
+"""Share of the asked speed and of its acceleration limit that the base takes: rounding must pass neither."""
 
 _SEARCH: Final = 0.02
 """How far below its target a slide looks for the surface, m."""
@@ -368,7 +368,8 @@ def plan_move_base(robot: Robot, parameters: Parameters, drive: Trajectory | Non
     target = np.array([x, y])
     way = target - robot.base_origin - robot.base_command
     distance = float(np.linalg.norm(way))
-    slowest = ceil((ACCELERATION_TO_MEAN * distance / BASE_ACCELERATION_MAX) ** 0.5 / TICK)
+    most = BASE_ACCELERATION_MAX * _BASE_SHARE
+    slowest = ceil((ACCELERATION_TO_MEAN * distance / most) ** 0.5 / TICK)
     ticks = max(minimum_jerk_ticks(distance, speed * _BASE_SHARE), slowest, 1)
     rest = robot.q_command.tolist()
     at_rest = (tuple(rest),) * 4

@@ -170,7 +170,7 @@ _TABLE: Final = (
         "decision",
         "a motion does not start where the robot is or end where asked",
     ),
-    Code("AE762", "motion-beyond-limits", "decision", "a motion may exceed a limit of joints or tool"),
+    Code("AE762", "motion-beyond-limits", "decision", "a motion may exceed a limit of joints, tool or base"),
     Code(
         "AE763",
         "motion-meets-barrier",

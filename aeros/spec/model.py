@@ -309,6 +309,7 @@ class MotionPolicy:
     starts_at: the state variable, a family, that measures the joints.
     lowest, highest, rates: of each joint; the rates are speed, acceleration and jerk.
     clearance: what links keep from barriers: room for what the paths do not say, as tracking error.
+    base: speed and acceleration of a base that drives.
     """
 
     kinds: Mapping[str, MotionKind]
@@ -321,6 +322,7 @@ class MotionPolicy:
     tool: ToolLimits
     clearance: Fraction
     barriers: tuple[Barrier, ...]
+    base: tuple[Fraction, Fraction] | None = None
 
 
 @dataclass(frozen=True)

@@ -61,7 +61,7 @@ def results_of(
         "seeds": [seeds[0], seeds[-1]],
         "premises": premises.digest,
         "environment": environment(),
-        "work": _work({row for one in experiments for row in one.rows}, trials, premises, seeds),
+        "work": _work((row for one in experiments for row in one.rows), trials, premises, seeds),
         "experiments": shown,
     }
 

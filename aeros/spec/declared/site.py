@@ -170,6 +170,15 @@ class ToolLimits:
 
 
 @dataclass(frozen=True)
+class BaseLimits:
+    """Names of constants: what the base may do."""
+
+    span: Span
+    speed: Identifier = field(metadata={"doc": "greatest speed"})
+    acceleration: Identifier = field(metadata={"doc": "greatest acceleration"})
+
+
+@dataclass(frozen=True)
 class Barrier:
     """A volume that links keep out of, or inside of, during the whole of every motion."""
 
@@ -200,6 +209,7 @@ class Motion:
     joints: JointLimits = field(metadata={"doc": "limits of the joints"})
     tool: ToolLimits = field(metadata={"doc": "limits of the tool point"})
     clearance: Text = field(metadata={"doc": "what links keep from every barrier, as in `20 mm`"})
+    base: BaseLimits | None = field(default=None, metadata={"doc": "limits of a base that drives"})
     barriers: tuple[Barrier, ...] = field(default=(), metadata={"doc": "keep-out and keep-in volumes"})
 
 

@@ -57,6 +57,8 @@ class _MotionElaborator:
         turning = (tool.turning_speed, tool.turning_acceleration, tool.turning_jerk)
         singles = [self._single(name, _rate(LENGTH, order)) for order, name in enumerate(moving, 1)]
         singles += [self._single(name, _rate(ANGLE, order)) for order, name in enumerate(turning, 1)]
+        driving = () if motion.base is None else (motion.base.speed, motion.base.acceleration)
+        singles += [self._single(name, _rate(LENGTH, order)) for order, name in enumerate(driving, 1)]
         lengths = [
             elaborate_quantity(text, dimension, self._sink)
             for text, dimension in (
@@ -83,6 +85,7 @@ class _MotionElaborator:
             tool=ToolLimits((numbers[0], numbers[1], numbers[2]), (numbers[3], numbers[4], numbers[5])),
             clearance=clearance,
             barriers=tuple(barrier for barrier in barriers if barrier is not None),
+            base=(numbers[6], numbers[7]) if driving else None,
         )
 
     def _kind(self, name: Text, motion: declared.MotionKind, measured: Declared | None) -> MotionKind:

@@ -128,7 +128,7 @@ def test_a_bad_sensor_has_a_figure_of_what_it_costs(tmp_path: Path) -> None:
 @pytest.mark.physics
 def test_the_reaction_beside_a_slow_planner_is_drawn_along_its_latency(tmp_path: Path) -> None:
     options = ("--trials", "1", "--workers", "1", "--ecms", ECMS, "--out", str(tmp_path))
-    assert main(["experiment", "15/person/0", "15/person/1", *options]) == Exit.PROVED
+    assert main(["experiment", "15/person/0", "15/person/1.5", *options]) == Exit.PROVED
     (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
     assert [row["cells"]["reaction"]["measured"] for row in one["rows"]] == [0.0, 0.0]
     drawn = (tmp_path / "figures" / "experiment-15-person.svg").read_text(encoding="utf-8")

@@ -300,6 +300,15 @@ def test_the_base_keeps_to_its_own_speed() -> None:
     assert beside(REACH, motion(), slow) == [("AE762", "speed")]
 
 
+def test_the_base_keeps_to_its_limits() -> None:
+    policy = replace(POLICY, base=(Fraction(1, 2), Fraction(9, 10)))
+    for way, found in ((0.5, []), (0.55, ["base-speed"]), (0.9, ["base-speed", "base-acceleration"])):
+        drive = motion(0.0, duration=2.0, way=(way, 0.0, 0.0))
+        said = decided(drive, "drive", policy, x=way, speed=1.0)
+        assert [rule for code, rule in said if code == "AE762"] == found
+        assert decided(drive, "drive", x=way, speed=1.0) == []
+
+
 @pytest.mark.parametrize("number", range(3))
 def test_limits_of_the_tool_are_kept_in_the_world(number: int) -> None:
     # Bounds of the arm alone are 0.2344 m/s, 0.521 m/s² and 2.68 m/s³; the base adds 0.1875, 0.144 and 0.375.

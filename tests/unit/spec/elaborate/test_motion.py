@@ -39,6 +39,7 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
     assert motion.tool.moving == (Fraction(17, 10), Fraction(13), Fraction(6500))
     assert motion.tool.turning == (Fraction(5, 2), Fraction(25), Fraction(12500))
     assert motion.clearance == Fraction(15, 1000)
+    assert motion.base == (Fraction(6, 10), Fraction(1))
     fence, column = motion.barriers[2:4]
     assert fence.inside
     assert fence.links is None
@@ -61,6 +62,10 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
         (
             ("base_ends_at: [x, y]", "base_ends_at: [x]"),
             "error[AE112]",
+        ),
+        (
+            ("base: {speed: driving_speed_max,", "base: {speed: drive_deceleration,"),
+            "error[AE204] unit-mismatch: `drive_deceleration`",
         ),
         (
             ("joints_end_at: [q1, q2,", "joints_end_at: [q2,"),
