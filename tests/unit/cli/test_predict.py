@@ -32,8 +32,8 @@ def test_the_text_says_what_was_asked_and_what_comes_of_it(capsys: pytest.Captur
     assert main(["predict", CLEAN, *certain, "--replans", "0"]) == Exit.PROVED
     assert capsys.readouterr().out.splitlines() == [
         "clean_table.clean_table at panda_cell, at most 0 re-plans",
-        "from clutter_on_table = true, table_organized = false, table_verified = false, table_wiped = false, "
-        "wiping_area_clear = true",
+        "from clutter_on_table = true, sponge_seen = true, table_organized = false, table_verified = false, "
+        "table_wiped = false, wiping_area_clear = true",
         "success probability     0.91                = 91/100",
         "failure probability     0.09                = 9/100",
         "expected invocations    3.42                = 171/50",
