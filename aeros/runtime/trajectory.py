@@ -216,9 +216,10 @@ def _elsewhere(policy: MotionPolicy, action: Action, merged: Merged, told: str) 
             reasons.append(Reason("AE761", asked.tool_ends_at, text))
     if asked.joints_end_at is not None:
         ends = (parameters[name] for name in asked.joints_end_at)
-        away = max(abs(a - b) for a, b in zip(merged.joints.motion.paths[0][-1][3], ends, strict=True))
-        if not away <= _JOINTS_WITHIN:
-            text = f"{told} {away:.3g} rad from where a joint was asked to be"
+        each = [abs(a - b) for a, b in zip(merged.joints.motion.paths[0][-1][3], ends, strict=True)]
+        # Each by itself: the greatest of several may hide one that is no number.
+        if not all(away <= _JOINTS_WITHIN for away in each):
+            text = f"{told} {max(each):.3g} rad from where a joint was asked to be"
             reasons.append(Reason("AE761", asked.joints_end_at[0], text))
     if asked.base_ends_at is not None:
         x, y = asked.base_ends_at
