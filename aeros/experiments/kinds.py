@@ -136,5 +136,6 @@ def _source_digest(name: str) -> str:
     folder = Path(__file__).parent / "trials"
     files = {one: folder / f"{one}.py" for one in KINDS[name]}
     if name in COMMANDED:
-        files |= {f"cli/{one.name}": one for one in (folder.parent.parent / "cli").rglob("*.py")}
+        root = folder.parent.parent
+        files |= {str(one.relative_to(root)): one for one in (root / "cli").rglob("*.py")}
     return digest_of_files(files)

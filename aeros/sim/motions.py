@@ -192,7 +192,10 @@ def plan_move_joints(robot: Robot, parameters: Parameters, drive: Trajectory | N
     speed = parameters.number("speed", _SLOWEST, TOOL_SPEED_MAX)
     parameters.done()
     base = robot.sense().base_position
-    profile = joint_profile(robot.q_command, target, _own_speed(speed, drive))
+    try:
+        profile = joint_profile(robot.q_command, target, _own_speed(speed, drive))
+    except UnreachableError as reason:
+        raise RefusedError(f"unreachable: {reason}") from reason
     trajectory = Trajectory(PANDA, (profile.path,), base, _NOWHERE, profile.ticks * TICK)
     return Planned(trajectory, _move_joints(robot, profile, target), _ARM)
 

@@ -130,6 +130,7 @@ def joint_profile(q_start: Vector, q_end: Vector, peak_speed: float) -> JointPro
     """The profile from `q_start` to `q_end`, rad, along the straight line between them.
 
     `peak_speed` bounds the tool's speed, m/s, wherever that takes it; limits may make it slower.
+    Raises `UnreachableError`.
     """
     share = np.linspace(0.0, 1.0, _FINE + 1)
     path = _spline(q_start + share[:, None] * (q_end - q_start))

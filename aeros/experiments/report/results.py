@@ -290,13 +290,10 @@ def _explained(
     An explanation is of certain marks, "METRIC: WHICH", of rows of certain names, on certain plants; `by`: of
     those alone that are off by no more than this, draws apart.
     """
-    exact = {} if drawn is None else drawn["exact"]
+    drawn = drawn or {"exact": {}, "misses": []}
+    as_drawn = {f"{name}: exact" for name in drawn["exact"] if name not in drawn["misses"]}
     marked = {f"{name}: {which}": name for name, cell in cells.items() for which in cell["misses"]}
-    unexplained = {
-        mark
-        for mark, name in marked.items()
-        if not (mark.endswith(": exact") and name in exact and not _is_outside(cells[name], exact[name]))
-    }
+    unexplained = marked.keys() - as_drawn
     texts = []
     for one in read_data("paper.toml")["explanation"]:
         if plant not in one.get("plants", (plant,)) or not any(
@@ -306,7 +303,7 @@ def _explained(
         told = {
             mark
             for mark in marked.keys() & set(one["of"])
-            if "by" not in one or _is_near(cells[marked[mark]], exact.get(marked[mark]), one["by"])
+            if "by" not in one or _is_near(cells[marked[mark]], drawn["exact"].get(marked[mark]), one["by"])
         }
         texts += [one["text"]] if told else []
         unexplained -= told

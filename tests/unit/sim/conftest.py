@@ -4,21 +4,35 @@ from __future__ import annotations
 
 import importlib.util
 import runpy
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from aeros.runtime.ports import Completion, Plant
 from tests.unit.sim.acting import allow, execute
 
+if TYPE_CHECKING:
+    from aeros.sim.physics import PhysicsPlant
+
 Skills = Callable[[Plant, str], list[Completion]]
 
 
 def _observed(plant: Plant) -> dict[str, Any]:
     return {name: reading.value for name, reading in plant.observe().items()}
+
+
+@pytest.fixture
+def plant(request: pytest.FixtureRequest) -> Iterator[PhysicsPlant]:
+    """The physics plant of the module's `SCENE`, of seed 0."""
+    # PyBullet is imported only where it is asked for.
+    from aeros.sim.physics import make_plant
+
+    made = make_plant(request.module.SCENE, 0)
+    yield made
+    made.close()
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -31,12 +31,8 @@ bodies:
 
 pytestmark = pytest.mark.physics
 
-
-@pytest.fixture
-def plant() -> Iterator[PhysicsPlant]:
-    made = make_plant("fetch", 0)
-    yield made
-    made.close()
+SCENE = "fetch"
+"""Of the fixture `plant`."""
 
 
 def held_back(plant: PhysicsPlant) -> dict[Any, Completion]:

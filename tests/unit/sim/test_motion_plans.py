@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ from aeros.sim.body import CAPSULES, PANDA
 from aeros.sim.bullet import DATA
 from aeros.sim.kinematics import FLANGE, READY, forward
 from aeros.sim.limits import Q_MAX, Q_MIN, QD_MAX
-from aeros.sim.physics import PhysicsPlant, make_plant
+from aeros.sim.physics import PhysicsPlant
 from aeros.sim.profile import TICK, minimum_jerk
 from aeros.skill import Action, act
 from aeros.spec.diagnostics import Diagnostics
@@ -33,15 +33,11 @@ from tests.unit.sim.acting import allow, execute, recording
 
 pytestmark = pytest.mark.physics
 
+SCENE = "bare"
+"""Of the fixture `plant`."""
+
 FOREVER = 1e9
 MOVE = act("move_tool", target=(0.5, 0.2, 0.1), yaw=0.5, speed=0.25)
-
-
-@pytest.fixture
-def plant() -> Iterator[PhysicsPlant]:
-    plant = make_plant("bare", 0)
-    yield plant
-    plant.close()
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,9 @@ from tests.unit.sim.referee import Referee
 
 pytestmark = pytest.mark.physics
 
+SCENE = "bare"
+"""Of the fixture `plant`."""
+
 FOREVER = 1e9
 
 
@@ -35,13 +38,6 @@ class CubeOnBlock(Bare):
     def build(self, world: World, robot: Panda, chance: Chance) -> None:
         world.add_box((0.10, 0.03, 0.05), (0.5, 0.1, 0.025))
         world.add_box((0.04, 0.04, 0.04), (0.5, 0.1, 0.07), mass=0.1)
-
-
-@pytest.fixture
-def plant() -> Iterator[PhysicsPlant]:
-    plant = make_plant("bare", 0)
-    yield plant
-    plant.close()
 
 
 def move(x: float, y: float, z: float, yaw: float = 0.0, speed: float = 0.25) -> Action:

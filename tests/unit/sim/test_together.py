@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 from math import inf
@@ -18,7 +18,7 @@ from aeros.runtime.ports import Ball, Body, Completion, Motion, Plan, Trajectory
 from aeros.runtime.sweep import Box, breach_of
 from aeros.runtime.trajectory import MotionDecider
 from aeros.sim.body import PANDA
-from aeros.sim.physics import PhysicsPlant, make_plant
+from aeros.sim.physics import PhysicsPlant
 from aeros.sim.profile import TICK
 from aeros.sim.robot import BASE_ACCELERATION_MAX
 from aeros.skill import Action, act
@@ -34,12 +34,8 @@ OPEN = act("grip", width=0.02, force=10.0)
 
 pytestmark = pytest.mark.physics
 
-
-@pytest.fixture
-def plant() -> Iterator[PhysicsPlant]:
-    made = make_plant("fetch", 0)
-    yield made
-    made.close()
+SCENE = "fetch"
+"""Of the fixture `plant`."""
 
 
 def begin(plant: PhysicsPlant, action: Action) -> Motion:
