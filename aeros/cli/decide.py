@@ -16,7 +16,9 @@ from aeros.runtime.explaining import Explainer
 from aeros.runtime.gate import GateMode
 from aeros.runtime.proving import prove
 from aeros.runtime.requests import MAX_LINE, decide_line, decision_json, explain_line, explanation_json
+from aeros.spec.backends.store import default_store
 from aeros.spec.folders import reference_site
+from aeros.spec.verify import verify
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -77,7 +79,8 @@ def add_to(commands: Subparsers) -> None:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    configuration, report = prove([arguments.ecm], arguments.site or reference_site(), certified=False)
+    site = arguments.site or reference_site()
+    configuration, _ = prove([arguments.ecm], site, certified=False)
     if len(configuration.modules) != 1:
         print(f"aeros: `{arguments.ecm}` holds several modules; name one", file=sys.stderr)
         return Exit.USAGE
@@ -88,8 +91,9 @@ def _command(arguments: argparse.Namespace) -> Exit:
         return Exit.USAGE
     explainer = Explainer(configuration, GateMode(arguments.gate))
     if arguments.example:
+        in_full = verify([arguments.ecm], site, store=default_store())
         for request in example_requests(
-            explainer.gate, configuration.site, ecm, ecm.skills[arguments.skill], report
+            explainer.gate, configuration.site, ecm, ecm.skills[arguments.skill], in_full
         ):
             print(request)
         return Exit.PROVED

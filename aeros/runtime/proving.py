@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import Protocol
 
 from aeros.runtime.configuration import Configuration, configure
 from aeros.spec.backends.store import default_store
-from aeros.spec.certificate import check_lock
-from aeros.spec.diagnostics import Diagnostic
+from aeros.spec.brief import verify_in_brief
+from aeros.spec.certificate import Certificate, certificate_for, check_lock
+from aeros.spec.diagnostics import Diagnostic, Diagnostics
 from aeros.spec.errors import UndecidedError, UserError
-from aeros.spec.model import Block
-from aeros.spec.reports import Report
+from aeros.spec.loading import load_ecm, load_site
+from aeros.spec.model import Block, Ecm, Site
+from aeros.spec.reports import Report, SubjectReport
 from aeros.spec.verdicts import Conclusion
-from aeros.spec.verify import verify
 
 
 class Prove(Protocol):
@@ -40,7 +42,10 @@ def prove(
     blocks: Sequence[Block] = (),
     active: Callable[[str], bool] = lambda _: True,
 ) -> tuple[Configuration, Report]:
-    """The configuration of the modules at `paths`, all of them proved here and now.
+    """The configuration of the modules at `paths`, all of them proved: here and now, or in an earlier run.
+
+    What an earlier run proved counts if it was the very same files, policy and program
+    (docs/decisions/0008-answers-are-kept.md); what depends on several modules is asked each time.
 
     certified: require that each module's `ecm.lock` is the certificate that results.
     blocks: operator overrides beside those of the site file.
@@ -48,20 +53,48 @@ def prove(
     Raises `UserError` with every reason why the configuration is refused, `UndecidedError` where the
     only reasons are that the solver ran out of its budget.
     """
-    report = verify(paths, site, store=default_store(), blocks=blocks)
-    problems: list[Diagnostic] = []
-    if report.conclusion is not Conclusion.PROVED or report.site_model is None:
-        problems = [problem for subject in report.subjects for problem in subject.diagnostics]
+    store = default_store()
+    with nullcontext() if store is None else closing(store):
+        report = verify_in_brief(paths, site, store=store, blocks=blocks)
+    if report.conclusion is not Conclusion.PROVED:
         refusal = UndecidedError if report.conclusion is Conclusion.UNDECIDED else UserError
-        raise refusal(problems)
-    modules = {}
-    for module in report.modules:
-        if module.ecm is None or module.certificate is None:
-            continue
-        problem = check_lock(module.path, module.certificate) if certified else None
-        problems += [] if problem is None else [problem]
-        if active(module.ecm.id):
-            modules[module.ecm.id] = (module.ecm, module.certificate)
+        raise refusal([problem for subject in report.subjects for problem in subject.diagnostics])
+    if certified:
+        _require_locks(report)
+    policy = _policy(site, blocks)
+    proved = [one for one in report.modules if active(one.name)]
+    return configure(policy, {one.name: _certified(one, policy) for one in proved}), report
+
+
+def _require_locks(report: Report) -> None:
+    """Raise `UserError` unless every module's `ecm.lock` is the certificate that results."""
+    problems = [
+        problem
+        for one in report.modules
+        if one.lock is not None and not one.lock.is_in(one.path)
+        if (problem := check_lock(one.path, one.lock.certificate)) is not None
+    ]
     if problems:
         raise UserError(problems)
-    return configure(report.site_model, modules), report
+
+
+def _policy(path: Path, blocks: Sequence[Block]) -> Site:
+    site = load_site(path, Diagnostics())
+    if site is None:
+        raise _changed(path)
+    return site.with_blocks(blocks)
+
+
+def _certified(report: SubjectReport, policy: Site) -> tuple[Ecm, Certificate]:
+    """The model of a module that is proved, and its certificate; it is of the very files that were proved."""
+    found = load_ecm(report.path, policy, Diagnostics())
+    certificate = report.certificate
+    if found is None or certificate is None:
+        raise _changed(report.path)
+    if certificate_for(found.ecm, policy, certificate.obligations) != certificate:
+        raise _changed(report.path)
+    return found.ecm, certificate
+
+
+def _changed(path: Path) -> UserError:
+    return UserError([Diagnostic("AE961", f"`{path}` changed while it was being proved")])

@@ -34,7 +34,7 @@ from aeros.spec.verdicts import Conclusion
 
 if TYPE_CHECKING:
     from aeros.spec.backends.oracle import Oracle
-    from aeros.spec.model import Site
+    from aeros.spec.model import Block, Site
 
 MANY: Final = 16
 """From this many modules on, more than one process proves them."""
@@ -47,12 +47,14 @@ def verify_in_brief(
     progress: Progress = lambda _: None,
     store: Store | None = None,
     *,
+    blocks: Sequence[Block] = (),
     jobs: int = 1,
 ) -> Report:
     """What `verify` reports, without models and claims in full.
 
     progress: told which subject is proved next.
     store: what earlier runs proved and were answered, where the caller wants it used.
+    blocks: operator overrides beside those of the site file.
     jobs: how many processes prove modules, where there are many.
     """
     progress(f"site {site_path}")
@@ -63,8 +65,8 @@ def verify_in_brief(
         source = read_source(site_path)
     except UserError as error:
         return Report(report_on_unreadable(site_path, error), refused, None)
-    prover = _Prover(source, rlimit, store, jobs)
-    keeper = None if store is None else Keeper(store, source, rlimit)
+    prover = _Prover(source, tuple(blocks), rlimit, store, jobs)
+    keeper = None if store is None else Keeper(store, source, rlimit, blocks)
     site, site_report = _site(prover, keeper)
     if site is None:
         return Report(site_report, refused, None)
@@ -92,8 +94,11 @@ def verify_in_brief(
 class _Prover:
     """Proves what was not kept.  Importing what that takes costs 0.2 s, which other runs need not pay."""
 
-    def __init__(self, source: Source, rlimit: int, store: Store | None, jobs: int) -> None:
+    def __init__(
+        self, source: Source, blocks: tuple[Block, ...], rlimit: int, store: Store | None, jobs: int
+    ) -> None:
         self.source = source
+        self._blocks = blocks
         self._rlimit = rlimit
         self._store = store
         self._jobs = jobs
@@ -112,13 +117,13 @@ class _Prover:
         site = site_of(self.source, Diagnostics())
         if site is None:
             raise InternalError(f"`{self.source.path}` was kept as proved and cannot be read")
-        return site
+        return site.with_blocks(self._blocks)
 
     def site(self) -> tuple[SitePresence | None, SubjectReport]:
         """The site as others see it, and what there is to say of it."""
         from aeros.spec.verify import verify_site
 
-        site, report = verify_site(self.source, self._oracle)
+        site, report = verify_site(self.source, self._oracle, self._blocks)
         if site is None:
             return None, report
         self._site = site
@@ -129,7 +134,7 @@ class _Prover:
         from aeros.spec.verify import examine, examine_in_processes
 
         if self._jobs > 1 and len(folders) >= MANY:
-            return examine_in_processes(folders, self.source, self._rlimit, self._jobs)
+            return examine_in_processes(folders, self.source, self._blocks, self._rlimit, self._jobs)
         site, oracle = self._site, self._oracle
         return (replace(examine(folder, site, oracle), full=None) for folder in folders)
 
@@ -169,7 +174,7 @@ def _examined(folders: Sequence[Path], prover: _Prover, progress: Progress) -> d
 def _keep(report: SubjectReport, one: Examined, keeper: Keeper) -> None:
     """Keep what is proved and leaves nothing to say."""
     if one.presence is not None and report.lock is not None and _is_proved(report):
-        keeper.keep(report.path, one.presence, one.before, one.after, report.lock.digest)
+        keeper.keep(one.presence, one.before, one.after, report.lock.digest)
 
 
 def _is_proved(report: SubjectReport) -> bool:

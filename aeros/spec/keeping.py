@@ -1,9 +1,10 @@
 """Proofs of modules kept between runs: an unchanged module is not even read as YAML.
 
 Kept is what was proved of one module by itself, without anything left to say; and of a site.  Its key is
-the digest of all that this depends on: manifest, code, site, budget, place, and the programs that decide,
-down to the interpreter.  Models are hashed again, and what depends on other modules is not kept but asked
-anew.  As of answers, what cannot be read is not there (docs/decisions/0008-answers-are-kept.md).
+the digest of all that this depends on: manifest, code, site, overrides, budget, and the programs that decide,
+down to the interpreter.  Nothing that is kept names a place, so a copy is found wherever it lies.  Models are
+hashed again, and what depends on other modules is not kept but asked anew.  As of answers, what cannot be
+read is not there (docs/decisions/0008-answers-are-kept.md).
 
 What most runs read is in the head of what is kept; the claims are beside it, with their digest in the head,
 and are read where a report lists them or a certificate has to be written.
@@ -13,14 +14,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import sys
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import aeros
 from aeros.spec.backends.release import release_of
@@ -33,6 +33,9 @@ from aeros.spec.source import Source
 from aeros.spec.texts import read_source
 from aeros.spec.told import Claims, Tally, Told
 from aeros.spec.verdicts import Verdict
+
+if TYPE_CHECKING:
+    from aeros.spec.model import Block
 
 _DECIDING: Final = (
     ("networkx", "networkx"),
@@ -71,12 +74,15 @@ class KeptSite:
 
 
 class Keeper:
-    """Proofs in a store, of one site and of modules under it, under one budget."""
+    """Proofs in a store, of one site and of modules under it, under one budget.
 
-    def __init__(self, store: Store, site: Source, rlimit: int) -> None:
+    blocks: operator overrides beside those of the site.
+    """
+
+    def __init__(self, store: Store, site: Source, rlimit: int, blocks: Sequence[Block] = ()) -> None:
         self._store = store
         self._site = site
-        self._about = [_program(), rlimit, text_digest(site.text)]
+        self._about = [_program(), rlimit, text_digest(site.text), [one.told for one in blocks]]
         self._new: dict[str, tuple[str, bytes]] = {}
 
     def find(self, folder: Path) -> Kept | None:
@@ -84,7 +90,7 @@ class Keeper:
         try:
             manifest = read_source(folder / MANIFEST)
             digests = text_digest(manifest.text), code_digest(code_files(folder))
-            head, claims = self._proof(self._key(folder, *digests))
+            head, claims = self._proof(self._key(*digests))
             presence = unpacked(head["presence"], manifest)
             found = Kept(presence, _tally(head["tally"]), head["lock"], claims)
         except (UserError, MisuseError, OSError, ValueError, LookupError, TypeError):
@@ -112,14 +118,13 @@ class Keeper:
 
     def keep(
         self,
-        folder: Path,
         presence: Presence,
         before: Sequence[Told],
         after: Sequence[Told],
         lock_digest: str,
     ) -> None:
         """Put what was proved into the store when `close` is called; as `Kept` has it."""
-        key = self._key(folder, presence.manifest_digest, presence.code_digest)
+        key = self._key(presence.manifest_digest, presence.code_digest)
         tally = Claims.of((*before, *after)).tally
         head = {"presence": packed(presence), "tally": [tally.claims, tally.guarded], "lock": lock_digest}
         self._put(key, head, [[_row(one) for one in claims] for claims in (before, after)])
@@ -143,8 +148,8 @@ class Keeper:
             raise LookupError(key)
         return head, proof[1]
 
-    def _key(self, folder: Path, manifest: str, code: str) -> str:
-        return self._digest("module", str(folder), os.path.realpath(folder), manifest, code)
+    def _key(self, manifest: str, code: str) -> str:
+        return self._digest("module", manifest, code)
 
     def _digest(self, *of: str) -> str:
         return text_digest(json.dumps([*self._about, *of]))

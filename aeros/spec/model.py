@@ -197,6 +197,11 @@ class Block:
     action: str | None
     span: Span | None = None
 
+    @property
+    def told(self) -> tuple[str | None, ...]:
+        """All that it says, wherever that is written."""
+        return self.id, self.reason, self.module, self.skill, self.action
+
     def matches(self, module: str, skill: str, action: str) -> bool:
         """Whether an action of this kind, asked for by this skill, is blocked."""
         pairs = ((self.module, module), (self.skill, skill), (self.action, action))
@@ -374,7 +379,7 @@ class Site:
         """The site with further operator overrides, and the digest that says which."""
         if not blocks:
             return self
-        said = json.dumps([self.digest, *([b.id, b.reason, b.module, b.skill, b.action] for b in blocks)])
+        said = json.dumps([self.digest, *(one.told for one in blocks)])
         digest = hashlib.sha256(said.encode()).hexdigest()
         return replace(self, blocks=(*self.blocks, *blocks), digest=digest)
 

@@ -147,28 +147,30 @@ _WORKING: dict[str, tuple[Site, Oracle]] = {}
 """The site and the oracle of a process that was started to prove modules."""
 
 
-def examine_in_processes(folders: Sequence[Path], site: Source, rlimit: int, jobs: int) -> Iterator[Examined]:
+def examine_in_processes(
+    folders: Sequence[Path], site: Source, blocks: Sequence[Block], rlimit: int, jobs: int
+) -> Iterator[Examined]:
     """What there is to say of each module by itself, without what is in full, found by several processes.
 
-    They end when the caller stops listening.
+    blocks: operator overrides beside those of the site.  The processes end when the caller stops listening.
     """
     # These modules take 20 ms to import, which few modules need not pay.
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
     # Spawned and not forked, as a caller may have threads, whose locks a fork would take along.
-    pool = ProcessPoolExecutor(jobs, get_context("spawn"), _start_working, (site, rlimit))
+    pool = ProcessPoolExecutor(jobs, get_context("spawn"), _start_working, (site, blocks, rlimit))
     try:
         yield from pool.map(_work, folders, chunksize=4)
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _start_working(source: Source, rlimit: int) -> None:
+def _start_working(source: Source, blocks: Sequence[Block], rlimit: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that is asked to stop tells the others
     site = site_of(source, Diagnostics())
     if site is not None:
-        _WORKING["site"] = (site, Oracle(rlimit))
+        _WORKING["site"] = (site.with_blocks(blocks), Oracle(rlimit))
     # Next to nothing of what proves is in circles, and this process ends with the run: looking for
     # circles takes some hundredths of its time and frees next to nothing.
     gc.disable()

@@ -62,7 +62,7 @@ class Registry:
         return self._records.read()
 
     def configuration(self, snapshot: Snapshot | None = None) -> tuple[Configuration, Report]:
-        """The configuration of the active modules, proved here and now.  Raises `UserError`."""
+        """The configuration of the active modules, as `proving.prove` makes it.  Raises `UserError`."""
         return self._proved(self.snapshot() if snapshot is None else snapshot, {})
 
     def capabilities(self, snapshot: Snapshot) -> dict[str, tuple[str, ...]]:

@@ -20,6 +20,7 @@ from aeros.spec.backends.store import Store
 from aeros.spec.brief import verify_in_brief
 from aeros.spec.digests import text_digest
 from aeros.spec.folders import reference_site
+from aeros.spec.model import Block
 from aeros.spec.reports import Report
 from aeros.spec.texts import read_source
 from aeros.spec.verdicts import Conclusion
@@ -141,7 +142,7 @@ def test_a_change_of_the_module_is_examined(
     assert _told(report) == _told(verify([modules], reference_site()))
 
 
-def test_another_site_budget_program_or_place_is_examined(
+def test_another_site_budget_override_or_program_is_examined(
     modules: Path, store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _brief(modules, store)
@@ -150,11 +151,26 @@ def test_another_site_budget_program_or_place_is_examined(
     site.write_text(reference_site().read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
     _brief(modules, store, site)
     verify_in_brief([modules], reference_site(), 7, store=store)
-    _brief(modules.rename(tmp_path / "moved"), store)
-    assert len(examined) == 6
+    block = Block("no_welder", "it is being repaired", "welder", None, None)
+    for blocks in ([block], [replace(block, reason="it was repaired badly")], [block]):
+        report = verify_in_brief([modules], reference_site(), store=store, blocks=blocks)
+        assert _told(report) == _told(verify([modules], reference_site(), blocks=blocks))
+    found_in_full = 3 * ["clean_table", "fetch_object"]
+    assert len(examined) == 8 + len(found_in_full)
     monkeypatch.setattr(keeping, "_program", lambda: "another program")
-    _brief(tmp_path / "moved", store)
-    assert len(examined) == 8
+    _brief(modules, store)
+    assert len(examined) == 10 + len(found_in_full)
+
+
+def test_a_copy_elsewhere_is_found_and_said_to_lie_there(
+    modules: Path, store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _brief(modules, store)
+    copy = shutil.copytree(modules, tmp_path / "copy")
+    in_full = _told(verify([copy], reference_site()))
+    examined = _examined(monkeypatch)
+    assert _told(_brief(copy, store)) == in_full
+    assert examined == []
 
 
 def test_a_file_that_the_module_needs_is_looked_for_each_time(module: Path, store: Store) -> None:
@@ -216,8 +232,8 @@ def test_a_report_on_other_bytes_is_not_believed(module: Path, store: Store) -> 
     kept = keeper.find(module)
     assert kept is not None
     forged = replace(kept.presence, code_digest="0" * 64)
-    key = keeper._key(module, kept.presence.manifest_digest, kept.presence.code_digest)
-    keeper.keep(module, forged, *kept.claims(), kept.lock_digest)
+    key = keeper._key(kept.presence.manifest_digest, kept.presence.code_digest)
+    keeper.keep(forged, *kept.claims(), kept.lock_digest)
     store.put_proofs({key: next(iter(keeper._new.values()))})
     assert keeper.find(module) is None
 

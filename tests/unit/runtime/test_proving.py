@@ -1,0 +1,94 @@
+"""What `prove` makes a configuration of: exactly the files that were proved, whenever that was."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.experiments.trials.synthetic import write_modules
+from aeros.runtime import proving
+from aeros.runtime.proving import prove
+from aeros.runtime.registry.registry import Registry
+from aeros.spec import verify as verify_module
+from aeros.spec.brief import verify_in_brief
+from aeros.spec.errors import UserError
+from aeros.spec.folders import reference_site
+from aeros.spec.model import Block
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A store of this test's own."""
+    monkeypatch.setenv("AEROS_CACHE", str(tmp_path / "cache"))
+
+
+@pytest.fixture
+def examined(cache: None, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The names of the folders that are proved, as they are."""
+    names: list[str] = []
+    honest = verify_module.examine
+
+    def noted(folder: Path, *rest: Any) -> Any:
+        names.append(folder.name)
+        return honest(folder, *rest)
+
+    monkeypatch.setattr(verify_module, "examine", noted)
+    return names
+
+
+def _append(path: Path) -> None:
+    path.write_text(path.read_text(encoding="utf-8") + "\n# changed\n", encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [lambda module, _: module / "ecm.yaml", lambda module, _: module / "skills.py", lambda _, site: site],
+)
+def test_what_changes_while_it_is_proved_is_refused(
+    changed: Callable[[Path, Path], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (module,) = write_modules(tmp_path / "modules", 1)
+    site = Path(shutil.copy(reference_site(), tmp_path / "site.yaml"))
+
+    def edited_then(*args: Any, **options: Any) -> Any:
+        report = verify_in_brief(*args, **options)
+        _append(changed(module, site))
+        return report
+
+    monkeypatch.setattr(proving, "verify_in_brief", edited_then)
+    with pytest.raises(UserError) as refused:
+        prove([module], site, certified=False)
+    (diagnostic,) = refused.value.diagnostics
+    assert diagnostic.code == "AE961"
+    assert "changed while it was being proved" in diagnostic.headline
+
+
+def test_what_was_proved_before_gives_the_same_configuration(examined: list[str], tmp_path: Path) -> None:
+    modules = write_modules(tmp_path / "modules", 2)
+    blocks = [Block("no_welder", "it is being repaired", "welder", None, None)]
+    cold, _ = prove(modules, reference_site(), certified=False, blocks=blocks)
+    assert examined == ["module_0000", "module_0001"]
+    warm, _ = prove(modules, reference_site(), certified=False, blocks=blocks)
+    assert examined == ["module_0000", "module_0001"]
+    assert warm.digest == cold.digest
+    assert warm.certificates == cold.certificates
+    assert warm.site.blocks == cold.site.blocks
+    bare, _ = prove(modules, reference_site(), certified=False)
+    assert bare.digest != cold.digest
+
+
+def test_a_registry_proves_only_what_it_does_not_know(examined: list[str], tmp_path: Path) -> None:
+    registry = Registry(tmp_path / "state")
+    first, second = write_modules(tmp_path / "modules", 2)
+    registry.install(first)
+    registry.configure(first.name)
+    registry.activate(first.name)
+    assert examined == [first.name]
+    registry.install(second)
+    assert examined == [first.name, second.name]
+    assert set(registry.configuration()[0].modules) == {first.name}
+    assert examined == [first.name, second.name]
