@@ -40,7 +40,6 @@ _PROVING = [
         "property",
         "unit/spec",
         "unit/cli/reports",
-        "unit/runtime/registry",
     )
 ]
 _PROVING += sorted(_HERE.glob("unit/cli/test_verify*.py"))
