@@ -80,6 +80,14 @@ def _measured(term: t.Term, known: dict[int, tuple[int, int]]) -> tuple[int, int
 
 def lower(term: t.Term) -> t.Term:
     """The scalar core of a boolean or real `term`, with constants folded."""
+    if isinstance(term, t.And):
+        # The rules of a site are joined anew for each skill and kind; each of them is lowered once.
+        return _join([lower(operand) for operand in term.operands], neutral=True)
+    return _lowered(term)
+
+
+@lru_cache(1024)
+def _lowered(term: t.Term) -> t.Term:
     return _scalar(term, {})
 
 

@@ -5,11 +5,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-import av
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from PIL import Image, ImageSequence
 
 from aeros.cli.arguments import FILMS
 from aeros.sim import video
@@ -19,20 +16,11 @@ from aeros.sim.video import FRAMES_MAX, FilmError, Recorder
 from aeros.sim.world import World
 from aeros.skill import act
 from tests.unit.sim.acting import allow, execute
+from tests.unit.sim.films import frames_of
 
 pytestmark = pytest.mark.physics
 
 VIEW = SCENES["bare"]().view
-
-
-def frames_of(film: Path) -> list[NDArray[np.uint8]]:
-    if film.suffix == ".mp4":
-        with av.open(film) as container:
-            return [
-                np.asarray(frame.to_ndarray(format="rgb24"), np.uint8) for frame in container.decode(video=0)
-            ]
-    with Image.open(film) as pictures:
-        return [np.asarray(one.convert("RGB")) for one in ImageSequence.Iterator(pictures)]
 
 
 @pytest.mark.parametrize("suffix", FILMS)
