@@ -273,6 +273,7 @@ def _putting_aside(ask: Ask) -> dict[str, Any]:
         "SolverCondition": lambda term, *_: _Condition(ask, term, certain=False),
         "JointRules": lambda *_, **__: None,
         "compile_truths": lambda terms, _: tuple(terms),
+        "compile_one_by_one": lambda *_: None,
         "compile_straight": lambda criteria, **_: criteria,
         "MomentTaker": lambda _: None,
         "forms_of": lambda declared: {one.name: one.name for one in declared.values()},

@@ -184,12 +184,15 @@ def _short_way(code: Code, shape: _Shape, allows: bool, ask: Ask) -> Any:
 
     rules = Truths((), lambda: (ask("rules"),))
     criteria = straight.Criteria(allows, "envelope", "permission", "left", rules, denying)
+    state, required = forms_of(shape.state), REQUIRED & shape.state.keys()
+    one_by_one = straight.compile_one_by_one(state, required)
     function = straight.compile_straight(
         criteria,
         inputs=forms_of(shape.inputs),
-        state=forms_of(shape.state),
+        state=state,
         moments=SimpleNamespace(scalars=Measured.scalars),
-        required=REQUIRED & shape.state.keys(),
+        one_by_one=one_by_one,
+        required=required,
         parameters=forms_of(shape.parameters),
         quotas=(_QUOTA,),
         kind="a",
@@ -200,6 +203,7 @@ def _short_way(code: Code, shape: _Shape, allows: bool, ask: Ask) -> Any:
     if unknown:
         raise InternalError(f"the short way does not use {sorted(unknown)} any more")
     function.__globals__.update(stubs, holds=holds)
+    one_by_one.__globals__.update(stubs)
     return function
 
 

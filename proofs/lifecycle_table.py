@@ -138,13 +138,17 @@ def _in_force(code: Code) -> Obligation:
     def run(ask: Ask) -> str:
         state = _chosen(ask, "state", lifecycle.State)
         ecm = SimpleNamespace(id="m", requires=("n",) if ask("needs-another") else ())
-        module = SimpleNamespace(ecm=ecm, certificate="proved" if ask("proved") else None, path="m")
+        certificate = SimpleNamespace(obligations={}) if ask("proved") else None
+        module = SimpleNamespace(name="m", certificate=certificate, path="m")
         conclusion = Conclusion.PROVED if ask("all-proved") else Conclusion.REJECTED
-        report = SimpleNamespace(conclusion=conclusion, site_model="site", modules=[module], subjects=())
+        report = SimpleNamespace(conclusion=conclusion, modules=[module], subjects=())
         proving = code.module(
             PROVING,
-            verify=lambda *_, **__: report,
+            verify_in_brief=lambda *_, **__: report,
             default_store=lambda: None,
+            load_site=lambda *_: SimpleNamespace(with_blocks=lambda _: "site"),
+            load_ecm=lambda *_: SimpleNamespace(ecm=ecm),
+            certificate_for=lambda *_: certificate if ask("as-proved") else "another",
             configure=lambda _, modules: SimpleNamespace(
                 modules={name: one for name, (one, _) in modules.items()}
             ),
@@ -167,17 +171,17 @@ def _in_force(code: Code) -> Obligation:
             return "false"
         return literal("m" in configuration.modules)
 
-    flags = ("needs-another", "proved", "all-proved", "as-installed")
+    flags = ("needs-another", "proved", "all-proved", "as-proved", "as-installed")
     return Obligation(
         "`Registry._proved` and `prove` put a module in force only where it is active, is the one that was\n"
-        "installed, is proved, with all others, and what it needs is active.",
+        "installed, is proved, with all others, as it is then read, and what it needs is active.",
         (
             _datatype("State", State),
             "(declare-const state State)",
             "(declare-const needed State)",
             *(f"(declare-const {one} Bool)" for one in flags),
         ),
-        "(=> in-force (and (= state active) proved all-proved as-installed"
+        "(=> in-force (and (= state active) proved all-proved as-proved as-installed"
         " (=> needs-another (= needed active))))",
         tables=(Table("in-force", "Bool", explore(run)),),
     )

@@ -32,7 +32,15 @@ from aeros.runtime.intake import as_executed, request_fault, take_given, take_re
 from aeros.runtime.layers import finite_objections
 from aeros.runtime.moments import MomentTaker
 from aeros.runtime.ports import Moment, Reading, Readings
-from aeros.runtime.straight import Answering, Criteria, Denying, compile_straight, decide_straight
+from aeros.runtime.straight import (
+    Answering,
+    Criteria,
+    Denying,
+    OneByOne,
+    compile_one_by_one,
+    compile_straight,
+    decide_straight,
+)
 from aeros.runtime.watched import Watched
 from aeros.skill import Action
 from aeros.spec.backends.closure import Truths, compile_truths
@@ -145,6 +153,7 @@ class _Decider:
         self._kinds = {name: self._kind_rules(kind) for name, kind in site.kinds.items()}
         self._inputs: dict[tuple[str, str], dict[str, Form]] = {}
         self._entries: dict[tuple[str, str, str], _Entry] = {}
+        self._one_by_one: dict[frozenset[str], OneByOne] = {}
         self._straight: dict[tuple[str, str, str], Answering] = {}
         self._joint = JointRules(site, compiled=compiled)
         for module, ecm in configuration.modules.items():
@@ -206,11 +215,18 @@ class _Decider:
                 inputs=self._inputs[ecm.id, skill.id],
                 state=self._state,
                 moments=self._moments,
+                one_by_one=self._taking(entry.required),
                 required=entry.required,
                 parameters=of_kind.parameters,
                 quotas=self._configuration.site.quotas,
                 kind=kind.name,
             )
+
+    def _taking(self, required: frozenset[str]) -> OneByOne:
+        """Written once for all that require the same: it is most of what is written."""
+        if required not in self._one_by_one:
+            self._one_by_one[required] = compile_one_by_one(self._state, required)
+        return self._one_by_one[required]
 
     def _finite_reasons(self, module: str, skill: str, kind: str, *, used_up: bool) -> list[Reason]:
         """What the finite layers object to actions of this kind, where all quotas are used up or none is."""

@@ -30,6 +30,10 @@ Answering = Callable[[Any, Any, Any, Any, Any], Decision | Scalars | None]
 """From inputs, readings, parameters, now and usage to the decision; or the values, if rules object that may
 leave a reduced action; None where it cannot tell."""
 
+OneByOne = Callable[[Any, Any, float], tuple[Any, ...] | None]
+"""From readings, now, and now as a double to the scalars of those that are required, in the order of
+`_scalars_of`; None where it cannot tell, or raises as `Answering` may inside."""
+
 Denying = Callable[[tuple[bool, ...]], Decision | None]
 """From whether each condition holds (the quotas on the kind, in their order, envelope, permission, the rules
 of Φ) to the denial; None where the rules that object may leave a reduced action."""
@@ -75,12 +79,27 @@ def decide_straight(
     return None if function is None else function(inputs, readings, parameters, now, usage)
 
 
+def compile_one_by_one(state: Mapping[str, Form], required: frozenset[str]) -> OneByOne:
+    """Takes readings that each have their own time; many skills and kinds require the same of them.
+
+    required: the state variables that must be there, and fresh.
+    """
+    writer = _Writer()
+    writer.one_by_one(state, required)
+    return writer.taking_one_by_one(_scalars_of(state, required))
+
+
+def _scalars_of(state: Mapping[str, Form], required: frozenset[str]) -> list[str]:
+    return [scalar for name in sorted(required) for scalar in state[name].names]
+
+
 def compile_straight(
     criteria: Criteria,
     *,
     inputs: Mapping[str, Form],
     state: Mapping[str, Form],
     moments: MomentTaker,
+    one_by_one: OneByOne,
     required: frozenset[str],
     parameters: Mapping[str, Form],
     quotas: Sequence[Quota],
@@ -88,6 +107,7 @@ def compile_straight(
 ) -> Answering:
     """The short way of one skill's actions of one kind.
 
+    one_by_one: takes readings that are no moment, with the same state and the same required.
     required: the state variables that must be there, and fresh.
     quotas: those of the site, on this kind and on others.
     """
@@ -96,7 +116,7 @@ def compile_straight(
     writer.time()
     writer.given("inputs", {name.removeprefix("inputs."): form for name, form in inputs.items()})
     executed = writer.given("parameters", parameters)
-    writer.readings(state, required, moments)
+    writer.readings(state, required, moments, one_by_one)
     read = [*inputs.values(), *parameters.values(), *(state[name] for name in sorted(required))]
     envelope, permission, left = writer.conditions(
         [criteria.envelope, criteria.permission, criteria.left],
@@ -127,10 +147,9 @@ class _Writer(Writer):
         return left
 
     def time(self) -> None:
-        """Now; `measured` is the time of the reading that was looked at last."""
+        """Now, as a double."""
         self.line("exactly = now if type(now) is float else whole(now)")
         self.require(f"{-EXACT_INTEGERS} <= exactly <= {EXACT_INTEGERS}")
-        self.line("measured, age = now, 0.0")
 
     def given(self, mapping: str, forms: Mapping[str, Form]) -> str:
         """Exactly these inputs or parameters; code for the mapping of what is then executed."""
@@ -138,19 +157,28 @@ class _Writer(Writer):
         executed = [f"{name!r}: {self.take(form, f'{mapping}[{name!r}]')}" for name, form in forms.items()]
         return "{" + ", ".join(executed) + "}"
 
-    def readings(self, forms: Mapping[str, Form], required: frozenset[str], moments: MomentTaker) -> None:
+    def readings(
+        self,
+        forms: Mapping[str, Form],
+        required: frozenset[str],
+        moments: MomentTaker,
+        one_by_one: OneByOne,
+    ) -> None:
         """The required readings and any of the others, all well-formed, and nothing else."""
-        start = len(self.lines)
-        self._readings(forms, required)
-        self.indent(start)
-        one_by_one, self.lines[start:] = self.lines[start:], []
-        self.names |= {"Moment": Moment, "scalars": moments.scalars}
+        scalars = _scalars_of(forms, required)
+        self.local |= {scalar: f"x{len(self.local) + place}" for place, scalar in enumerate(scalars)}
+        self.names |= {"Moment": Moment, "scalars": moments.scalars, "one_by_one": one_by_one}
         self.line("if type(readings) is Moment:")
         start = len(self.lines)
         self._moment(forms, required)
         self.indent(start)
         self.line("else:")
-        self.lines += one_by_one
+        start = len(self.lines)
+        self.line("several = one_by_one(readings, now, exactly)")
+        self.require("several is not None")
+        if scalars:
+            self.line(f"{self._listed(scalars)} = several")
+        self.indent(start)
 
     def _moment(self, forms: Mapping[str, Form], required: frozenset[str]) -> None:
         """The same of readings that share one time."""
@@ -165,7 +193,9 @@ class _Writer(Writer):
             for scalar in forms[name].names:
                 self.line(f"{self.local[scalar]} = taken[{scalar!r}]")
 
-    def _readings(self, forms: Mapping[str, Form], required: frozenset[str]) -> None:
+    def one_by_one(self, forms: Mapping[str, Form], required: frozenset[str]) -> None:
+        """The same of readings that have a time each; `measured` is that of the one looked at last."""
+        self.line("measured, age = now, 0.0")
         self._mapping("readings", None)
         self.line(f"others = len(readings) - {len(required)}")
         for name in sorted(required):
@@ -203,6 +233,14 @@ class _Writer(Writer):
         head = ["def answering(inputs, readings, parameters, now, usage):", "  try:"]
         tail = ["  except (AttributeError, IndexError, KeyError):", "    return None"]
         return self.function("answering", [*head, *self.lines, *tail])
+
+    def taking_one_by_one(self, scalars: Sequence[str]) -> OneByOne:
+        """The function that has been written, which gives these."""
+        self.line(f"return ({self._listed(scalars) if scalars else ''})")
+        return self.function("taking", ["def taking(readings, now, exactly):", *self.lines])
+
+    def _listed(self, scalars: Sequence[str]) -> str:
+        return ", ".join(self.local[scalar] for scalar in scalars) + ","
 
     def _mapping(self, name: str, size: int | None) -> None:
         if size == 0:

@@ -133,6 +133,13 @@ THEOREM = Theorem(
             "pass",
         ),
         Mutant(
+            "takes-readings-for-well-formed",
+            "short-way-inputs",
+            short_way.STRAIGHT,
+            'self.require("several is not None")',
+            "pass",
+        ),
+        Mutant(
             "takes-one-value-of-a-moment-for-all",
             "short-way-readings",
             short_way.STRAIGHT,

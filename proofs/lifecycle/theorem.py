@@ -6,7 +6,7 @@ from aeros.spec.theorems.shipped import Mutant
 from aeros.spec.theorems.theorem import Theorem
 from proofs.changing import GOVERNING, changing_obligations
 from proofs.lifecycle_executor import EXECUTOR, executor_obligations
-from proofs.lifecycle_table import LIFECYCLE, table_obligations
+from proofs.lifecycle_table import LIFECYCLE, PROVING, table_obligations
 from proofs.lifecycle_transaction import transaction_obligations
 from proofs.revocation import LIVE, RECORDS, REGISTRY, revocation_obligations
 
@@ -41,6 +41,13 @@ THEOREM = Theorem(
             "active = {name for name, one in new.modules.items() if one.state is State.ACTIVE}",
             "active = {name for name, one in new.modules.items() if one.state in before(Verb.REMOVE)"
             " or one.state is State.ACTIVE}",
+        ),
+        Mutant(
+            "puts-in-force-what-is-not-what-was-proved",
+            "in-force",
+            PROVING,
+            "if certificate_for(found.ecm, policy, certificate.obligations) != certificate:",
+            "if False:",
         ),
         Mutant(
             "begins-what-was-revoked-while-the-skill-computed",
