@@ -242,9 +242,9 @@ def _recovery_cycles(graph: TaskGraph, modules: Mapping[str, Ecm]) -> list[str]:
         if step.on_failure is not None and step.module in modules
         for skill in modules[step.module].providers_of(step.skill)
     ]
-    if not recoveries:
+    if {skill for skill, _ in recoveries}.isdisjoint(cure for _, cure in recoveries):
         return []
-    import networkx as nx  # 80 ms, which other plans need not pay
+    import networkx as nx  # 80 ms, which plans whose recoveries have none themselves need not pay
 
     return [
         "on_failure goes round in a circle: " + " → ".join(f"`{skill}`" for skill in (*cycle, cycle[0]))

@@ -9,8 +9,6 @@ from html import escape
 from itertools import pairwise
 from typing import Literal
 
-import networkx as nx
-
 from aeros.cli.layering import Point, Size, Tie, laid_out
 from aeros.spec.render import safe
 
@@ -139,6 +137,8 @@ def _ranks(drawing: Drawing) -> dict[str, int]:
     Dashed arrows count only for what nothing else leads to.
     """
     first = {node.id for node in drawing.nodes if node.shape == "start"} or {drawing.nodes[0].id}
+    import networkx as nx  # 80 ms, which a run that draws nothing need not pay
+
     whole: nx.DiGraph[str] = nx.DiGraph()
     whole.add_nodes_from(node.id for node in drawing.nodes)
     whole.add_edges_from((edge.source, edge.target) for edge in drawing.edges)
