@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fnmatch import fnmatchcase
-from math import sqrt
+from math import comb, sqrt
 
 import pytest
 
@@ -85,6 +85,9 @@ def test_numbers_in_explanations_are_those_that_can_be_computed() -> None:
         assert all(number in text for number in numbers), (text, numbers)
     (forgetful,) = (one for one in texts if "29 tries" in one)
     assert f"{100 * 0.9**29:.1f} %, in place of 33 with {100 * 0.9**33:.1f} %" in forgetful
+    (by_chance,) = (one for one in texts if one.startswith("It is chance"))
+    few = sum(comb(100, good) * 0.4**good * 0.6 ** (100 - good) for good in range(33))
+    assert f"32 of them or fewer do with {100 * few:.0f} %" in by_chance
 
 
 def test_the_first_hundred_seeds_draw_few_failures_of_the_press_and_others_as_many_as_they_should() -> None:
