@@ -64,4 +64,5 @@ def test_the_results_are_counted_of_the_trials_that_are_kept(folder: Path) -> No
                 again = measured(metrics[one["number"]][name], found)
                 assert {part: cell[part] for part in again} == pytest.approx(again), (row["id"], name)
                 counted += 1
-    assert counted > 50
+    # One experiment of seven rows; all others hold several.
+    assert counted > (50 if folder.name == "scale" else 100)
