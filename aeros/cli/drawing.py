@@ -136,9 +136,9 @@ def _ranks(drawing: Drawing) -> dict[str, int]:
 
     Dashed arrows count only for what nothing else leads to.
     """
-    first = {node.id for node in drawing.nodes if node.shape == "start"} or {drawing.nodes[0].id}
     import networkx as nx  # 80 ms, which a run that draws nothing need not pay
 
+    first = {node.id for node in drawing.nodes if node.shape == "start"} or {drawing.nodes[0].id}
     whole: nx.DiGraph[str] = nx.DiGraph()
     whole.add_nodes_from(node.id for node in drawing.nodes)
     whole.add_edges_from((edge.source, edge.target) for edge in drawing.edges)

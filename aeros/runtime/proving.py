@@ -61,9 +61,22 @@ def prove(
         raise refusal([problem for subject in report.subjects for problem in subject.diagnostics])
     if certified:
         _require_locks(report)
+    return configuration_of(report, site, blocks, active), report
+
+
+def configuration_of(
+    report: Report,
+    site: Path,
+    blocks: Sequence[Block] = (),
+    active: Callable[[str], bool] = lambda _: True,
+) -> Configuration:
+    """The models of what `report` says is proved, as `prove` makes them a configuration.
+
+    Raises `UserError` where a file is not any more what was proved.
+    """
     policy = _policy(site, blocks)
     proved = [one for one in report.modules if active(one.name)]
-    return configure(policy, {one.name: _certified(one, policy) for one in proved}), report
+    return configure(policy, {one.name: _certified(one, policy) for one in proved})
 
 
 def _require_locks(report: Report) -> None:

@@ -26,19 +26,18 @@ from aeros.experiments.condition import Condition
 from aeros.experiments.kinds import RAM, Found, Trial
 from aeros.experiments.premises import Premises
 from aeros.experiments.trials.synthetic import write_module, write_modules
-from aeros.runtime.configuration import Configuration, configure
+from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Verdict
 from aeros.runtime.gate import Gate
 from aeros.runtime.ports import Readings
+from aeros.runtime.proving import configuration_of
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.skill import act
 from aeros.spec.backends.store import Store
 from aeros.spec.brief import verify_in_brief
-from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.doubles import as_doubles
-from aeros.spec.errors import InternalError, MisuseError
+from aeros.spec.errors import MisuseError
 from aeros.spec.folders import reference_site
-from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Ecm
 from aeros.spec.reports import Report
 from aeros.spec.verdicts import Conclusion
@@ -129,7 +128,7 @@ def _robot(folder: Path, count: int, skills: int, given: str | None) -> _Robot:
     began = time.process_time()
     report = _proved(verify_in_brief(paths, site, store=store))
     proving = time.process_time() - began
-    configuration = _configured(report, site)
+    configuration = configuration_of(report, site)
     began = time.process_time()
     gate = Gate(configuration)
     return _Robot(folder, store, site, configuration, gate, proving, time.process_time() - began)
@@ -141,21 +140,6 @@ def _proved(report: Report) -> Report:
             "the synthetic modules are not proved under this site; they are made for AEROS's own"
         )
     return report
-
-
-def _configured(report: Report, site: Path) -> Configuration:
-    """All of the modules, certified as they were just now."""
-    sink = Diagnostics()
-    policy = load_site(site, sink)
-    certified = {}
-    for one in report.modules:
-        loaded = None if policy is None else load_ecm(one.path, policy, sink)
-        if loaded is None or one.certificate is None:
-            raise InternalError(f"`{one.path}` is proved and cannot be loaded")
-        certified[loaded.ecm.id] = (loaded.ecm, one.certificate)
-    if policy is None:
-        raise InternalError("there is no site to prove modules under")
-    return configure(policy, certified)
 
 
 def _install_one_more(robot: _Robot, skills: int, seed: int) -> None:

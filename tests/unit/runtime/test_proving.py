@@ -13,31 +13,18 @@ from aeros.experiments.trials.synthetic import write_modules
 from aeros.runtime import proving
 from aeros.runtime.proving import prove
 from aeros.runtime.registry.registry import Registry
-from aeros.spec import verify as verify_module
 from aeros.spec.brief import verify_in_brief
 from aeros.spec.errors import UserError
 from aeros.spec.folders import reference_site
 from aeros.spec.model import Block
+from tests.unit.spec.examining import note_examined
 
 
 @pytest.fixture
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A store of this test's own."""
+def examined(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The names of the folders that are proved, as they are; what is kept is this test's own."""
     monkeypatch.setenv("AEROS_CACHE", str(tmp_path / "cache"))
-
-
-@pytest.fixture
-def examined(cache: None, monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The names of the folders that are proved, as they are."""
-    names: list[str] = []
-    honest = verify_module.examine
-
-    def noted(folder: Path, *rest: Any) -> Any:
-        names.append(folder.name)
-        return honest(folder, *rest)
-
-    monkeypatch.setattr(verify_module, "examine", noted)
-    return names
+    return note_examined(monkeypatch)
 
 
 def _append(path: Path) -> None:

@@ -25,6 +25,7 @@ from aeros.spec.reports import Report
 from aeros.spec.texts import read_source
 from aeros.spec.verdicts import Conclusion
 from aeros.spec.verify import verify
+from tests.unit.spec.examining import note_examined
 
 REPOSITORY = Path(__file__).parents[3]
 NO_BYTECODE = shutil.ignore_patterns("__pycache__")
@@ -59,25 +60,12 @@ def _brief(folder: Path, store: Store | None, site: Path | None = None, jobs: in
     return verify_in_brief([folder], site or reference_site(), store=store, jobs=jobs)
 
 
-def _examined(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The names of the modules that are examined from now on."""
-    names: list[str] = []
-    honest = verify_module.examine
-
-    def noted(folder: Path, *rest: object) -> object:
-        names.append(folder.name)
-        return honest(folder, *rest)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(verify_module, "examine", noted)
-    return names
-
-
 def test_what_is_kept_says_the_same_and_examines_nothing(
     modules: Path, store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     in_full = _told(verify([modules], reference_site()))
     cold = _told(_brief(modules, store))
-    examined = _examined(monkeypatch)
+    examined = note_examined(monkeypatch)
     assert _told(_brief(modules, store)) == cold == in_full
     assert examined == []
     assert len(cold[1]) == 2
@@ -136,7 +124,7 @@ def test_a_change_of_the_module_is_examined(
 ) -> None:
     _brief(modules, store)
     change(modules / "clean_table")
-    examined = _examined(monkeypatch)
+    examined = note_examined(monkeypatch)
     report = _brief(modules, store)
     assert examined == ["clean_table"]
     assert _told(report) == _told(verify([modules], reference_site()))
@@ -146,7 +134,7 @@ def test_another_site_budget_override_or_program_is_examined(
     modules: Path, store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _brief(modules, store)
-    examined = _examined(monkeypatch)
+    examined = note_examined(monkeypatch)
     site = tmp_path / "site.yaml"
     site.write_text(reference_site().read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
     _brief(modules, store, site)
@@ -168,7 +156,7 @@ def test_a_copy_elsewhere_is_found_and_said_to_lie_there(
     _brief(modules, store)
     copy = shutil.copytree(modules, tmp_path / "copy")
     in_full = _told(verify([copy], reference_site()))
-    examined = _examined(monkeypatch)
+    examined = note_examined(monkeypatch)
     assert _told(_brief(copy, store)) == in_full
     assert examined == []
 
@@ -203,7 +191,7 @@ def test_what_is_refuted_or_leaves_something_to_say_is_not_kept(
         "ecm.yaml", "slide: target in table_area and force <= 10 N", "slide: force <= 10 N and force >= 11 N"
     )(modules / "clean_table")
     first = _told(_brief(modules, store))
-    examined = _examined(monkeypatch)
+    examined = note_examined(monkeypatch)
     second = _brief(modules, store)
     assert second.conclusion is Conclusion.REJECTED
     assert examined == ["clean_table"]
