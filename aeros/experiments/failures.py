@@ -8,14 +8,16 @@ and is predicted by the code that predicts any other.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import Any, Final
 
 from aeros.experiments.architecture import Model
-from aeros.sim.channel import Channel, Process
-from aeros.sim.outcomes import Bursts
+from aeros.experiments.plants import Drawing
+from aeros.sim.channel import Chain, Channel, Process
+from aeros.sim.outcomes import Bursts, burst_point_of, point_of
 from aeros.spec.closed_loop.chances import shares_of, with_skill_probabilities
 from aeros.spec.closed_loop.transition_system import NotExploredError
 from aeros.spec.expr import terms as t
@@ -65,6 +67,42 @@ def bursts_of(ecm: Ecm, settings: Mapping[str, Any]) -> dict[str, Bursts]:
         for rate in (channel.between, channel.within)
     )
     return {f"{ecm.id}.{name}": Bursts(channel.process(), good, bad)}
+
+
+def drawing_of(ecm: Ecm, settings: Mapping[str, Any]) -> Drawing:
+    """What a symbolic plant draws of the condition, and rates, or mean lengths of bursts, that draw the same.
+
+    The skill succeeds in one way and fails in one, in this order, or nothing is said of rates: a try
+    fails iff the rate is at least what is left of 1 beyond where the draw falls.
+    """
+    name = f"{ecm.id}.{settings['skill']}"
+    rate = float(Fraction(settings["rate"]))
+    declared = failing(ecm, settings, Fraction(1, 2)).skills[settings["skill"]].outcomes.values()
+    possible = [one.failure for one, share in shares_of(declared) if share]
+
+    def drawing(seed: int) -> tuple[str, Callable[[int], tuple[float, float]]]:
+        if "bursts" in settings:
+            return name, partial(_lengths_alike, channel_of(settings).process(), seed, name)
+        if possible != [False, True]:
+            return name, lambda _: (rate, rate)
+        return name, partial(_rates_alike, rate, seed, name)
+
+    return drawing
+
+
+def _lengths_alike(process: Process, seed: int, skill: str, runs: int) -> tuple[float, float]:
+    chain = Chain(process)
+    for run in range(runs):
+        chain.is_bad(burst_point_of(seed, skill, run))
+    return chain.alike
+
+
+def _rates_alike(rate: float, seed: int, skill: str, runs: int) -> tuple[float, float]:
+    left = [1.0 - float(point_of(seed, skill, run)) for run in range(runs)]
+    return (
+        max((one for one in left if one <= rate), default=0.0),
+        min((one for one in left if one > rate), default=1.0),
+    )
 
 
 def with_channel(model: Model, settings: Mapping[str, Any]) -> Iterator[tuple[Fraction, Model]]:

@@ -27,7 +27,7 @@ Trial = Callable[[int], Found]
 RAM: Final = next((one for one in (Path("/dev/shm"),) if one.is_dir()), None)  # noqa: S108  kept by nobody
 """Where trials keep what nobody keeps; None for wherever temporary files are."""
 
-TIMES: Final = ("processor_s", "swap_s", "reaction_s")
+TIMES: Final = ("processor_s", "alone_s", "swap_s", "reaction_s")
 """What takes another time whenever it is found."""
 
 VARYING: Final = ("live", *TIMES)

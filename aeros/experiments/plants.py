@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -39,19 +40,35 @@ class Opened:
     alike: Callable[[], tuple[float, float]] | None = None
 
 
+Drawing = Callable[[int], tuple[str, Callable[[int], tuple[float, float]]]]
+"""Of a seed, a skill by `module.skill`, and `Opened.alike` by how often an outcome of it was drawn."""
+
 Plants = Callable[[int], AbstractContextManager[Opened]]
 """Opens the plant of a seed."""
 
 
 def symbolic_plants(
-    site: Site, modules: Mapping[str, Ecm], task: Task, bursts: Mapping[str, Bursts] | None = None
+    site: Site,
+    modules: Mapping[str, Ecm],
+    task: Task,
+    bursts: Mapping[str, Bursts] | None = None,
+    drawing: Drawing | None = None,
 ) -> Plants:
-    """Plants on which `modules` do as they declare, some skills in bursts."""
+    """Plants on which `modules` do as they declare, some skills in bursts.
+
+    drawing: for a seed, the skill that is drawn of, and where what was drawn would be the same.
+    """
     rested = SymbolicPlant(site, modules, 0, as_doubles(task.initial), bursts)
 
     @contextmanager
     def opened(seed: int) -> Iterator[Opened]:
-        yield Opened(rested.anew(seed))
+        plant = rested.anew(seed)
+        if drawing is None:
+            yield Opened(plant)
+        else:
+            skill, alike_after = drawing(seed)
+            alike = cache(alike_after)
+            yield Opened(plant, alike=lambda: alike(plant.drawn(skill)))
 
     return opened
 

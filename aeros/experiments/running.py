@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
+from math import ceil
 from typing import Final, NamedTuple
 
 from aeros.experiments.condition import Condition
@@ -24,8 +25,8 @@ from aeros.experiments.premises import Where, premises_of
 from aeros.experiments.store import Kept, Store
 from aeros.spec.errors import MisuseError
 
-AT_ONCE: Final[Mapping[str, int]] = {"symbolic": 50, "physics": 1}
-"""Trials that a worker runs for one answer: those of one take seconds on physics, those of the other none."""
+AT_ONCE: Final[Mapping[str, int]] = {"symbolic": 500, "physics": 1}
+"""Trials that a worker runs for one answer at most, or those of one seed: one takes seconds on physics."""
 
 _AHEAD: Final = 2
 """Chunks given out for each worker: one that it runs and one that waits."""
@@ -125,7 +126,7 @@ def run_trials(
     `AbandonedError` where another interruption comes before that.
     """
     premises = premises_of(where).digest
-    chunks = list(_missing(dict.fromkeys(conditions), seeds, where, premises, store))
+    chunks = list(_missing(dict.fromkeys(conditions), seeds, where, premises, store, workers))
     progress = Progress(0, sum(chunk.trials for chunk in chunks), time.monotonic())
     tell(progress)
     queue, running = iter(chunks), dict[_Answer, Chunk]()
@@ -170,7 +171,12 @@ def _keep_finished(
 
 
 def _missing(
-    conditions: Iterable[Condition], seeds: Sequence[int], where: Where, premises: str, store: Store
+    conditions: Iterable[Condition],
+    seeds: Sequence[int],
+    where: Where,
+    premises: str,
+    store: Store,
+    workers: int,
 ) -> Iterator[Chunk]:
     companies: dict[tuple[str, str, str], list[Condition]] = {}
     for condition in conditions:
@@ -178,7 +184,8 @@ def _missing(
         companies.setdefault(key, []).append(condition)
     for (_, plant, _), company in companies.items():
         wanted = [(seed, tuple(left)) for seed in seeds if (left := _left(company, seed, premises, store))]
-        size = max(1, AT_ONCE[plant] // len(company))
+        # Every worker has a part of every company, however few they are.
+        size = max(1, min(AT_ONCE[plant] // len(company), ceil(len(wanted) / workers)))
         for first in range(0, len(wanted), size):
             yield Chunk(where, premises, tuple(wanted[first : first + size]))
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field
 from math import inf
+from time import process_time
 from typing import Any, NamedTuple, Self
 
 from aeros.experiments.plants import Opened
@@ -46,11 +47,12 @@ class State(NamedTuple):
 
 
 class Exchange(NamedTuple):
-    """What was asked, what came of it, and how the plant was left."""
+    """What was asked, what came of it, how the plant was left, and what it took, seconds of processor."""
 
     asked: tuple[str, tuple[Any, ...]]
     answer: Any
     after: State
+    took_s: float
 
 
 @dataclass
@@ -58,11 +60,13 @@ class Take:
     """What one plant has done.
 
     number: the condition's that it was opened for: a rate, say.
+    open_s: seconds of processor that opening the plant and closing it took.
     """
 
     number: float
     before: State
     exchanges: list[Exchange] = field(default_factory=list)
+    open_s: float = 0.0
 
     def left(self, place: int) -> State:
         """How the plant was left before the exchange at `place`."""
@@ -109,8 +113,9 @@ class _Recorder:
     def ask(self, asked: tuple[str, tuple[Any, ...]]) -> Exchange:
         """Ask it, and add what comes of it to the take."""
         name, arguments = asked
+        began = process_time()
         answer = getattr(self._live.runtime, name)(*arguments)
-        exchange = Exchange(asked, answer, self._state())
+        exchange = Exchange(asked, answer, self._state(), process_time() - began)
         self.take.exchanges.append(exchange)
         return exchange
 
@@ -140,6 +145,7 @@ class FollowingRuntime:
         self._number = number
         self._opened = opened
         self._done: list[Exchange] = []
+        self._spent_s = 0.0
         self._stack = ExitStack()
         self._live: _Recorder | None = None
         self._followed = [one for one in takes if one.holds(number, 0)]
@@ -151,12 +157,28 @@ class FollowingRuntime:
         return self
 
     def __exit__(self, *_: object) -> None:
+        began = process_time()
         self._stack.close()
+        if self._live is not None:
+            closing_s = process_time() - began
+            self._live.take.open_s += closing_s
+            self._spent_s += closing_s
 
     @property
     def state(self) -> State:
         """How the plant is left."""
         return self._state
+
+    @property
+    def spent_s(self) -> float:
+        """Seconds of processor that a plant of its own has taken so far, with whatever was asked again."""
+        return self._spent_s
+
+    @property
+    def alone_s(self) -> float:
+        """Seconds of processor that it would have taken, if nothing had been shared or asked again."""
+        take = self._live.take if self._live else self._followed[0]
+        return take.open_s + sum(one.took_s for one in self._done)
 
     @property
     def is_live(self) -> bool:
@@ -228,17 +250,24 @@ class FollowingRuntime:
             ]
             if not self._followed:
                 self._live = self._opened_anew()
-        found = self._live.ask(asked) if self._live else self._followed[0].exchanges[place]
+        if self._live is None:
+            found = self._followed[0].exchanges[place]
+        else:
+            found = self._live.ask(asked)
+            self._spent_s += found.took_s
         self._done.append(found)
         self._state = found.after
         return found.answer
 
     def _opened_anew(self) -> _Recorder:
         """A plant of its own, asked everything that was asked so far."""
+        began = process_time()
         recorder = _Recorder(self._stack.enter_context(self._opened()), self._number)
+        recorder.take.open_s = process_time() - began
         for old in self._done:
             new = recorder.ask(old.asked)
             if (new.answer, new.after.now) != (old.answer, old.after.now):
                 raise InternalError(f"the same seed did not do the same: {old.answer}, and then {new.answer}")
         self._takes.append(recorder.take)
+        self._spent_s += process_time() - began
         return recorder

@@ -210,6 +210,10 @@ class SymbolicPlant:
         self._values = self._with([self._effects[skill, outcome.id]])
         self._observed = None
 
+    def drawn(self, skill: str) -> int:
+        """How often an outcome of `module.skill` has been drawn."""
+        return self._runs[skill]
+
     def close(self) -> None:
         """Nothing is held."""
 

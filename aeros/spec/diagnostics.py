@@ -337,6 +337,12 @@ class Diagnostics:
         primary = None if at is None else Label(at, label)
         self.report(Diagnostic(code, headline, primary, tuple(secondary), tuple(notes), tuple(help)))
 
+    def include(self, others: Diagnostics) -> None:
+        """Report all that `others` has gathered, and count what it has dropped."""
+        for diagnostic in others._kept:
+            self.report(diagnostic)
+        self.dropped += others.dropped
+
     @property
     def has_errors(self) -> bool:
         """Whether anything refuses."""

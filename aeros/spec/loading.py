@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import TypeVar
 
@@ -39,9 +40,20 @@ def load_site(path: str | os.PathLike[str], sink: Diagnostics) -> Site | None:
 
 
 def site_of(source: Source, sink: Diagnostics) -> Site | None:
-    """The site that `source` declares, or None after reporting everything that stands in its way."""
+    """The site that `source` declares, or None after reporting everything that stands in its way.
+
+    The same text under the same path is the same site, so that who asks again is not kept waiting.
+    """
+    site, said = _site_in(source)
+    sink.include(said)
+    return site
+
+
+@lru_cache(maxsize=8)
+def _site_in(source: Source) -> tuple[Site | None, Diagnostics]:
+    sink = Diagnostics()
     declared = _declared(source, declared_site.Site, sink)
-    return None if declared is None else elaborate_site(declared, text_digest(source.text), sink)
+    return None if declared is None else elaborate_site(declared, text_digest(source.text), sink), sink
 
 
 def load_ecm(folder: Path, site: Site, sink: Diagnostics) -> LoadedEcm | None:

@@ -22,6 +22,7 @@ _OTHERS: Final = {"paper": "paper", "independent": "if independent", "exact": "e
 """What may stand beside what was measured, in this order, and what it is called."""
 
 _TIMES: Final = {
+    "alone_s": ("processor time by itself, ms a trial", 1000),
     "processor_s": ("processor time, ms a trial", 1000),
     "swap_s": ("loading the module, proved and compiled before, ms a trial", 1000),
     "reaction_s": ("from hazard to stop, real time, ms a trial", 1000),

@@ -91,14 +91,7 @@ def _experiment(
     paper = read_data("paper.toml")
     of_rows = {row: _found(row, trials, premises, seeds) for row in one.rows}
     rows = [_row(row, found, one.metrics, premises, ran_with) for row, found in of_rows.items()]
-    timings = {
-        row.id: {
-            name: fmean(trial[name] for trial in found)
-            for name in TIMES
-            if all(name in trial for trial in found)
-        }
-        for row, found in of_rows.items()
-    }
+    timings = {row.id: _timings(found) for row, found in of_rows.items()}
     return {
         "number": one.number,
         "title": one.title,
@@ -115,12 +108,21 @@ def _experiment(
     }
 
 
+def _timings(found: Sequence[Found]) -> dict[str, float]:
+    """Means of what trials took; of those that share, what each would take by itself."""
+    timings = {
+        name: fmean(trial[name] for trial in found) for name in TIMES if all(name in trial for trial in found)
+    }
+    if "alone_s" in timings:
+        del timings["processor_s"]
+    return timings
+
+
 def _overhead(one: Experiment, timings: Mapping[str, Mapping[str, float]]) -> list[dict[str, Any]]:
     """Milliseconds of processor that a trial of each variant takes, mean over tasks."""
     paper = read_data("paper.toml")["overhead"]
     of = {
-        name: [timings[row.id]["processor_s"] for row in one.rows if row.variant == name]
-        for name in one.variants
+        name: [timings[row.id]["alone_s"] for row in one.rows if row.variant == name] for name in one.variants
     }
     return [
         {"title": one.variants[name], "measured": 1000 * fmean(found), "paper": paper.get(name)}

@@ -13,27 +13,25 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, replace
 from fractions import Fraction
+from functools import cache
 from typing import Any, Final
 
 from aeros.agent.routing import Routed
 from aeros.experiments.architecture import Model, Told, made
 from aeros.experiments.condition import Condition
 from aeros.experiments.exact import predicted
-from aeros.experiments.failures import bursts_of, channel_of, failing, process_of, with_channel
+from aeros.experiments.failures import bursts_of, drawing_of, failing, process_of, with_channel
 from aeros.experiments.kinds import ALIKE, INDEPENDENT, PREDICTED, Found, Trial, scratch
 from aeros.experiments.means import CountingRuntime, TrialMeans
 from aeros.experiments.open_gate import OpenGate, without_policy
 from aeros.experiments.plants import Plants, physics_plants, symbolic_plants
 from aeros.experiments.premises import Premises
 from aeros.experiments.sharing import FollowingRuntime, Live, Takes
-from aeros.runtime.audit import AuditError
+from aeros.runtime.audit import AuditError, AuditLog
 from aeros.runtime.executor import Executor
-from aeros.sim.channel import Chain
-from aeros.sim.outcomes import burst_point_of, point_of
-from aeros.spec.closed_loop.chances import shares_of
 from aeros.spec.closed_loop.transition_system import NotExploredError
 from aeros.spec.errors import InternalError
 
@@ -49,7 +47,7 @@ class Tasks:
 
     @contextmanager
     def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
-        """One trial after the other, all in one audit log that nobody keeps."""
+        """One trial after the other, those at plants of their own all in one audit log that nobody keeps."""
         settings = condition.settings
         routed = premises.routed(settings["task"])
         configuration, gate = premises.configuration, premises.gate
@@ -58,38 +56,37 @@ class Tasks:
             gate = OpenGate(configuration)
         plants, runs = plants_of(condition, premises), premises.runs
         watched, judged = (routed.module, settings["skill"]), _is_judged(condition)
-        with scratch() as (_, audit):
+        with ExitStack() as stack:
+
+            @cache
+            def log() -> AuditLog:
+                return stack.enter_context(scratch())[1]
 
             @contextmanager
             def live(seed: int) -> Iterator[Live]:
                 with (
                     plants(seed) as opened,
-                    Executor(configuration, gate, opened.plant, audit, runs) as executor,
+                    Executor(configuration, gate, opened.plant, log(), runs) as executor,
                 ):
                     yield Live(executor, opened)
 
-            def symbolic(seed: int) -> Found:
-                with live(seed) as (executor, opened):
-                    counting = CountingRuntime(executor, watched, judged=judged)
-                    found = _pursued(counting, routed, settings, seed)
-                    alike = _alike(counting, settings, routed, seed)
-                    return {**found, "simulated_s": opened.plant.now(), ALIKE: list(alike)}
-
-            def physics(seed: int) -> Found:
-                takes = self._takes.of(f"{premises.digest} {self.company(condition)}", seed)
+            def trial(seed: int) -> Found:
+                began = time.process_time()
+                takes = self._takes.of(f"{premises.digest} {condition.plant} {self.company(condition)}", seed)
                 number = self.family(condition)[1]
                 with FollowingRuntime(configuration, takes, number, lambda: live(seed)) as runtime:
                     counting = CountingRuntime(runtime, watched, judged=judged)
                     found = _pursued(counting, routed, settings, seed)
-                    state = runtime.state
-                    shared = {"live": runtime.is_live, "simulated_s": state.now, ALIKE: list(state.alike)}
-                    return {**found, **shared, **state.counts}
-
-            tried = physics if condition.plant == "physics" else symbolic
-
-            def trial(seed: int) -> Found:
-                began = time.process_time()
-                return {**tried(seed), "processor_s": time.process_time() - began}
+                state, took = runtime.state, time.process_time() - began
+                return {
+                    **found,
+                    **state.counts,
+                    "simulated_s": state.now,
+                    ALIKE: list(state.alike),
+                    "live": runtime.is_live,
+                    "processor_s": took,
+                    "alone_s": took - runtime.spent_s + runtime.alone_s,
+                }
 
             yield trial
 
@@ -103,11 +100,8 @@ class Tasks:
         return Condition.of(condition.kind, condition.plant, settings).text, float(Fraction(number))
 
     def company(self, condition: Condition) -> str:
-        """On physics, all that are at plants of the same faults, whatever pursues the task at which rate."""
-        family = self.family(condition)[0]
-        if condition.plant == "symbolic":
-            return family
-        settings = json.loads(family)
+        """All that are at plants of the same failures, whatever pursues the task at which rate."""
+        settings = json.loads(self.family(condition)[0])
         return json.dumps({name: settings[name] for name in settings.keys() - _PURSUIT}, sort_keys=True)
 
     def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
@@ -150,35 +144,10 @@ def plants_of(condition: Condition, premises: Premises) -> Plants:
     if condition.plant == "physics":
         return physics_plants(premises.configuration, routed, settings["faults"], process_of(settings))
     modules = dict(premises.configuration.modules)
-    bursts = bursts_of(modules[routed.module], settings)
-    modules[routed.module] = failing(modules[routed.module], settings)
-    return symbolic_plants(premises.configuration.site, modules, routed.task, bursts)
-
-
-def _alike(
-    counting: CountingRuntime, settings: Mapping[str, Any], routed: Routed, seed: int
-) -> tuple[float, float]:
-    """Rates, or mean lengths of bursts, between which the symbolic plant would have drawn the same outcomes.
-
-    The skill succeeds in one way and fails in one, in this order, or nothing is said of rates: a try
-    fails iff the rate is at least what is left of 1 beyond where the draw falls.
-    """
-    ecm = failing(counting.active_modules()[routed.module], {**settings, "rate": "1/2"})
-    possible = [one for one, share in shares_of(ecm.skills[settings["skill"]].outcomes.values()) if share]
-    name = f"{routed.module}.{settings['skill']}"
-    if "bursts" in settings:
-        chain = Chain(channel_of(settings).process())
-        for run in range(counting.finished_tries):
-            chain.is_bad(burst_point_of(seed, name, run))
-        return chain.alike
-    rate = float(Fraction(settings["rate"]))
-    if [one.failure for one in possible] != [False, True]:
-        return rate, rate
-    left = [1.0 - float(point_of(seed, name, run)) for run in range(counting.finished_tries)]
-    return (
-        max((one for one in left if one <= rate), default=0.0),
-        min((one for one in left if one > rate), default=1.0),
-    )
+    declared = modules[routed.module]
+    modules[routed.module] = failing(declared, settings)
+    bursts, drawing = bursts_of(declared, settings), drawing_of(declared, settings)
+    return symbolic_plants(premises.configuration.site, modules, routed.task, bursts, drawing)
 
 
 def _pursued(
