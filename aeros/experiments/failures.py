@@ -15,9 +15,8 @@ from functools import partial
 from typing import Any, Final
 
 from aeros.experiments.architecture import Model
-from aeros.experiments.plants import Drawing
 from aeros.sim.channel import Chain, Channel, Process
-from aeros.sim.outcomes import Bursts, burst_point_of, point_of
+from aeros.sim.outcomes import Bursts, Drawing, burst_point_of, point_of
 from aeros.spec.closed_loop.chances import shares_of, with_skill_probabilities
 from aeros.spec.closed_loop.transition_system import NotExploredError
 from aeros.spec.expr import terms as t

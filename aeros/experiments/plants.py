@@ -15,7 +15,7 @@ from aeros.runtime.configuration import Configuration
 from aeros.runtime.merging import moves_joints
 from aeros.runtime.ports import Plan, Plant, Trajectory
 from aeros.sim.channel import Process
-from aeros.sim.outcomes import Bursts
+from aeros.sim.outcomes import Bursts, Drawing
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.skill import Action
 from aeros.spec.diagnostics import Diagnostic
@@ -39,9 +39,6 @@ class Opened:
     counts: dict[str, int] = field(default_factory=dict)
     alike: Callable[[], tuple[float, float]] | None = None
 
-
-Drawing = Callable[[int], tuple[str, Callable[[int], tuple[float, float]]]]
-"""Of a seed, a skill by `module.skill`, and `Opened.alike` by how often an outcome of it was drawn."""
 
 Plants = Callable[[int], AbstractContextManager[Opened]]
 """Opens the plant of a seed."""

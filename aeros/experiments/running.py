@@ -16,16 +16,18 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
+from itertools import count
 from math import ceil
+from pathlib import Path
 from typing import Final, NamedTuple
 
 from aeros.experiments.condition import Condition
 from aeros.experiments.kinds import ALIKE, Found, Trial, company_of, digest_of, family_of, kind_of
 from aeros.experiments.premises import Where, premises_of
-from aeros.experiments.store import Kept, Store
+from aeros.experiments.store import Aside, Kept, Store
 from aeros.spec.errors import MisuseError
 
-AT_ONCE: Final[Mapping[str, int]] = {"symbolic": 500, "physics": 1}
+AT_ONCE: Final[Mapping[str, int]] = {"symbolic": 200, "physics": 1}
 """Trials that a worker runs for one answer at most, or those of one seed: one takes seconds on physics."""
 
 _AHEAD: Final = 2
@@ -37,11 +39,13 @@ class Chunk(NamedTuple):
 
     premises: the digest that the worker's own must have.
     wanted: seeds, each with the conditions that it is wanted of.
+    aside: the file for what is finished of it, see `store.Aside`.
     """
 
     where: Where
     premises: str
     wanted: tuple[tuple[int, tuple[Condition, ...]], ...]
+    aside: Path
 
     @property
     def trials(self) -> int:
@@ -86,6 +90,7 @@ def run_chunk(chunk: Chunk) -> list[tuple[Condition, int, Found]]:
         raise OtherPremisesError("a worker has other modules, another site or another release of AEROS")
     found: list[tuple[Condition, int, Found]] = []
     with ExitStack() as stack:
+        aside = stack.enter_context(Aside(chunk.aside))
         trials: dict[Condition, Trial] = {}
         for seed, conditions in chunk.wanted:
             had: dict[str, list[Found]] = {}
@@ -98,6 +103,7 @@ def run_chunk(chunk: Chunk) -> list[tuple[Condition, int, Found]]:
                         trials[condition] = stack.enter_context(opened)
                     one = trials[condition](seed)
                     had[family].append(one)
+                    aside.keep(Kept(digest_of(condition, chunk.premises), seed, one))
                 found.append((condition, seed, one))
     return found
 
@@ -165,7 +171,8 @@ def _keep_finished(
     for future in sorted(done, key=lambda one: one.exception() is not None):
         chunk = running.pop(future)
         found = future.result()
-        store.keep(Kept(digest_of(condition, chunk.premises), seed, one) for condition, seed, one in found)
+        kept = (Kept(digest_of(condition, chunk.premises), seed, one) for condition, seed, one in found)
+        store.keep(kept, chunk.aside)
         progress.done += len(found)
     tell(progress)
 
@@ -178,6 +185,7 @@ def _missing(
     store: Store,
     workers: int,
 ) -> Iterator[Chunk]:
+    numbers = count()
     companies: dict[tuple[str, str, str], list[Condition]] = {}
     for condition in conditions:
         key = condition.kind, condition.plant, company_of(condition)
@@ -187,7 +195,8 @@ def _missing(
         # Every worker has a part of every company, however few they are.
         size = max(1, min(AT_ONCE[plant] // len(company), ceil(len(wanted) / workers)))
         for first in range(0, len(wanted), size):
-            yield Chunk(where, premises, tuple(wanted[first : first + size]))
+            chosen = tuple(wanted[first : first + size])
+            yield Chunk(where, premises, chosen, store.aside(next(numbers)))
 
 
 def _left(company: Sequence[Condition], seed: int, premises: str, store: Store) -> list[Condition]:

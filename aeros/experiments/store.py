@@ -3,6 +3,9 @@
 A line is with the operating system as soon as its trials are there, in one write, so no end of this process
 loses it; what a power cut may take is the last second.  A last line that is torn is left out, and cut off
 before anything is appended.
+
+A worker that sees the folder keeps what it finishes in a file aside until it has handed all of it over; who
+opens the folder next takes in what a kill has left there.
 """
 
 from __future__ import annotations
@@ -11,7 +14,7 @@ import fcntl
 import json
 import os
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Final, NamedTuple, Self
@@ -21,6 +24,10 @@ from aeros.spec.diagnostics import Diagnostic
 from aeros.spec.errors import MisuseError, UserError
 
 FILE: Final = "trials.jsonl"
+
+_ASIDE: Final = "finished-"
+
+_APPEND: Final = os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
 
 _SYNC_EVERY: Final = 1.0  # s
 
@@ -33,6 +40,30 @@ class Kept(NamedTuple):
     found: Found
 
 
+class Aside:
+    """Trials that a worker has finished and not handed over yet, in a file whose path it was given.
+
+    Where there is no such folder, as on another machine, nothing is kept.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._file = os.open(path, _APPEND, 0o644) if path.parent.is_dir() else None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._file is not None:
+            os.close(self._file)
+
+    def keep(self, one: Kept) -> None:
+        """Append it; raises `OSError`."""
+        if self._file is not None:
+            _write(self._file, _line(one))
+
+
 class Store:
     """The trials of one folder; one process at a time writes them.
 
@@ -43,7 +74,7 @@ class Store:
         self._path = folder / FILE
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o644)
+            self._file = os.open(self._path, _APPEND, 0o644)
         except OSError as error:
             raise MisuseError(f"cannot write to `{folder}`: {error.strerror}") from error
         try:
@@ -54,6 +85,7 @@ class Store:
         self._synced = time.monotonic()
         try:
             self.trials: dict[tuple[str, int], Found] = dict(self._read())
+            self._take_in()
         except BaseException:
             os.close(self._file)
             raise
@@ -67,28 +99,57 @@ class Store:
         os.fsync(self._file)
         os.close(self._file)
 
-    def keep(self, trials: Iterable[Kept]) -> None:
-        """Append these; raises `OSError`."""
+    def aside(self, number: int) -> Path:
+        """The file for what a worker finishes of the chunk with that number."""
+        return self._path.parent.resolve() / f"{_ASIDE}{number}.jsonl"
+
+    def keep(self, trials: Iterable[Kept], aside: Path | None = None) -> None:
+        """Append these, of which none is needed `aside` any more; raises `OSError`."""
         made = list(trials)
-        lines = (json.dumps(one._asdict(), sort_keys=True, separators=(",", ":")) + "\n" for one in made)
-        content = "".join(lines).encode()
-        while content:
-            content = content[os.write(self._file, content) :]
+        _write(self._file, "".join(map(_line, made)))
         self.trials.update({(one.condition, one.seed): one.found for one in made})
+        if aside is not None:
+            aside.unlink(missing_ok=True)
         if time.monotonic() - self._synced > _SYNC_EVERY:
             os.fsync(self._file)
             self._synced = time.monotonic()
 
+    # Inside.
+
+    def _take_in(self) -> None:
+        for path in sorted(self._path.parent.glob(f"{_ASIDE}*.jsonl")):
+            found = _kept_in(path, _whole(path.read_bytes()))
+            self.keep([one for one in found if (one.condition, one.seed) not in self.trials], path)
+
     def _read(self) -> Iterable[tuple[tuple[str, int], Mapping[str, Any]]]:
         content = self._path.read_bytes()
-        whole = content[: content.rfind(b"\n") + 1]
+        whole = _whole(content)
         if len(whole) < len(content):
             os.ftruncate(self._file, len(whole))
-        for number, line in enumerate(whole.splitlines(), 1):
-            try:
-                one = Kept(**json.loads(line))
-                yield (one.condition, one.seed), one.found
-            except (ValueError, TypeError) as error:
-                headline = f"`{self._path}`, line {number}, is no finished trial: {error}"
-                help_ = ("give another folder with --out",)
-                raise UserError([Diagnostic("AE002", headline, help=help_)]) from error
+        for one in _kept_in(self._path, whole):
+            yield (one.condition, one.seed), one.found
+
+
+def _line(one: Kept) -> str:
+    return json.dumps(one._asdict(), sort_keys=True, separators=(",", ":")) + "\n"
+
+
+def _write(file: int, text: str) -> None:
+    content = text.encode()
+    while content:
+        content = content[os.write(file, content) :]
+
+
+def _whole(content: bytes) -> bytes:
+    """The lines that are not torn."""
+    return content[: content.rfind(b"\n") + 1]
+
+
+def _kept_in(path: Path, whole: bytes) -> Iterator[Kept]:
+    for number, line in enumerate(whole.splitlines(), 1):
+        try:
+            yield Kept(**json.loads(line))
+        except (ValueError, TypeError) as error:
+            headline = f"`{path}`, line {number}, is no finished trial: {error}"
+            help_ = ("give another folder with --out",)
+            raise UserError([Diagnostic("AE002", headline, help=help_)]) from error

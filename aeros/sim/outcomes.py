@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -13,6 +13,10 @@ from aeros.spec.model import Outcome
 
 Shares = Sequence[tuple[Outcome, Fraction]]
 """Outcomes with their probabilities, which sum up to 1."""
+
+Drawing = Callable[[int], tuple[str, Callable[[int], tuple[float, float]]]]
+"""Of a seed, the skill that outcomes are drawn of, by `module.skill`; and after so many of them, between
+which rates, or mean lengths of bursts, exclusive, the same would have been drawn."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,9 +12,11 @@ from dataclasses import dataclass, field, replace
 from enum import Enum, IntEnum
 from fractions import Fraction
 from functools import cached_property
+from math import inf
 from typing import Any
 
 from aeros.spec.composition import Composition
+from aeros.spec.doubles import neighbours
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import scalar_variables
 from aeros.spec.expr.scope import Box
@@ -60,6 +62,13 @@ class Declared:
     def name(self) -> str:
         """As written in expressions; inputs as `inputs.NAME`."""
         return self.variable.name
+
+    @cached_property
+    def doubles(self) -> tuple[float, float]:
+        """The least and the greatest double in `range`; infinite where there is none."""
+        if self.range is None:
+            return -inf, inf
+        return neighbours(self.range[0])[1], neighbours(self.range[1])[0]
 
 
 def ranges_of(declared: Iterable[Declared]) -> dict[str, tuple[Fraction, Fraction]]:

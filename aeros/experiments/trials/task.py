@@ -54,26 +54,27 @@ class Tasks:
         if not settings["policy"]:
             configuration = without_policy(configuration)
             gate = OpenGate(configuration)
-        plants, runs = plants_of(condition, premises), premises.runs
         watched, judged = (routed.module, settings["skill"]), _is_judged(condition)
+        alike = f"{premises.digest} {condition.plant} {self.company(condition)}"
+        number = self.family(condition)[1]
         with ExitStack() as stack:
 
             @cache
-            def log() -> AuditLog:
-                return stack.enter_context(scratch())[1]
+            def bench() -> tuple[Plants, AuditLog]:
+                return plants_of(condition, premises), stack.enter_context(scratch())[1]
 
             @contextmanager
             def live(seed: int) -> Iterator[Live]:
+                plants, audit = bench()
                 with (
                     plants(seed) as opened,
-                    Executor(configuration, gate, opened.plant, log(), runs) as executor,
+                    Executor(configuration, gate, opened.plant, audit, premises.runs) as executor,
                 ):
                     yield Live(executor, opened)
 
             def trial(seed: int) -> Found:
                 began = time.process_time()
-                takes = self._takes.of(f"{premises.digest} {condition.plant} {self.company(condition)}", seed)
-                number = self.family(condition)[1]
+                takes = self._takes.of(alike, seed)
                 with FollowingRuntime(configuration, takes, number, lambda: live(seed)) as runtime:
                     counting = CountingRuntime(runtime, watched, judged=judged)
                     found = _pursued(counting, routed, settings, seed)

@@ -11,7 +11,7 @@ import pytest
 from aeros.experiments.running import executor_at, run_trials
 from aeros.experiments.store import Store
 from aeros.spec.errors import UserError
-from tests.unit.experiments.common import WHERE, condition
+from tests.unit.experiments.common import WHERE, condition, told
 
 distributed = pytest.importorskip("distributed")
 
@@ -35,7 +35,7 @@ def test_a_cluster_finds_what_this_process_finds(address: str, tmp_path: Path) -
         with Store(tmp_path / name) as store, executor_at(at, 1) as (executor, workers):
             assert workers == 1
             run_trials([one], range(3), WHERE, executor, workers, store, lambda _: None)
-            found.append({key: {**value, "processor_s": 0} for key, value in store.trials.items()})
+            found.append({key: told(value) for key, value in store.trials.items()})
     assert len(found[0]) == 3
     assert found[0] == found[1]
 

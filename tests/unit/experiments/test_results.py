@@ -196,8 +196,9 @@ def test_what_an_architecture_raised_is_told(tmp_path: Path) -> None:
 
 
 def test_how_many_trials_had_a_plant_of_their_own_is_said(results: dict[str, Any], tmp_path: Path) -> None:
-    assert "a plant of their own" not in text_of(results, tmp_path)
     shared = copy.deepcopy(results)
+    shared["work"] = {"trials": 600, "sharing": 0, "plants": 0, "processor_s": 5400.0}
+    assert "a plant of their own" not in text_of(shared, tmp_path)
     shared["work"] = {"trials": 13_600, "sharing": 13_300, "plants": 1_031, "processor_s": 5400.0}
     text = text_of(shared, tmp_path)
     assert (

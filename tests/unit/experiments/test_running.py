@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
+from contextlib import contextmanager
 from pathlib import Path
 from typing import ParamSpec, TypeVar
 
 import pytest
 
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import ALIKE, VARYING, Found, digest_of, kind_of
+from aeros.experiments.kinds import Trial, digest_of, kind_of
+from aeros.experiments.premises import Premises
 from aeros.experiments.running import (
     AT_ONCE,
     Chunk,
@@ -26,8 +29,10 @@ from aeros.experiments.running import (
     run_trials,
 )
 from aeros.experiments.store import FILE, Store
+from aeros.experiments.trials import task
+from aeros.experiments.trials.task import Tasks
 from aeros.spec.errors import MisuseError, UserError
-from tests.unit.experiments.common import ROOT, WHERE, Here, condition, premises, settings
+from tests.unit.experiments.common import ROOT, WHERE, Here, condition, premises, settings, told
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
@@ -72,10 +77,6 @@ def alone(one: Condition, seed: int) -> dict[str, object]:
     """The trial by itself, but for what may differ: its time, and where it would have been the same."""
     with kind_of(one.kind).opened(one, premises()) as trial:
         return told(trial(seed))
-
-
-def told(found: Found) -> dict[str, object]:
-    return {name: value for name, value in found.items() if name not in (ALIKE, *VARYING)}
 
 
 @pytest.mark.parametrize("architecture", ["flat", "behaviour_tree", "aeros"])
@@ -145,13 +146,14 @@ class Interrupted(Here):
         return super().submit(fn, *args, **kwargs)
 
 
-def test_an_interruption_keeps_what_was_under_way(tmp_path: Path) -> None:
+def test_an_interruption_keeps_what_was_under_way(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(AT_ONCE, "symbolic", 2)
     with Store(tmp_path) as store:
         with pytest.raises(KeyboardInterrupt):
-            run(store, [FETCH], 115, Interrupted())
-        assert len(store.trials) == AT_ONCE["symbolic"] == 50
+            run(store, [FETCH], 5, Interrupted())
+        assert len(store.trials) == 2
     with Store(tmp_path) as store:
-        assert run(store, [FETCH], 115)[-1].total == 65
+        assert run(store, [FETCH], 5)[-1].total == 3
 
 
 def test_processes_find_what_this_one_finds(tmp_path: Path) -> None:
@@ -163,12 +165,12 @@ def test_processes_find_what_this_one_finds(tmp_path: Path) -> None:
         there = dict(store.trials)
     assert here.keys() == there.keys()
     for key, found in here.items():
-        assert {**found, "processor_s": 0} == {**there[key], "processor_s": 0}
+        assert told(found) == told(there[key])
 
 
-def test_a_worker_with_other_premises_refuses() -> None:
+def test_a_worker_with_other_premises_refuses(tmp_path: Path) -> None:
     with pytest.raises(OtherPremisesError, match="other modules"):
-        run_chunk(Chunk(WHERE, "another digest", ((0, (FETCH,)),)))
+        run_chunk(Chunk(WHERE, "another digest", ((0, (FETCH,)),), tmp_path / "aside.jsonl"))
 
 
 def test_the_condition_is_named_by_all_that_decides_it() -> None:
@@ -232,6 +234,44 @@ def _begun(tmp_path: Path) -> tuple[subprocess.Popen[str], list[int]]:
     return process, workers
 
 
+def _assert_nothing_is_lost(folder: Path) -> int:
+    """Every trial that a worker has finished is there; how many are."""
+    lines = [line for path in folder.glob("*.jsonl") for line in path.read_text().splitlines(keepends=True)]
+    finished = {(one["condition"], one["seed"]) for one in map(json.loads, lines) if one}
+    with Store(folder) as store:
+        assert store.trials.keys() == finished
+    assert [path.name for path in folder.glob("*.jsonl")] == [FILE]
+    return len(finished)
+
+
+def test_what_a_worker_has_finished_of_a_chunk_that_it_does_not_end_is_there_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class EndsInTheThird(Tasks):
+        @contextmanager
+        def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
+            with super().opened(condition, premises) as trial:
+                yield lambda seed: trial(seed) if seed < 2 else sys.exit("the third")
+
+    with monkeypatch.context() as changed:
+        changed.setattr(task, "KIND", EndsInTheThird())
+        with Store(tmp_path) as store, pytest.raises(SystemExit, match="the third"):
+            run(store, [FETCH], 4)
+        assert not store.trials
+    assert _assert_nothing_is_lost(tmp_path) == 2
+    with Store(tmp_path) as store:
+        assert run(store, [FETCH], 4)[-1].total == 2
+        for (_, seed), found in store.trials.items():
+            assert told(found) == alone(FETCH, seed)
+
+
+def test_every_worker_has_a_part_of_every_company(tmp_path: Path) -> None:
+    with Store(tmp_path) as store:
+        executor = Here()
+        run_trials([FETCH], range(4), WHERE, executor, 2, store, lambda _: None)
+        assert executor.submitted == 2
+
+
 def test_a_worker_that_is_killed_ends_the_run_and_leaves_whole_trials(tmp_path: Path) -> None:
     process, workers = _begun(tmp_path)
     os.kill(workers[0], signal.SIGKILL)
@@ -239,8 +279,7 @@ def test_a_worker_that_is_killed_ends_the_run_and_leaves_whole_trials(tmp_path: 
     assert process.returncode == 1
     assert "a worker ended without a word" in said
     assert f"go on with --out {tmp_path} --resume" in said
-    with Store(tmp_path) as store:
-        assert len(store.trials) % AT_ONCE["symbolic"] == 0
+    _assert_nothing_is_lost(tmp_path)
 
 
 def test_who_interrupts_again_does_not_wait(tmp_path: Path) -> None:
@@ -258,8 +297,7 @@ def test_who_interrupts_again_does_not_wait(tmp_path: Path) -> None:
     assert "Traceback" not in said + more
     assert f"go on with --out {tmp_path} --resume" in more
     assert not any(map(_alive, workers))
-    with Store(tmp_path) as store:
-        assert len(store.trials) % AT_ONCE["symbolic"] == 0
+    _assert_nothing_is_lost(tmp_path)
 
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
@@ -276,6 +314,4 @@ def test_a_run_that_is_ended_leaves_whole_trials_and_no_worker(how: signal.Signa
     while any(map(_alive, workers)) and time.monotonic() < latest:
         time.sleep(0.05)
     assert not any(map(_alive, workers))
-    with Store(tmp_path) as store:
-        assert 0 < len(store.trials) < 15_000
-        assert len(store.trials) % AT_ONCE["symbolic"] == 0
+    assert 0 < _assert_nothing_is_lost(tmp_path) < 15_000

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from itertools import count
 from math import inf
 from pathlib import Path
 from typing import Any, cast
@@ -11,7 +12,7 @@ from typing import Any, cast
 import pytest
 
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import ALIKE, VARYING, Found, digest_of
+from aeros.experiments.kinds import digest_of
 from aeros.experiments.plants import Opened
 from aeros.experiments.running import run_trials
 from aeros.experiments.sharing import FollowingRuntime, Live, Take, Takes
@@ -19,7 +20,7 @@ from aeros.experiments.store import Store
 from aeros.experiments.trials.task import KIND, Tasks
 from aeros.runtime.ports import BEGINNING, Ended, Runtime, StepHandle, StepRequest, StepResult, StepStatus
 from aeros.spec.errors import InternalError
-from tests.unit.experiments.common import ROOT, WHERE, Here, premises, settings
+from tests.unit.experiments.common import ROOT, WHERE, Here, condition, premises, settings, told
 
 DRAWS = (0.5, 0.2, 0.7)
 """With which each wait is compared: it fails where the rate is above it."""
@@ -68,22 +69,29 @@ def _count() -> None:
 def trial(takes: list[Take], rate: float, asked: str, slips: float = 0.0) -> tuple[Any, ...]:
     """What comes of asking `asked`, a letter for each skill; a stop takes it back."""
 
+    with following(takes, rate, slips) as runtime:
+        answers = list(answers_of(runtime, asked))
+        return answers, runtime.now(), runtime.state.alike
+
+
+def following(takes: list[Take], rate: float, slips: float = 0.0) -> FollowingRuntime:
     @contextmanager
     def opened() -> Iterator[Live]:
         plant = Scripted(rate, slips)
         yield Live(cast(Runtime, plant), Opened(cast(Any, plant), {"waits": 0}, plant.alike))
 
-    with FollowingRuntime(premises().configuration, takes, rate, opened) as runtime:
-        answers = []
-        for skill in asked:
-            step = runtime.start(StepRequest("module", skill, {}))
-            assert not isinstance(step, StepResult)
-            if skill == "-":
-                runtime.cancel(step, "no more")
-            ended = runtime.wait()
-            assert ended is not None
-            answers.append(ended.result.status is StepStatus.FINISHED)
-        return answers, runtime.now(), runtime.state.alike
+    return FollowingRuntime(premises().configuration, takes, rate, opened)
+
+
+def answers_of(runtime: FollowingRuntime, asked: str) -> Iterator[bool]:
+    for skill in asked:
+        step = runtime.start(StepRequest("module", skill, {}))
+        assert not isinstance(step, StepResult)
+        if skill == "-":
+            runtime.cancel(step, "no more")
+        ended = runtime.wait()
+        assert ended is not None
+        yield ended.result.status is StepStatus.FINISHED
 
 
 def test_who_asks_the_same_follows_and_who_asks_something_else_goes_on_alone() -> None:
@@ -140,6 +148,26 @@ def test_a_trial_has_no_record() -> None:
         assert runtime.active_modules() is premises().configuration.modules
 
 
+def test_what_a_trial_would_take_alone_is_what_each_part_took_when_it_was_done(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock = count()
+    monkeypatch.setattr("aeros.experiments.sharing.process_time", lambda: next(clock))
+    takes: list[Take] = []
+    taken = []
+    for asked in ("ab", "ab", "abc"):
+        with following(takes, 0.3) as runtime:
+            list(answers_of(runtime, asked))
+        taken.append((runtime.is_live, runtime.spent_s, runtime.alone_s))
+    # A second passes from each look at the clock to the next: to open, for each of two questions a skill, to
+    # close; and for a plant of its own that is asked everything again, as long as that goes on.
+    assert taken == [
+        (True, 2 + 4 + 1, 1 + 4 + 1),
+        (False, 0, 1 + 4 + 1),
+        (True, 10 + 2 + 1, 1 + 6 + 1),
+    ]
+
+
 def test_takes_of_one_seed_are_kept_until_another_is_asked_for() -> None:
     takes = Takes()
     first = takes.of("plants", 1)
@@ -149,8 +177,27 @@ def test_takes_of_one_seed_are_kept_until_another_is_asked_for() -> None:
     assert takes.of("others", 1) is not takes.of("plants", 1)
 
 
-def told(found: Found) -> Mapping[str, Any]:
-    return {name: value for name, value in found.items() if name not in (ALIKE, *VARYING)}
+def test_on_the_symbolic_plant_trials_that_share_find_what_each_finds_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(KIND, "_takes", Takes())  # those of other tests aside
+    rates, bursts = ("1/10", "1/2", "9/10"), [{"bursts": {"mean_length": one}} for one in ("2", "8")]
+    conditions = [
+        condition(task="clean_table", architecture=name, **changed)
+        for name in ("flat", "behaviour_tree", "progprompt", "aeros")
+        for changed in [{"rate": one} for one in rates] + bursts
+    ]
+    with Store(tmp_path) as store:
+        run_trials(conditions, range(4), WHERE, Here(), 1, store, lambda _: None)
+        trials = dict(store.trials)
+    lived = sum(one["live"] for one in trials.values())
+    assert len(trials) == 4 * len(conditions)
+    assert 0 < lived < len(trials) / 2
+    for tried in conditions:
+        for seed in range(4):
+            # A kind that has run nothing, so that there is nothing to be followed.
+            with Tasks().opened(tried, premises()) as alone:
+                assert told(alone(seed)) == told(trials[digest_of(tried, premises().digest), seed])
 
 
 @pytest.mark.physics
@@ -170,7 +217,7 @@ def test_on_physics_trials_that_share_find_what_each_finds_alone(
     # With seed 0 the object is missed at the higher rate alone, so of four trials two had to be simulated.
     assert [one["failed_tries"] for one in found] == [0, 1, 0, 3]
     assert [one["live"] for one in found] == [False, False, True, True]
-    for condition, one in list(zip(conditions, found, strict=True))[:2]:
+    for tried, one in list(zip(conditions, found, strict=True))[:2]:
         # A kind that has run nothing, so that there is nothing to be followed.
-        with Tasks().opened(condition, premises()) as alone:
+        with Tasks().opened(tried, premises()) as alone:
             assert told(alone(0)) == told(one)

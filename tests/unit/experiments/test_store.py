@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from aeros.experiments.store import FILE, Kept, Store
+from aeros.experiments.store import FILE, Aside, Kept, Store
 from aeros.spec.errors import MisuseError, UserError
 
 ONE, OTHER = Kept("a", 1, {"reached": True}), Kept("a", 2, {"reached": False})
@@ -28,6 +28,35 @@ def test_a_torn_line_is_left_out_and_cut_off(tmp_path: Path) -> None:
         assert store.trials == {("a", 1): ONE.found}
         store.keep([OTHER])
     assert (tmp_path / FILE).read_bytes().count(b"\n") == 2
+
+
+def test_what_was_kept_aside_is_taken_in_once(tmp_path: Path) -> None:
+    with Store(tmp_path) as store:
+        path = store.aside(3)
+        with Aside(path) as aside:
+            aside.keep(ONE)
+            aside.keep(OTHER)
+        store.keep([ONE])
+    path.write_bytes(path.read_bytes() + b'{"condition":"b","se')
+    for _ in range(2):
+        with Store(tmp_path) as store:
+            assert store.trials == {("a", 1): ONE.found, ("a", 2): OTHER.found}
+    assert [one.name for one in tmp_path.iterdir()] == [FILE]
+    assert (tmp_path / FILE).read_bytes().count(b"\n") == 2
+
+
+def test_what_is_handed_over_is_not_needed_aside(tmp_path: Path) -> None:
+    with Store(tmp_path) as store:
+        with Aside(store.aside(0)) as aside:
+            aside.keep(ONE)
+        store.keep([ONE], store.aside(0))
+        assert not store.aside(0).exists()
+
+
+def test_a_worker_elsewhere_keeps_nothing_aside(tmp_path: Path) -> None:
+    with Aside(tmp_path / "there" / "aside.jsonl") as aside:
+        aside.keep(ONE)
+    assert not list(tmp_path.iterdir())
 
 
 def test_another_writer_is_refused(tmp_path: Path) -> None:
