@@ -59,6 +59,9 @@ CLOSED = 0.03
 GRIP_FORCE = 10.0
 """N."""
 
+LOOKS = 5
+"""How often the hand camera looks for what its picture does not show."""
+
 
 def navigate(observed: Observation, inputs: Inputs) -> SkillBody:
     """Tuck the arm and drive to the station."""
@@ -73,13 +76,22 @@ def detect(observed: Observation, inputs: Inputs) -> SkillBody:
 
 
 def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Look again from above with the hand camera, grip the object and lift it, if a hand can get there."""
-    if not (observed["object_free"] and _in_reach(observed, observed["object_position"])):
+    """Look again from above with the hand camera, grip the object and lift it, if a hand can get there.
+
+    Where a camera's reading of it is missing or too old, as from a bad sensor, nothing is gripped.
+    """
+    if not (_is_located(observed) and observed["object_free"]):
+        return
+    if not _in_reach(observed, observed["object_position"]):
         return
     yield act("grip", width=OPEN, force=GRIP_FORCE)
-    yaw = observed["object_yaw"]
-    yield from _over(observed, observed["object_position"], LOOK_HEIGHT, yaw)
-    observed = yield act("look", camera="hand")
+    yield from _over(observed, observed["object_position"], LOOK_HEIGHT, observed["object_yaw"])
+    for _ in range(LOOKS):
+        observed = yield act("look", camera="hand")
+        if _is_located(observed):
+            break
+    else:
+        return
     (x, y, z), yaw = observed["object_position"], observed["object_yaw"]
     grip = z + (0.0 if observed["object_lying"] else GRASP)
     yield act("move_tool", target=(x, y, grip + CLEARANCE), yaw=yaw, speed=_free(observed))
@@ -116,6 +128,13 @@ def recover(observed: Observation, inputs: Inputs) -> SkillBody:
         yield act("move_base", x=x, y=y, speed=BASE_SPEED)
         observed = yield act("look", camera="mast")
     yield from _go_there(observed)
+
+
+def _is_located(observed: Observation) -> bool:
+    """Whether all that pictures show of the object is known."""
+    return all(
+        name in observed for name in ("object_position", "object_yaw", "object_free", "object_lying")
+    )
 
 
 def _go_there(observed: Observation) -> Task:

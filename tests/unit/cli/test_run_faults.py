@@ -105,6 +105,29 @@ RECOVERED = {
         ["navigate arrived", "detect seen", "grasp missed", "recover ready", "grasp grasped",
          "deliver delivered"],
     ),
+    "an object whose place comes late, noisy and half of the time not at all is looked for until it does": (
+        "fetch the object",
+        0,
+        "{at: {skill: fetch_object.detect}, rate: 1, at_most: 1, "
+        "misread: {of: object_position, noise: 5 mm, latency: 500 ms, dropout: 0.5, lasts: 60 s}}",
+        ["navigate arrived", "detect seen", "grasp missed", "recover ready", "grasp grasped",
+         "deliver delivered"],
+    ),
+    "an arm that follows late and was stopped grasps when it follows again": (
+        "fetch the object",
+        0,
+        "{at: {skill: fetch_object.grasp, after: 2 s}, rate: 1, at_most: 1, "
+        "delay: {by: 25 ms, lasts: 2 s}}",
+        ["navigate arrived", "detect seen", "grasp missed", "recover ready", "grasp grasped",
+         "deliver delivered"],
+    ),
+    "an arm that follows late and was stopped with the sponge wipes when it follows again": (
+        "clean the table",
+        0,
+        "{at: {skill: clean_table.wipe, once: holding, after: 3 s}, rate: 1, at_most: 1, "
+        "delay: {by: 25 ms, lasts: 2 s}}",
+        ["wipe streaky", "recover returned", "wipe wiped", "organize organized", "verify verified"],
+    ),
 }  # fmt: skip
 
 
