@@ -55,7 +55,7 @@ class Tasks:
             configuration = without_policy(configuration)
             gate = OpenGate(configuration)
         watched, judged = (routed.module, settings["skill"]), _is_judged(condition)
-        alike = f"{premises.digest} {condition.plant} {self.company(condition)}"
+        plants_alike = f"{premises.digest} {condition.plant} {self.company(condition)}"
         number = self.family(condition)[1]
         with ExitStack() as stack:
 
@@ -74,7 +74,7 @@ class Tasks:
 
             def trial(seed: int) -> Found:
                 began = time.process_time()
-                takes = self._takes.of(alike, seed)
+                takes = self._takes.of(plants_alike, seed)
                 with FollowingRuntime(configuration, takes, number, lambda: live(seed)) as runtime:
                     counting = CountingRuntime(runtime, watched, judged=judged)
                     found = _pursued(counting, routed, settings, seed)

@@ -74,6 +74,26 @@ def test_an_unusable_value_is_unknown_with_the_reason(name: str, value: Any, why
     assert why in seen.unknown[name]
 
 
+@given(
+    st.fractions(-2, 2, max_denominator=1000),
+    st.fractions(0, 2, max_denominator=1000),
+    st.sampled_from([-1, 0, 1]),
+    st.one_of(st.floats(-3.0, 3.0), st.integers(-3, 3), st.none()),
+)
+def test_ranges_are_compared_exactly(low: Fraction, width: Fraction, steps: int, other: float | None) -> None:
+    declared = replace(STATE["fill_level"], range=(low, low + width))
+    # Most doubles are far from a bound: so is the nearest to it taken, and its neighbours.
+    near = math.nextafter(float(low + width), math.inf * steps) if steps else float(low + width)
+    value = near if other is None else other
+    try:
+        found = exact(declared, value)
+    except UnusableValueError:
+        assert not low <= Fraction(value) <= low + width
+    else:
+        assert found == Fraction(value)
+        assert low <= Fraction(value) <= low + width
+
+
 @pytest.mark.parametrize(
     ("time", "known"),
     [

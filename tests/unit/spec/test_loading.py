@@ -154,3 +154,27 @@ def test_a_site_chooses_when_its_audit_record_is_durable(
     assert codes(sink) == []
     assert found is not None
     assert found.durability is durability
+
+
+def test_the_same_text_is_the_same_site_and_what_changed_is_another(tmp_path: Path, site: Site) -> None:
+    path = Path(shutil.copy(CORPUS / "site" / "table.yaml", tmp_path))
+    first = load_site(path, Diagnostics())
+    assert first is not None
+    assert load_site(path, Diagnostics()) is first
+    assert site is not first  # that of another path
+    path.write_text(path.read_text() + "\n")
+    second = load_site(path, Diagnostics())
+    assert second is not None
+    assert second.digest != first.digest
+
+
+def test_what_is_wrong_with_a_site_is_said_to_everyone_who_asks(tmp_path: Path) -> None:
+    path = tmp_path / "site.yaml"
+    path.write_text("schema: aeros/site/1\nid: s\n" + "".join(f"k{n}: 1\n" for n in range(300)))
+    said = []
+    for _ in range(2):
+        sink = Diagnostics()
+        assert load_site(path, sink) is None
+        said.append(codes(sink))
+    assert said[0] == said[1]
+    assert len(said[0]) == 200

@@ -272,6 +272,16 @@ def test_the_sink_keeps_only_so_many_and_warnings_never_crowd_out_errors() -> No
     assert len(raised.value.diagnostics) == 4
 
 
+def test_what_another_sink_gathered_is_included_once_and_what_it_dropped_is_counted() -> None:
+    one, other = Diagnostics(limit=2), Diagnostics(limit=2)
+    for number in range(3):
+        one.error("AE002", f"error {number}")
+    other.error("AE002", "error 1")
+    other.include(one)
+    assert [found.headline for found in other] == ["error 0", "error 1"]
+    assert (other.dropped, other.has_errors) == (1, True)
+
+
 def test_near_names_are_suggested_and_far_or_endless_ones_are_not() -> None:
     assert did_you_mean("timout", ["timeout", "name"]) == "timeout"
     assert did_you_mean("zzz", ["timeout", "name"]) is None
