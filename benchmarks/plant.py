@@ -309,6 +309,14 @@ def _print(found: Found) -> None:
     print("  told apart, with what that takes by itself:")
     for part, seconds in found.parts.items():
         print(f"    {part:36} {seconds:6.2f} s")
+    sys.stdout.flush()
+
+
+def _print_spread(what: str, measured: dict[str, Any]) -> None:
+    one, two = measured["one"], measured["two"]
+    print(f"\n{what}: {one['seconds']:.1f} s on one process, ", end="")
+    print(f"{two['seconds']:.1f} s on each of two: {100 * measured['efficiency']:.0f} % efficient", end="")
+    print(f" (processors: {one['processor']:.1f} s and {two['processor']:.1f} s)", flush=True)
 
 
 def main(argv: list[str]) -> None:
@@ -329,7 +337,12 @@ def main(argv: list[str]) -> None:
     if arguments.quick:
         tasks, rounds, trials = ["fetch_object"], 1, 1
     common = prepared()
-    found = [measure(common, task, arguments.seed, rounds, arguments.folder) for task in tasks]
+    is_text = arguments.format != "json"
+    found = []
+    for task in tasks:
+        found.append(measure(common, task, arguments.seed, rounds, arguments.folder))
+        if is_text:  # at once: all of it takes minutes, and may be cut off
+            _print(found[-1])
     parallel: dict[str, Any] = {}
     works: dict[str, Work] = {"PyBullet alone": _steps}
     if not arguments.quick:  # which only shows that it runs
@@ -337,19 +350,10 @@ def main(argv: list[str]) -> None:
     for name, work in works.items() if trials else ():
         one, two = (spread(work, tasks[-1], trials, workers, arguments.folder) for workers in (1, 2))
         parallel[name] = {"one": one, "two": two, "efficiency": one["seconds"] / two["seconds"]}
-    if arguments.format == "json":
+        if is_text:
+            _print_spread(f"{tasks[-1]}, {trials} times, {name}", parallel[name])
+    if not is_text:
         print_json({"tasks": [asdict(row) for row in found], "parallel": parallel})
-        return
-    for row in found:
-        _print(row)
-    for name, measured in parallel.items():
-        one, two = measured["one"], measured["two"]
-        print(f"\n{tasks[-1]}, {trials} times, {name}: {one['seconds']:.1f} s on one process, ", end="")
-        print(
-            f"{two['seconds']:.1f} s on each of two: {100 * measured['efficiency']:.0f} % efficient", end=""
-        )
-        print(f" (processors: {one['processor']:.1f} s and {two['processor']:.1f} s)", end="")
-    print()
 
 
 if __name__ == "__main__":

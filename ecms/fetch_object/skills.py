@@ -132,9 +132,7 @@ def recover(observed: Observation, inputs: Inputs) -> SkillBody:
 
 def _is_located(observed: Observation) -> bool:
     """Whether all that pictures show of the object is known."""
-    return all(
-        name in observed for name in ("object_position", "object_yaw", "object_free", "object_lying")
-    )
+    return all(name in observed for name in ("object_position", "object_yaw", "object_free", "object_lying"))
 
 
 def _go_there(observed: Observation) -> Task:
