@@ -8,7 +8,7 @@ and is predicted by the code that predicts any other.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -77,26 +77,21 @@ def drawing_of(ecm: Ecm, settings: Mapping[str, Any]) -> Drawing:
     name = f"{ecm.id}.{settings['skill']}"
     rate = float(Fraction(settings["rate"]))
     declared = failing(ecm, settings, Fraction(1, 2)).skills[settings["skill"]].outcomes.values()
-    possible = [one.failure for one, share in shares_of(declared) if share]
-
-    def drawing(seed: int) -> tuple[str, Callable[[int], tuple[float, float]]]:
-        if "bursts" in settings:
-            return name, partial(_lengths_alike, channel_of(settings).process(), seed, name)
-        if possible != [False, True]:
-            return name, lambda _: (rate, rate)
-        return name, partial(_rates_alike, rate, seed, name)
-
-    return drawing
+    if "bursts" in settings:
+        return Drawing(name, partial(_lengths_alike, channel_of(settings).process(), name))
+    if [one.failure for one, share in shares_of(declared) if share] != [False, True]:
+        return Drawing(name, lambda *_: (rate, rate))
+    return Drawing(name, partial(_rates_alike, rate, name))
 
 
-def _lengths_alike(process: Process, seed: int, skill: str, runs: int) -> tuple[float, float]:
+def _lengths_alike(process: Process, skill: str, seed: int, runs: int) -> tuple[float, float]:
     chain = Chain(process)
     for run in range(runs):
         chain.is_bad(burst_point_of(seed, skill, run))
     return chain.alike
 
 
-def _rates_alike(rate: float, seed: int, skill: str, runs: int) -> tuple[float, float]:
+def _rates_alike(rate: float, skill: str, seed: int, runs: int) -> tuple[float, float]:
     left = [1.0 - float(point_of(seed, skill, run)) for run in range(runs)]
     return (
         max((one for one in left if one <= rate), default=0.0),

@@ -13,7 +13,7 @@ from aeros.agent.supervisor import Judgement, judge, start_problem
 from aeros.agent.values import Kept, exact
 from aeros.agent.world import World, measured_world
 from aeros.experiments.architecture import MOST_ASKED, EndlessError
-from aeros.runtime.ports import Ended, Readings, Runtime, StepHandle, StepRequest, StepResult, StepStatus
+from aeros.runtime.ports import Ended, Readings, Runtime, StepHandle, StepRequest, StepResult
 from aeros.spec.errors import MisuseError
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.model import Ecm, Skill
@@ -25,7 +25,7 @@ class CountingRuntime:
     watched: module and name of a skill whose tries are counted, too, and where they are `judged` those that
         failed.
     steps: skills that began; actions: those that the gate let begin; denied: those that it denied.
-    tries, finished_tries, failed_tries: of the skill that is watched; first_failed: whether its first failed.
+    tries, failed_tries: of the skill that is watched; first_failed: whether its first failed.
     """
 
     def __init__(
@@ -39,7 +39,6 @@ class CountingRuntime:
         self.actions = 0
         self.denied = 0
         self.tries = 0
-        self.finished_tries = 0
         self.failed_tries = 0
         self.first_failed = False
 
@@ -61,7 +60,6 @@ class CountingRuntime:
             if ended.step in self._under_way:
                 self._under_way.remove(ended.step)
                 self.tries += 1
-                self.finished_tries += ended.result.status is StepStatus.FINISHED
                 if self.judged:
                     failed = self._has_failed(ended.result)
                     self.failed_tries += failed

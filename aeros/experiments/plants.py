@@ -6,7 +6,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -53,7 +53,7 @@ def symbolic_plants(
 ) -> Plants:
     """Plants on which `modules` do as they declare, some skills in bursts.
 
-    drawing: for a seed, the skill that is drawn of, and where what was drawn would be the same.
+    drawing: where it is known what else would draw the same.
     """
     rested = SymbolicPlant(site, modules, 0, as_doubles(task.initial), bursts)
 
@@ -63,9 +63,8 @@ def symbolic_plants(
         if drawing is None:
             yield Opened(plant)
         else:
-            skill, alike_after = drawing(seed)
-            alike = cache(alike_after)
-            yield Opened(plant, alike=lambda: alike(plant.drawn(skill)))
+            alike = cache(partial(drawing.alike, seed))
+            yield Opened(plant, alike=lambda: alike(plant.drawn(drawing.skill)))
 
     return opened
 

@@ -69,7 +69,7 @@ class Progress:
         return spent * (self.total - self.done) / self.done if self.done else None
 
 
-_Answer = Future[list[tuple[Condition, int, Found]]]
+_Answer = Future[list[Kept]]
 
 
 class AbandonedError(KeyboardInterrupt):
@@ -80,7 +80,7 @@ class OtherPremisesError(Exception):
     """A worker has other modules, another site or other code than whoever asked."""
 
 
-def run_chunk(chunk: Chunk) -> list[tuple[Condition, int, Found]]:
+def run_chunk(chunk: Chunk) -> list[Kept]:
     """What each trial of `chunk` found; what a worker runs.
 
     A condition of which a trial that has run says that it would have been the same is not tried again.
@@ -88,7 +88,7 @@ def run_chunk(chunk: Chunk) -> list[tuple[Condition, int, Found]]:
     premises = premises_of(chunk.where)
     if premises.digest != chunk.premises:
         raise OtherPremisesError("a worker has other modules, another site or another release of AEROS")
-    found: list[tuple[Condition, int, Found]] = []
+    finished: list[Kept] = []
     with ExitStack() as stack:
         aside = stack.enter_context(Aside(chunk.aside))
         trials: dict[Condition, Trial] = {}
@@ -103,9 +103,9 @@ def run_chunk(chunk: Chunk) -> list[tuple[Condition, int, Found]]:
                         trials[condition] = stack.enter_context(opened)
                     one = trials[condition](seed)
                     had[family].append(one)
-                    aside.keep(Kept(digest_of(condition, chunk.premises), seed, one))
-                found.append((condition, seed, one))
-    return found
+                finished.append(Kept(digest_of(condition, chunk.premises), seed, one))
+                aside.keep(finished[-1])
+    return finished
 
 
 def _the_same(number: float, had: Iterable[Found]) -> Found | None:
@@ -170,10 +170,9 @@ def _keep_finished(
     # What was refused comes last, so that all else is kept.
     for future in sorted(done, key=lambda one: one.exception() is not None):
         chunk = running.pop(future)
-        found = future.result()
-        kept = (Kept(digest_of(condition, chunk.premises), seed, one) for condition, seed, one in found)
-        store.keep(kept, chunk.aside)
-        progress.done += len(found)
+        finished = future.result()
+        store.keep(finished, chunk.aside)
+        progress.done += len(finished)
     tell(progress)
 
 

@@ -7,7 +7,6 @@ operators.  A double is the rational it denotes, and ranges are compared exactly
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
@@ -112,8 +111,7 @@ def _real_check(declared: Declared) -> Callable[[Any], _Checked]:
 
 def doubles_in_range(declared: Declared) -> tuple[float, float]:
     """The least and the largest double in the range of a real; a double is in it iff it is between them."""
-    low, high = declared.range or (Fraction(0), Fraction(0))
-    return max(neighbours(low)[1], -sys.float_info.max), min(neighbours(high)[0], sys.float_info.max)
+    return (0.0, 0.0) if declared.range is None else declared.doubles
 
 
 def check_now(now: Any) -> Reason | None:

@@ -14,9 +14,17 @@ from aeros.spec.model import Outcome
 Shares = Sequence[tuple[Outcome, Fraction]]
 """Outcomes with their probabilities, which sum up to 1."""
 
-Drawing = Callable[[int], tuple[str, Callable[[int], tuple[float, float]]]]
-"""Of a seed, the skill that outcomes are drawn of, by `module.skill`; and after so many of them, between
-which rates, or mean lengths of bursts, exclusive, the same would have been drawn."""
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """What outcomes are drawn of, and what else would have drawn the same.
+
+    skill: by `module.skill`.
+    alike: for a seed, after so many outcomes, rates or mean lengths of bursts, exclusive.
+    """
+
+    skill: str
+    alike: Callable[[int, int], tuple[float, float]]
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from typing import Any, ParamSpec, TypeVar
 from aeros.experiments.architecture import Model
 from aeros.experiments.condition import Condition
 from aeros.experiments.failures import failing
-from aeros.experiments.kinds import ALIKE, VARYING, Found
+from aeros.experiments.kinds import VARYING, Found
 from aeros.experiments.premises import Premises, Where, premises_of
 
 ROOT = Path(__file__).parents[3]
@@ -62,9 +62,9 @@ def model(**changed: Any) -> Model:
     return Model(ecm, replace(routed.task, invariants=()), premises().configuration.site)
 
 
-def told(found: Found) -> dict[str, Any]:
-    """What was found, but for what may differ: times, and where it would have been the same."""
-    return {name: value for name, value in found.items() if name not in (ALIKE, *VARYING)}
+def told(found: Found, *but: str) -> dict[str, Any]:
+    """What was found, but for what may differ from one time to the next, and `but` these."""
+    return {name: value for name, value in found.items() if name not in (*VARYING, *but)}
 
 
 class Here(Executor):
