@@ -6,7 +6,6 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -15,7 +14,7 @@ from aeros.runtime.configuration import Configuration
 from aeros.runtime.merging import moves_joints
 from aeros.runtime.ports import Plan, Plant, Trajectory
 from aeros.sim.channel import Process
-from aeros.sim.outcomes import Bursts, Drawing
+from aeros.sim.outcomes import Bursts
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.skill import Action
 from aeros.spec.diagnostics import Diagnostic
@@ -32,12 +31,12 @@ if TYPE_CHECKING:
 class Opened:
     """A plant, and what is counted of it.
 
-    alike: where the plant has it, rates, or lengths of bursts, between which it would do the same.
+    chance: what has been left to chance so far, as `luck.py` reads it.
     """
 
     plant: Plant
     counts: dict[str, int] = field(default_factory=dict)
-    alike: Callable[[], tuple[float, float]] | None = None
+    chance: Callable[[], Any] | None = None
 
 
 Plants = Callable[[int], AbstractContextManager[Opened]]
@@ -45,26 +44,15 @@ Plants = Callable[[int], AbstractContextManager[Opened]]
 
 
 def symbolic_plants(
-    site: Site,
-    modules: Mapping[str, Ecm],
-    task: Task,
-    bursts: Mapping[str, Bursts] | None = None,
-    drawing: Drawing | None = None,
+    site: Site, modules: Mapping[str, Ecm], task: Task, bursts: Mapping[str, Bursts] | None = None
 ) -> Plants:
-    """Plants on which `modules` do as they declare, some skills in bursts.
-
-    drawing: where it is known what else would draw the same.
-    """
+    """Plants on which `modules` do as they declare, some skills in bursts."""
     rested = SymbolicPlant(site, modules, 0, as_doubles(task.initial), bursts)
 
     @contextmanager
     def opened(seed: int) -> Iterator[Opened]:
         plant = rested.anew(seed)
-        if drawing is None:
-            yield Opened(plant)
-        else:
-            alike = cache(partial(drawing.alike, seed))
-            yield Opened(plant, alike=lambda: alike(plant.drawn(drawing.skill)))
+        yield Opened(plant, chance=plant.drawn)
 
     return opened
 
@@ -92,7 +80,7 @@ def physics_plants(
             found.counts["faults"] += one.event == "fault"
 
         injector = Injector(happening, seed, told)
-        found.alike = lambda: injector.alike
+        found.chance = lambda: injector.alike
         plant = make_plant(scene, seed, disturbance=injector)
         try:
             found.plant = cast(Plant, _CountingPlant(plant, found.counts))

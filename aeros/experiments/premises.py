@@ -31,6 +31,7 @@ _IN_TRIALS: Final = (
     "means.py",
     "open_gate.py",
     "plants.py",
+    "luck.py",
     "sharing.py",
     "slow_planner.py",
 )

@@ -144,12 +144,12 @@ def run_trials(
                 return
             _keep_finished(running, store, progress, tell)
     except KeyboardInterrupt:
-        progress.is_ending = True
-        tell(progress)
-        for future in list(running):
-            if future.cancel():
-                del running[future]
         try:
+            progress.is_ending = True
+            tell(progress)
+            for future in list(running):
+                if future.cancel():
+                    del running[future]
             while running:
                 _keep_finished(running, store, progress, tell)
         except KeyboardInterrupt as again:
@@ -226,11 +226,19 @@ def local(workers: int) -> Iterator[tuple[Executor, int]]:
     try:
         yield pool, workers
     except AbandonedError:
-        for worker in multiprocessing.active_children():
-            worker.kill()
+        _kill_workers()
         raise
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+        try:
+            pool.shutdown(wait=True, cancel_futures=True)
+        except KeyboardInterrupt:
+            _kill_workers()
+            raise
+
+
+def _kill_workers() -> None:
+    for worker in multiprocessing.active_children():
+        worker.kill()
 
 
 def _serve(parent: int) -> None:

@@ -1,9 +1,9 @@
-"""Trials of one seed share what a plant has done, as long as they ask the same of it.
+"""Trials share what a plant has done, as long as they ask the same of it and chance would do the same.
 
-A plant with a seed does the same whenever the same is asked of it, and faults that are drawn do the same at
-all rates between two draws.  So what a plant does is kept, as a *take*, while trials with its seed go on.  A
-trial follows takes, and nothing is simulated, until it asks what nobody has asked there; then a plant of its
-own is asked everything again, which has to come to the same, and what follows is the next take.
+What a plant does is kept, as a *take*, while trials go on whose plants might do the same (`luck.py`).  A
+trial follows takes, and nothing is simulated, until it asks what nobody has asked there, or its luck is
+another there; then a plant of its own is asked everything again, which has to come to the same, and what
+follows is the next take.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from math import inf
 from time import process_time
 from typing import Any, NamedTuple, Self
 
+from aeros.experiments.luck import Luck
 from aeros.experiments.plants import Opened
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.ports import (
@@ -37,13 +38,13 @@ class State(NamedTuple):
     """What can be told of a plant without asking anything of it.
 
     counts: see `plants.Opened`.
-    alike: between which numbers of the condition, exclusive, it would be the same.
+    chance: what chance has done to it, see `luck.Luck.seen`.
     """
 
     now: float
     readings: Readings
     counts: Mapping[str, int]
-    alike: tuple[float, float]
+    chance: Any
 
 
 class Exchange(NamedTuple):
@@ -59,36 +60,25 @@ class Exchange(NamedTuple):
 class Take:
     """What one plant has done.
 
-    number: the condition's that it was opened for: a rate, say.
     open_s: seconds of processor that opening the plant and closing it took.
     """
 
-    number: float
     before: State
     exchanges: list[Exchange] = field(default_factory=list)
     open_s: float = 0.0
 
-    def left(self, place: int) -> State:
-        """How the plant was left before the exchange at `place`."""
-        return self.exchanges[place - 1].after if place else self.before
-
-    def holds(self, number: float, place: int) -> bool:
-        """Whether up to `place` it would be the same in a condition with that number."""
-        low, high = self.left(place).alike
-        return number == self.number or low < number < high
-
 
 class Takes:
-    """Of plants that are laid out alike, the takes of one seed: those of the last that was asked for."""
+    """Of plants that may be compared, the takes: those of the plants that were asked for last."""
 
     def __init__(self) -> None:
-        self._whose: tuple[str, int] | None = None
+        self._whose = ""
         self._takes: list[Take] = []
 
-    def of(self, plants: str, seed: int) -> list[Take]:
+    def of(self, plants: str) -> list[Take]:
         """Those there are, to be followed and added to."""
-        if (plants, seed) != self._whose:
-            self._whose, self._takes = (plants, seed), []
+        if plants != self._whose:
+            self._whose, self._takes = plants, []
         return self._takes
 
 
@@ -100,15 +90,12 @@ class Live(NamedTuple):
 
 
 class _Recorder:
-    """A plant that is open, and the take that is made of it.
+    """A plant that is open, and the take that is made of it."""
 
-    number: the condition's.
-    """
-
-    def __init__(self, live: Live, number: float) -> None:
+    def __init__(self, live: Live, luck: Luck) -> None:
         self._live = live
-        self._number = number
-        self.take = Take(number, self._state())
+        self._luck = luck
+        self.take = Take(self._state())
 
     def ask(self, asked: tuple[str, tuple[Any, ...]]) -> Exchange:
         """Ask it, and add what comes of it to the take."""
@@ -121,15 +108,15 @@ class _Recorder:
 
     def _state(self) -> State:
         runtime, opened = self._live
-        alike = opened.alike() if opened.alike else (self._number, self._number)
-        return State(runtime.now(), runtime.observe(), dict(opened.counts), alike)
+        return State(runtime.now(), runtime.observe(), dict(opened.counts), self._luck.seen(opened))
 
 
 class FollowingRuntime:
     """A runtime (`ports.Runtime`) that follows takes as far as it can, and then makes another.
 
-    number: the condition's.
-    opened: opens the plant, for the number and the seed of the trial, and a runtime on it.
+    takes: of plants that may be compared.
+    luck: the trial's.
+    opened: opens the plant, as the trial's condition and seed have it, and a runtime on it.
     What an agent notes is kept nowhere, and there is no record to read back.
     """
 
@@ -137,18 +124,18 @@ class FollowingRuntime:
         self,
         configuration: Configuration,
         takes: list[Take],
-        number: float,
+        luck: Luck,
         opened: Callable[[], AbstractContextManager[Live]],
     ) -> None:
         self._configuration = configuration
         self._takes = takes
-        self._number = number
+        self._luck = luck
         self._opened = opened
         self._done: list[Exchange] = []
         self._spent_s = 0.0
         self._stack = ExitStack()
         self._live: _Recorder | None = None
-        self._followed = [one for one in takes if one.holds(number, 0)]
+        self._followed = [one for one in takes if luck.would_do(one.before.chance)]
         if not self._followed:
             self._live = self._opened_anew()
         self._state = self._live.take.before if self._live else self._followed[0].before
@@ -246,7 +233,7 @@ class FollowingRuntime:
                 for one in self._followed
                 if len(one.exchanges) > place
                 and one.exchanges[place].asked == asked
-                and one.holds(self._number, place + 1)
+                and self._luck.would_do(one.exchanges[place].after.chance)
             ]
             if not self._followed:
                 self._live = self._opened_anew()
@@ -262,12 +249,12 @@ class FollowingRuntime:
     def _opened_anew(self) -> _Recorder:
         """A plant of its own, asked everything that was asked so far."""
         began = process_time()
-        recorder = _Recorder(self._stack.enter_context(self._opened()), self._number)
+        recorder = _Recorder(self._stack.enter_context(self._opened()), self._luck)
         recorder.take.open_s = process_time() - began
         for old in self._done:
             new = recorder.ask(old.asked)
             if (new.answer, new.after.now) != (old.answer, old.after.now):
-                raise InternalError(f"the same seed did not do the same: {old.answer}, and then {new.answer}")
+                raise InternalError(f"asked the same, a plant did something else: {old.answer}, {new.answer}")
         self._takes.append(recorder.take)
         self._spent_s += process_time() - began
         return recorder

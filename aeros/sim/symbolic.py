@@ -9,19 +9,16 @@ a skill takes the rest of its declared duration after its last action.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
 from aeros.runtime.ports import Completion, Moment, Monitor, Motion, Motionless, Names, Plan, Readings
-from aeros.sim.channel import Chain
-from aeros.sim.outcomes import Bursts, Shares, burst_point_of, draw_outcome
+from aeros.sim.outcomes import Bursts, Drawn, Draws, shares_by_skill
 from aeros.sim.symbolic_motions import SymbolicMotion, UnableError, check_parameters, motion_of
 from aeros.sim.symbolic_state import initial_values, measured
 from aeros.skill import Action
-from aeros.spec.closed_loop.chances import shares_of
 from aeros.spec.errors import MisuseError
 from aeros.spec.model import Ecm, Outcome, Site
 
@@ -75,11 +72,7 @@ class SymbolicPlant:
         self._names = Names(site.state)
         start = initial_values(site, initial or {})
         self._initial = {name: start[name] for name in self._names.names}
-        self._shares = {
-            f"{ecm.id}.{skill.id}": shares_of(skill.outcomes.values())
-            for ecm in modules.values()
-            for skill in ecm.skills.values()
-        }
+        self._shares = shares_by_skill(modules.values())
         self._effects = {
             (name, outcome.id): self._settled(name, outcome)
             for name, shares in self._shares.items()
@@ -95,15 +88,15 @@ class SymbolicPlant:
         return plant
 
     def _begin(self, seed: int) -> None:
-        self._seed = seed
+        self._draws = Draws(self._shares, self._bursts, seed)
+        self._drawn: list[Drawn] = []
+        self._runs: dict[str, int] = dict.fromkeys(self._shares, 0)
         self._time = 0.0
         # What is measured now, until time goes on or something changes.
         self._observed: Readings | None = None
         # Never changed but replaced, so that what was computed of it can tell whether it still holds.
         self._values: Mapping[str, Any] = self._initial
         self._planned: _Planned | None = None
-        self._runs: Counter[str] = Counter()
-        self._chains = {skill: Chain(bursts.process) for skill, bursts in self._bursts.items()}
         self._began: dict[str, float] = {}
         self._under_way: dict[Motion, _UnderWay] = {}
         self._begun = 0
@@ -203,26 +196,21 @@ class SymbolicPlant:
             return
         run = self._runs[skill]
         self._runs[skill] += 1
-        shares = self._shares[skill] if skill not in self._bursts else self._in_bursts(skill, run)
-        outcome = draw_outcome(shares, self._seed, skill, run)
+        outcome = self._draws.outcome(skill, run)
+        self._drawn.append(Drawn(skill, run, outcome.id))
         if outcome.duration is not None:
             self._time = max(self._time, self._began[skill] + float(outcome.duration))
         self._values = self._with([self._effects[skill, outcome.id]])
         self._observed = None
 
-    def drawn(self, skill: str) -> int:
-        """How often an outcome of `module.skill` has been drawn."""
-        return self._runs[skill]
+    def drawn(self) -> tuple[Drawn, ...]:
+        """All that has been left to chance so far, in order: with the same, all would have been the same."""
+        return tuple(self._drawn)
 
     def close(self) -> None:
         """Nothing is held."""
 
     # Inside.
-
-    def _in_bursts(self, skill: str, run: int) -> Shares:
-        """How likely its outcomes are now that it has run so often."""
-        is_bad = self._chains[skill].is_bad(burst_point_of(self._seed, skill, run))
-        return self._bursts[skill].bad if is_bad else self._bursts[skill].good
 
     def _motion_of(self, action: Action) -> SymbolicMotion:
         """What `action` would do; raises `UnableError`."""

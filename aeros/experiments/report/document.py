@@ -112,8 +112,8 @@ def _work(work: Mapping[str, Any]) -> Iterator[Block]:
     if work["sharing"]:
         took += (
             f"; of the {work['sharing']:,} of one task, {work['plants']:,} needed a plant of their own: one "
-            "does the same whenever the same is asked of it with the same seed, so trials that ask the same "
-            "share what it did"
+            "does the same whenever the same is asked of it and chance does the same, so trials share what "
+            "one did"
         )
     yield Words(f"{took}.")
 

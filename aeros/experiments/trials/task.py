@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, replace
 from fractions import Fraction
@@ -25,6 +25,7 @@ from aeros.experiments.condition import Condition
 from aeros.experiments.exact import predicted
 from aeros.experiments.failures import bursts_of, drawing_of, failing, process_of, with_channel
 from aeros.experiments.kinds import ALIKE, INDEPENDENT, PREDICTED, Found, Trial, scratch
+from aeros.experiments.luck import Luck, LuckOfASeed, LuckOfDraws
 from aeros.experiments.means import CountingRuntime, TrialMeans
 from aeros.experiments.open_gate import OpenGate, without_policy
 from aeros.experiments.plants import Plants, physics_plants, symbolic_plants
@@ -32,8 +33,10 @@ from aeros.experiments.premises import Premises
 from aeros.experiments.sharing import FollowingRuntime, Live, Takes
 from aeros.runtime.audit import AuditError, AuditLog
 from aeros.runtime.executor import Executor
+from aeros.sim.outcomes import Draws, shares_by_skill
 from aeros.spec.closed_loop.transition_system import NotExploredError
 from aeros.spec.errors import InternalError
+from aeros.spec.model import Ecm
 
 _PURSUIT: Final = {"architecture", "options"}
 """Settings that decide what is asked of a plant, and not what comes of it."""
@@ -56,7 +59,7 @@ class Tasks:
             gate = OpenGate(configuration)
         watched, judged = (routed.module, settings["skill"]), _is_judged(condition)
         plants_alike = f"{premises.digest} {condition.plant} {self.company(condition)}"
-        number = self.family(condition)[1]
+        luck_of = self._lucks(condition, premises)
         with ExitStack() as stack:
 
             @cache
@@ -74,8 +77,9 @@ class Tasks:
 
             def trial(seed: int) -> Found:
                 began = time.process_time()
-                takes = self._takes.of(plants_alike, seed)
-                with FollowingRuntime(configuration, takes, number, lambda: live(seed)) as runtime:
+                luck = luck_of(seed)
+                takes = self._takes.of(f"{plants_alike} {luck.shared}")
+                with FollowingRuntime(configuration, takes, luck, lambda: live(seed)) as runtime:
                     counting = CountingRuntime(runtime, watched, judged=judged)
                     found = _pursued(counting, routed, settings, seed)
                 state, took = runtime.state, time.process_time() - began
@@ -83,7 +87,7 @@ class Tasks:
                     **found,
                     **state.counts,
                     "simulated_s": state.now,
-                    ALIKE: list(state.alike),
+                    ALIKE: list(luck.alike(state.chance)),
                     "live": runtime.is_live,
                     "processor_s": took,
                     "alone_s": took - runtime.spent_s + runtime.alone_s,
@@ -104,6 +108,17 @@ class Tasks:
         """All that are at plants of the same failures, whatever pursues the task at which rate."""
         settings = json.loads(self.family(condition)[0])
         return json.dumps({name: settings[name] for name in settings.keys() - _PURSUIT}, sort_keys=True)
+
+    def _lucks(self, condition: Condition, premises: Premises) -> Callable[[int], Luck]:
+        """The luck of each seed."""
+        settings = condition.settings
+        if condition.plant == "physics":
+            number = self.family(condition)[1]
+            return lambda seed: LuckOfASeed(seed, number)
+        modules, declared = _failing_modules(settings, premises)
+        shares, bursts = shares_by_skill(modules.values()), bursts_of(declared, settings)
+        drawing = drawing_of(declared, settings)
+        return lambda seed: LuckOfDraws(seed, Draws(shares, bursts, seed), drawing)
 
     def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
         """From the manifest as it ran, by the architecture's own code or by what it says of itself."""
@@ -144,11 +159,16 @@ def plants_of(condition: Condition, premises: Premises) -> Plants:
     routed = premises.routed(settings["task"])
     if condition.plant == "physics":
         return physics_plants(premises.configuration, routed, settings["faults"], process_of(settings))
+    modules, declared = _failing_modules(settings, premises)
+    return symbolic_plants(premises.configuration.site, modules, routed.task, bursts_of(declared, settings))
+
+
+def _failing_modules(settings: Mapping[str, Any], premises: Premises) -> tuple[dict[str, Ecm], Ecm]:
+    """All modules, that of the task as it fails in the condition; and that one as it is declared."""
     modules = dict(premises.configuration.modules)
-    declared = modules[routed.module]
-    modules[routed.module] = failing(declared, settings)
-    bursts, drawing = bursts_of(declared, settings), drawing_of(declared, settings)
-    return symbolic_plants(premises.configuration.site, modules, routed.task, bursts, drawing)
+    declared = modules[premises.routed(settings["task"]).module]
+    modules[declared.id] = failing(declared, settings)
+    return modules, declared
 
 
 def _pursued(

@@ -7,10 +7,11 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import ParamSpec, TypeVar
 
@@ -25,6 +26,7 @@ from aeros.experiments.running import (
     OtherPremisesError,
     Progress,
     executor_at,
+    local,
     run_chunk,
     run_trials,
 )
@@ -285,13 +287,13 @@ def test_a_worker_that_is_killed_ends_the_run_and_leaves_whole_trials(tmp_path: 
 
 def test_who_interrupts_again_does_not_wait(tmp_path: Path) -> None:
     process, workers = _begun(tmp_path)
+    # What is under way would go on for ever: whoever waited for it would not come back.
+    os.kill(workers[0], signal.SIGSTOP)
     process.send_signal(signal.SIGINT)
     assert process.stderr is not None
     said = ""
     while "Ctrl-C again does not wait" not in said:
         said += process.stderr.readline()
-    # What is under way would go on for ever: whoever waited for it would not come back.
-    os.kill(workers[0], signal.SIGSTOP)
     process.send_signal(signal.SIGINT)
     _, more = process.communicate(timeout=60)
     assert process.returncode == 130
@@ -299,6 +301,25 @@ def test_who_interrupts_again_does_not_wait(tmp_path: Path) -> None:
     assert f"go on with --out {tmp_path} --resume" in more
     assert not any(map(_alive, workers))
     _assert_nothing_is_lost(tmp_path)
+
+
+def test_who_interrupts_while_workers_are_dismissed_does_not_wait_either() -> None:
+    stack = ExitStack()
+    # Whoever runs tests in several processes has them ignore interruptions.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    pool, _ = stack.enter_context(local(1))
+    worker = pool.submit(os.getpid).result()
+    os.kill(worker, signal.SIGSTOP)
+    threading.Timer(0.5, signal.pthread_kill, (threading.main_thread().ident, signal.SIGINT)).start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            stack.close()
+    finally:
+        signal.signal(signal.SIGINT, before)
+    latest = time.monotonic() + 60
+    while _alive(worker) and time.monotonic() < latest:
+        time.sleep(0.05)
+    assert not _alive(worker)
 
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])

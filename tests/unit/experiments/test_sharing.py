@@ -1,4 +1,4 @@
-"""Trials that ask a plant the same share what it did, and no other."""
+"""Trials that ask a plant the same, and have the same luck, share what it did, and no others do."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import pytest
 
 from aeros.experiments.condition import Condition
 from aeros.experiments.kinds import ALIKE, digest_of
+from aeros.experiments.luck import LuckOfASeed
 from aeros.experiments.plants import Opened
 from aeros.experiments.running import run_trials
 from aeros.experiments.sharing import FollowingRuntime, Live, Take, Takes
@@ -71,7 +72,7 @@ def trial(takes: list[Take], rate: float, asked: str, slips: float = 0.0) -> tup
 
     with following(takes, rate, slips) as runtime:
         answers = list(answers_of(runtime, asked))
-        return answers, runtime.now(), runtime.state.alike
+        return answers, runtime.now(), LuckOfASeed(0, rate).alike(runtime.state.chance)
 
 
 def following(takes: list[Take], rate: float, slips: float = 0.0) -> FollowingRuntime:
@@ -80,7 +81,7 @@ def following(takes: list[Take], rate: float, slips: float = 0.0) -> FollowingRu
         plant = Scripted(rate, slips)
         yield Live(cast(Runtime, plant), Opened(cast(Any, plant), {"waits": 0}, plant.alike))
 
-    return FollowingRuntime(premises().configuration, takes, rate, opened)
+    return FollowingRuntime(premises().configuration, takes, LuckOfASeed(0, rate), opened)
 
 
 def answers_of(runtime: FollowingRuntime, asked: str) -> Iterator[bool]:
@@ -130,7 +131,7 @@ def test_another_rate_follows_as_long_as_it_would_have_drawn_the_same() -> None:
 def test_a_plant_that_does_not_repeat_itself_is_noticed() -> None:
     takes: list[Take] = []
     trial(takes, 0.3, "ab")
-    with pytest.raises(InternalError, match="the same seed did not do the same"):
+    with pytest.raises(InternalError, match="asked the same, a plant did something else"):
         trial(takes, 0.3, "abc", slips=0.125)
     assert len(takes) == 1
 
@@ -138,7 +139,8 @@ def test_a_plant_that_does_not_repeat_itself_is_noticed() -> None:
 def test_a_trial_has_no_record() -> None:
     takes: list[Take] = []
     trial(takes, 0.3, "a")
-    with FollowingRuntime(premises().configuration, takes, 0.3, lambda: pytest.fail("opened")) as runtime:
+    luck = LuckOfASeed(0, 0.3)
+    with FollowingRuntime(premises().configuration, takes, luck, lambda: pytest.fail("opened")) as runtime:
         runtime.note("anything", {})
         assert (runtime.head(), runtime.said_since(BEGINNING)) == (BEGINNING, ())
         assert not runtime.is_stopped
@@ -168,19 +170,19 @@ def test_what_a_trial_would_take_alone_is_what_each_part_took_when_it_was_done(
     ]
 
 
-def test_takes_of_one_seed_are_kept_until_another_is_asked_for() -> None:
+def test_takes_are_kept_until_those_of_other_plants_are_asked_for() -> None:
     takes = Takes()
-    first = takes.of("plants", 1)
-    assert takes.of("plants", 1) is first
-    assert takes.of("plants", 2) is not first
-    assert takes.of("plants", 1) is not first
-    assert takes.of("others", 1) is not takes.of("plants", 1)
+    first = takes.of("plants")
+    assert takes.of("plants") is first
+    assert takes.of("others") is not first
+    assert takes.of("plants") is not first
 
 
 def test_on_the_symbolic_plant_trials_that_share_find_what_each_finds_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(KIND, "_takes", Takes())  # those of other tests aside
+    seeds = range(6)
     rates, bursts = ("1/10", "1/2", "9/10"), [{"bursts": {"mean_length": one}} for one in ("2", "8")]
     conditions = [
         condition(task="clean_table", architecture=name, **changed)
@@ -188,13 +190,17 @@ def test_on_the_symbolic_plant_trials_that_share_find_what_each_finds_alone(
         for changed in [{"rate": one} for one in rates] + bursts
     ]
     with Store(tmp_path) as store:
-        run_trials(conditions, range(4), WHERE, Here(), 1, store, lambda _: None)
+        run_trials(conditions, seeds, WHERE, Here(), 1, store, lambda _: None)
         trials = dict(store.trials)
-    lived = sum(one["live"] for one in trials.values())
-    assert len(trials) == 4 * len(conditions)
-    assert 0 < lived < len(trials) / 2
+    assert len(trials) == len(seeds) * len(conditions)
+    lived = dict.fromkeys(seeds, 0)
+    for (_, seed), one in trials.items():
+        lived[seed] += one["live"]
+    # The first seed has nothing to follow but itself; whatever is drawn later has mostly been drawn before.
+    assert sum(lived.values()) < len(trials) / 4
+    assert lived[5] < lived[0]
     for tried in conditions:
-        for seed in range(4):
+        for seed in seeds:
             # A kind that has run nothing, so that there is nothing to be followed.
             with Tasks().opened(tried, premises()) as alone:
                 assert told(alone(seed), ALIKE) == told(

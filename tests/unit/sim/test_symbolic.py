@@ -309,6 +309,22 @@ def test_a_plant_anew_is_one_to_which_nothing_has_happened() -> None:
         assert anew.observe() == made.observe()
 
 
+def test_a_plant_tells_what_was_left_to_chance() -> None:
+    plant = SymbolicPlant(site(), module(LIFTED, SLIPPED), seed=7)
+    assert plant.drawn() == ()
+    told = []
+    for run in range(20):
+        run_skill(plant)
+        told.append(("handling.lift", run, "lifted" if values(plant)["holding"] else "slipped"))
+    assert plant.drawn() == tuple(told)
+    assert {outcome for *_, outcome in told} == {"lifted", "slipped"}
+    # A skill that was halted has none of its outcomes.
+    plant.skill_began("handling.lift")
+    plant.skill_ended("handling.lift", finished=False)
+    assert plant.drawn() == tuple(told)
+    assert plant.anew(7).drawn() == ()
+
+
 def test_a_motion_ends_where_it_does_when_another_has_changed_what_it_depends_on() -> None:
     plant = SymbolicPlant(site(), {}, 0)
     drive = act("move_base", x=1.0, y=0.0, speed=1.0)
