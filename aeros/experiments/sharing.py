@@ -116,7 +116,8 @@ class FollowingRuntime:
 
     takes: of plants that may be compared.
     luck: the trial's.
-    opened: opens the plant, as the trial's condition and seed have it, and a runtime on it.
+    opened: gives what opens the plant, as the trial's condition and seed have it, and a runtime on it; what
+        it does by itself, once for many trials, is no part of what a trial takes.
     What an agent notes is kept nowhere, and there is no record to read back.
     """
 
@@ -249,8 +250,10 @@ class FollowingRuntime:
     def _opened_anew(self) -> _Recorder:
         """A plant of its own, asked everything that was asked so far."""
         began = process_time()
-        recorder = _Recorder(self._stack.enter_context(self._opened()), self._luck)
-        recorder.take.open_s = process_time() - began
+        opening = self._opened()
+        open_from = process_time()
+        recorder = _Recorder(self._stack.enter_context(opening), self._luck)
+        recorder.take.open_s = process_time() - open_from
         for old in self._done:
             new = recorder.ask(old.asked)
             if (new.answer, new.after.now) != (old.answer, old.after.now):

@@ -30,7 +30,7 @@ from aeros.experiments.means import CountingRuntime, TrialMeans
 from aeros.experiments.open_gate import OpenGate, without_policy
 from aeros.experiments.plants import Plants, physics_plants, symbolic_plants
 from aeros.experiments.premises import Premises
-from aeros.experiments.sharing import FollowingRuntime, Live, Takes
+from aeros.experiments.sharing import FollowingRuntime, Live, Take, Takes
 from aeros.runtime.audit import AuditError, AuditLog
 from aeros.runtime.executor import Executor
 from aeros.sim.outcomes import Draws, shares_by_skill
@@ -47,6 +47,7 @@ class Tasks:
 
     def __init__(self) -> None:
         self._takes = Takes()
+        self._warm: set[str] = set()
 
     @contextmanager
     def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
@@ -67,19 +68,16 @@ class Tasks:
                 return plants_of(condition, premises), stack.enter_context(scratch())[1]
 
             @contextmanager
-            def live(seed: int) -> Iterator[Live]:
-                plants, audit = bench()
+            def live(seed: int, plants: Plants, audit: AuditLog) -> Iterator[Live]:
                 with (
                     plants(seed) as opened,
                     Executor(configuration, gate, opened.plant, audit, premises.runs) as executor,
                 ):
                     yield Live(executor, opened)
 
-            def trial(seed: int) -> Found:
+            def tried(seed: int, luck: Luck, takes: list[Take]) -> Found:
                 began = time.process_time()
-                luck = luck_of(seed)
-                takes = self._takes.of(f"{plants_alike} {luck.shared}")
-                with FollowingRuntime(configuration, takes, luck, lambda: live(seed)) as runtime:
+                with FollowingRuntime(configuration, takes, luck, lambda: live(seed, *bench())) as runtime:
                     counting = CountingRuntime(runtime, watched, judged=judged)
                     found = _pursued(counting, routed, settings, seed)
                 state, took = runtime.state, time.process_time() - began
@@ -92,6 +90,14 @@ class Tasks:
                     "processor_s": took,
                     "alone_s": took - runtime.spent_s + runtime.alone_s,
                 }
+
+            def trial(seed: int) -> Found:
+                luck = luck_of(seed)
+                if condition.plant == "symbolic" and plants_alike not in self._warm:
+                    # What is compiled when it is first used is no trial's, and a take is followed by many.
+                    self._warm.add(plants_alike)
+                    tried(seed, luck, [])
+                return tried(seed, luck, self._takes.of(f"{plants_alike} {luck.shared}"))
 
             yield trial
 

@@ -18,8 +18,19 @@ from aeros.experiments.plants import Opened
 from aeros.experiments.running import run_trials
 from aeros.experiments.sharing import FollowingRuntime, Live, Take, Takes
 from aeros.experiments.store import Store
+from aeros.experiments.trials import task
 from aeros.experiments.trials.task import KIND, Tasks
-from aeros.runtime.ports import BEGINNING, Ended, Runtime, StepHandle, StepRequest, StepResult, StepStatus
+from aeros.runtime.executor import Executor
+from aeros.runtime.ports import (
+    BEGINNING,
+    Ended,
+    Plant,
+    Runtime,
+    StepHandle,
+    StepRequest,
+    StepResult,
+    StepStatus,
+)
 from aeros.spec.errors import InternalError
 from tests.unit.experiments.common import ROOT, WHERE, Here, condition, premises, settings, told
 
@@ -161,12 +172,13 @@ def test_what_a_trial_would_take_alone_is_what_each_part_took_when_it_was_done(
         with following(takes, 0.3) as runtime:
             list(answers_of(runtime, asked))
         taken.append((runtime.is_live, runtime.spent_s, runtime.alone_s))
-    # A second passes from each look at the clock to the next: to open, for each of two questions a skill, to
-    # close; and for a plant of its own that is asked everything again, as long as that goes on.
+    # A second passes from each look at the clock to the next: to prepare, which is not the trial's, to open,
+    # for each of two questions a skill, to close; and for a plant of its own that is asked everything again,
+    # as long as that goes on.
     assert taken == [
-        (True, 2 + 4 + 1, 1 + 4 + 1),
+        (True, 3 + 4 + 1, 1 + 4 + 1),
         (False, 0, 1 + 4 + 1),
-        (True, 10 + 2 + 1, 1 + 6 + 1),
+        (True, 11 + 2 + 1, 1 + 6 + 1),
     ]
 
 
@@ -206,6 +218,24 @@ def test_on_the_symbolic_plant_trials_that_share_find_what_each_finds_alone(
                 assert told(alone(seed), ALIKE) == told(
                     trials[digest_of(tried, premises().digest), seed], ALIKE
                 )
+
+
+def test_nothing_is_compiled_in_what_trials_at_symbolic_plants_follow(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    opened: list[Plant] = []
+
+    class Counted(Executor):
+        def __init__(self, configuration: Any, gate: Any, plant: Plant, *more: Any) -> None:
+            opened.append(plant)
+            super().__init__(configuration, gate, plant, *more)
+
+    monkeypatch.setattr(task, "Executor", Counted)
+    with Tasks().opened(condition(task="clean_table", rate="1/10"), premises()) as trial:
+        found = [trial(0), trial(0)]
+    # The first is made once more, and that is what the second follows.
+    assert [one["live"] for one in found] == [True, False]
+    assert len(opened) == 2
 
 
 @pytest.mark.physics

@@ -12,6 +12,7 @@ from typing import Any, cast
 import pytest
 
 from aeros.experiments.plants import _CountingPlant
+from aeros.experiments.sharing import Takes
 from aeros.experiments.trials import task
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.ports import Body, Completion, Motionless, Plan, Plant, Trajectory
@@ -31,11 +32,14 @@ def test_steps_and_actions_are_those_of_the_record(
         with AuditLog(log, durability=Durability.BATCHED) as audit:
             yield tmp_path, audit
 
+    kind, tried, found = task.Tasks(), condition(architecture=architecture), []
+    with kind.opened(tried, premises()) as warming:
+        warming(0)
     monkeypatch.setattr(task, "scratch", kept)
-    found = []
     for seed in range(4):
-        # A kind that has run nothing, so that there is nothing to be followed.
-        with task.Tasks().opened(condition(architecture=architecture), premises()) as trial:
+        # None of these follows what another did, so all of it is in the record.
+        monkeypatch.setattr(kind, "_takes", Takes())
+        with kind.opened(tried, premises()) as trial:
             found.append(trial(seed))
     records = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
     events = Counter(one["event"] for one in records)
