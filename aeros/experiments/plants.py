@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 class Opened:
     """A plant, and what is counted of it.
 
-    chance: what has been left to chance so far, as `luck.py` reads it.
+    chance: as `luck.py` reads it, on the symbolic plant the outcomes that were drawn so far, on physics
+        the numbers of the condition between which the same seed would have done the same.
     """
 
     plant: Plant

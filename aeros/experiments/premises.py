@@ -28,10 +28,10 @@ _IN_TRIALS: Final = (
     "architecture.py",
     "architectures",
     "failures.py",
+    "luck.py",
     "means.py",
     "open_gate.py",
     "plants.py",
-    "luck.py",
     "sharing.py",
     "slow_planner.py",
 )

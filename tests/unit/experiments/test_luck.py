@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import Any, cast
 
 import pytest
@@ -67,16 +66,36 @@ def test_seeds_would_do_the_same_as_long_as_they_draw_the_same(
     seen = luck.seen(opened(lambda: had(draws, runs)))
     assert luck.would_do(seen)
     assert others.would_do(seen) == (had(draws, runs) == had(other_draws, runs))
+
+
+@given(st.integers(0, 200), st.integers(1, 99), st.integers(1, 99), st.integers(0, 12))
+def test_between_the_numbers_that_are_alike_the_same_seed_does_the_same_and_beyond_not(
+    seed: int, percent: int, other: int, runs: int
+) -> None:
+    luck, draws = drawn_luck(seed, f"{percent}/100")
+    seen = luck.seen(opened(lambda: had(draws, runs)))
     low, high = luck.alike(seen)
-    if seed == other and low < float(Fraction(other_rate)) < high:
+    assert low < percent / 100 < high
+    others, _ = drawn_luck(seed, f"{other}/100")
+    assert others.would_do(seen) == (low < other / 100 < high)
+
+
+@given(st.integers(0, 200), st.integers(2, 40), st.integers(2, 40), st.integers(0, 12))
+def test_so_do_bursts_between_mean_lengths(seed: int, length: int, other: int, runs: int) -> None:
+    luck, draws = drawn_luck(seed, "3/10", bursts={"mean_length": str(length)})
+    seen = luck.seen(opened(lambda: had(draws, runs)))
+    low, high = luck.alike(seen)
+    others, _ = drawn_luck(seed, "3/10", bursts={"mean_length": str(other)})
+    if low < other < high:
         assert others.would_do(seen)
 
 
-@given(st.integers(0, 200), RATES, st.integers(1, 6))
-def test_another_outcome_anywhere_would_not_be_the_same(seed: int, rate: str, runs: int) -> None:
+@given(st.integers(0, 200), RATES, st.integers(1, 6), st.integers(0, 5))
+def test_another_outcome_anywhere_would_not_be_the_same(seed: int, rate: str, runs: int, at: int) -> None:
     luck, draws = drawn_luck(seed, rate)
-    *earlier, last = had(draws, runs)
-    assert not luck.would_do((*earlier, last._replace(outcome="otherwise")))
+    seen = list(had(draws, runs))
+    seen[at % runs] = seen[at % runs]._replace(outcome="otherwise")
+    assert not luck.would_do(tuple(seen))
 
 
 @given(st.integers(0, 200), st.permutations(range(8)))

@@ -310,11 +310,13 @@ def test_who_interrupts_while_workers_are_dismissed_does_not_wait_either() -> No
     pool, _ = stack.enter_context(local(1))
     worker = pool.submit(os.getpid).result()
     os.kill(worker, signal.SIGSTOP)
-    threading.Timer(0.5, signal.pthread_kill, (threading.main_thread().ident, signal.SIGINT)).start()
+    timer = threading.Timer(0.5, signal.pthread_kill, (threading.main_thread().ident, signal.SIGINT))
+    timer.start()
     try:
         with pytest.raises(KeyboardInterrupt):
             stack.close()
     finally:
+        timer.cancel()
         signal.signal(signal.SIGINT, before)
     latest = time.monotonic() + 60
     while _alive(worker) and time.monotonic() < latest:

@@ -231,11 +231,39 @@ def test_nothing_is_compiled_in_what_trials_at_symbolic_plants_follow(
             super().__init__(configuration, gate, plant, *more)
 
     monkeypatch.setattr(task, "Executor", Counted)
-    with Tasks().opened(condition(task="clean_table", rate="1/10"), premises()) as trial:
-        found = [trial(0), trial(0)]
-    # The first is made once more, and that is what the second follows.
-    assert [one["live"] for one in found] == [True, False]
-    assert len(opened) == 2
+    needed = []
+    with Tasks().opened(condition(task="clean_table", rate="1/2"), premises()) as trial:
+        for seed in range(8):
+            before = len(opened)
+            found = trial(seed)
+            needed.append(found["live"])
+            # Who needs a plant is rehearsed at another, of which nothing is kept.
+            assert len(opened) - before == (2 if found["live"] else 0)
+        assert not trial(0)["live"]
+    assert needed[0]
+    assert any(needed[1:])
+    assert not all(needed)
+
+
+def test_a_plant_that_draws_something_else_when_asked_again_is_noticed() -> None:
+    class Fickle(LuckOfASeed):
+        def would_do(self, seen: Any) -> bool:
+            return super().would_do(seen) and Scripted.opened < 2
+
+    takes: list[Take] = []
+    trial(takes, 0.3, "ab")
+    luck = Fickle(0, 0.3)
+
+    @contextmanager
+    def opened() -> Iterator[Live]:
+        plant = Scripted(0.3)
+        yield Live(cast(Runtime, plant), Opened(cast(Any, plant), {"waits": 0}, plant.alike))
+
+    with (
+        FollowingRuntime(premises().configuration, takes, luck, opened) as runtime,
+        pytest.raises(InternalError, match="asked the same, a plant did something else"),
+    ):
+        list(answers_of(runtime, "abc"))
 
 
 @pytest.mark.physics

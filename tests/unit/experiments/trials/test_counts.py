@@ -12,7 +12,6 @@ from typing import Any, cast
 import pytest
 
 from aeros.experiments.plants import _CountingPlant
-from aeros.experiments.sharing import Takes
 from aeros.experiments.trials import task
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.ports import Body, Completion, Motionless, Plan, Plant, Trajectory
@@ -32,20 +31,17 @@ def test_steps_and_actions_are_those_of_the_record(
         with AuditLog(log, durability=Durability.BATCHED) as audit:
             yield tmp_path, audit
 
-    kind, tried, found = task.Tasks(), condition(architecture=architecture), []
-    with kind.opened(tried, premises()) as warming:
-        warming(0)
     monkeypatch.setattr(task, "scratch", kept)
+    found = []
     for seed in range(4):
-        # None of these follows what another did, so all of it is in the record.
-        monkeypatch.setattr(kind, "_takes", Takes())
-        with kind.opened(tried, premises()) as trial:
+        # A kind that has run nothing, so that there is nothing to be followed: each is rehearsed, and made.
+        with task.Tasks().opened(condition(architecture=architecture), premises()) as trial:
             found.append(trial(seed))
     records = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
     events = Counter(one["event"] for one in records)
     begun = [one for one in records if one["event"] == "decision" and one["details"]["verdict"] != "DENY"]
-    assert sum(one["steps"] for one in found) == events["step-began"] > 4
-    assert sum(one["actions"] for one in found) == len(begun) > 40
+    assert 2 * sum(one["steps"] for one in found) == events["step-began"] > 8
+    assert 2 * sum(one["actions"] for one in found) == len(begun) > 80
 
 
 class Planning:
