@@ -128,51 +128,44 @@ class _Writer(Writer):
     ) -> Callable[[], Quick]:
         """A function that makes a `Quick`.
 
-        What is the same object as at the tick before has its form and its scalars already, and rules that
-        read nothing else hold as they did: `still` says so, of all that read the same.
+        Of what rules compute with, and is the same object as at the tick before, form and scalars are known,
+        and rules that read nothing else hold as they did: `still` says so, of all that read the same.  What
+        is only bounded is looked at anew: to keep it would take longer.
         """
         self.leaving = "return False"
         self.names |= {"nothing": object(), "Quick": Quick}
-        self.implied = _bounded_by(terms, forms.values())
+        self.implied, computed = _bounded_by(terms, forms.values())
+        kept = {name: f"last{n}" for n, (name, form) in enumerate(forms.items()) if computed & {*form.names}}
         of_scalar = {scalar: name for name, form in forms.items() for scalar in form.names}
         reads = [
             frozenset(of_scalar[one] for one in t.variables_of(lower(term)) if one in of_scalar)
             for term in terms
         ]
-        still = {alike: f"still{number}" for number, alike in enumerate(dict.fromkeys(reads))}
-        for number, (name, form) in enumerate(forms.items()):
+        alike = [one for one in dict.fromkeys(reads) if one <= kept.keys()]
+        still = {one: f"still{number}" for number, one in enumerate(alike)}
+        for name, form in forms.items():
             self.line(f"value = measured[{name!r}]")
-            self.line(f"if value is not last{number}:")
-            start = len(self.lines)
-            self.line(f"last{number} = nothing")
-            self.line("".join(f"{flag} = " for alike, flag in still.items() if name in alike) + "False")
-            self.take(form, "value")
-            self.line(f"if type(value) is not list: last{number} = value")
-            self.indent(start)
+            if name in kept:
+                self._keep(form, kept[name], [flag for one, flag in still.items() if name in one])
+            else:
+                self.take(form, "value")
         measured = dict(self.local)
         read = {name for term in terms for name in t.variables_of(lower(term))}
         given = sorted(read - measured.keys())
         for name in given:
             self.local[name] = f"x{len(self.local)}"
         codes = self.conditions(terms, declared)
-        for alike, flag in still.items():
-            self.line(f"if not {flag}:")
-            start = len(self.lines)
-            self.require(
-                " and ".join(code for code, read_by in zip(codes, reads, strict=True) if read_by == alike)
-            )
-            self.line(f"{flag} = True")
-            self.indent(start)
+        for one in dict.fromkeys(reads):
+            self._decide([code for code, by in zip(codes, reads, strict=True) if by == one], still.get(one))
         self.line("return True")
         taken = [self.local[name] for name in given]
         flags = [*still.values()]
-        lasts = [f"last{number}" for number in range(len(forms))]
-        outlasting = [*lasts, *flags, *(measured[name] for name in sorted(read & measured.keys()))]
+        outlasting = [*kept.values(), *flags, *(measured[one] for name in kept for one in forms[name].names)]
         source = [
             "def deciding():",
             *(f"  {name} = nothing" for name in [*outlasting, *taken]),
             "  def decide(values):",
-            *([f"    nonlocal {', '.join([*flags, *taken])}"] if flags else []),
+            *([f"    nonlocal {', '.join([*flags, *taken])}"] if flags or taken else []),
             *(f"    {flag} = False" for flag in flags),
             *(f"    {self.local[name]} = values[{name!r}]" for name in given),
             "    return None",
@@ -186,11 +179,33 @@ class _Writer(Writer):
         ]
         return self.function("deciding", source)
 
+    def _keep(self, form: Form, last: str, flags: Sequence[str]) -> None:
+        """Take `value` apart unless it is `last`; then rules with these `flags` are to be decided again."""
+        self.line(f"if value is not {last}:")
+        start = len(self.lines)
+        self.line(f"{last} = nothing")
+        if flags:
+            self.line(" = ".join([*flags, "False"]))
+        self.take(form, "value")
+        self.line(f"if type(value) is not list: {last} = value")
+        self.indent(start)
 
-def _bounded_by(terms: Iterable[t.Term], forms: Iterable[Form]) -> frozenset[str]:
-    """Reals of which `terms` say nothing but bounds, and these are inside their ranges.
+    def _decide(self, codes: Sequence[str], flag: str | None) -> None:
+        """Leave unless these hold, which is known already where `flag` says so."""
+        if flag is None:
+            self.require(" and ".join(codes))
+            return
+        self.line(f"if not {flag}:")
+        start = len(self.lines)
+        self.require(" and ".join(codes))
+        self.line(f"{flag} = True")
+        self.indent(start)
 
-    Where all of `terms` hold they are in range; and nothing is computed of them, which could go wrong.
+
+def _bounded_by(terms: Iterable[t.Term], forms: Iterable[Form]) -> tuple[frozenset[str], frozenset[str]]:
+    """Reals of which `terms` say nothing but bounds, these inside their ranges; and what else they read.
+
+    Where all of `terms` hold the former are in range; and nothing is computed of them, which could go wrong.
     """
     low: dict[str, Fraction] = {}
     high: dict[str, Fraction] = {}
@@ -227,7 +242,7 @@ def _bounded_by(terms: Iterable[t.Term], forms: Iterable[Form]) -> frozenset[str
             for name in form.names
             if name in low and name in high and least <= low[name] and high[name] <= most
         }
-    return frozenset(found - others)
+    return frozenset(found - others), frozenset(others)
 
 
 def _is_whole(form: Form) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import tracemalloc
 from math import inf, nan, nextafter
+from pathlib import Path
 from random import Random
 from typing import Any
 
@@ -17,7 +18,9 @@ from aeros.runtime.monitor import Monitors
 from aeros.runtime.ports import Monitor, Reading, Readings
 from aeros.runtime.watched import Watched
 from aeros.skill import Action
-from tests.unit.runtime.bench import NOW, STATE, Request, configuration, gate, request, without
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.loading import load_site
+from tests.unit.runtime.bench import NOW, STATE, Request, configuration, gate, measured, request, without
 
 
 def monitors() -> Monitors:
@@ -191,6 +194,20 @@ class _Slowly(Watched):
         """See `Watched`."""
 
 
+@pytest.mark.parametrize(
+    ("distance", "rule"), [(1.0, None), (nextafter(1.0, 0.0), "bounded"), (True, "input:human_distance")]
+)
+def test_a_rule_that_only_bounds_what_it_reads_trips(distance: Any, rule: str | None) -> None:
+    site = load_site(Path(__file__).parent / "data" / "bounded.yaml", Diagnostics())
+    assert site is not None
+    monitor = Monitors(Watched(site), Histories(site))
+    monitor.watch(Begun(Action("move", {"speed": 3.0}), measured({"human_distance": 2.0}), NOW, 0))
+    for _ in range(2):
+        assert monitor(NOW, {"human_distance": 2.0}) is None
+        assert monitor._holds is not None
+    assert monitor(NOW, {"human_distance": distance}) == rule
+
+
 _STRANGE = (nan, inf, None, "3.0", True, (1.0,), [0.25, 0.0, 0.25], 10**400, -0.0, Reading(True, NOW - 9.0))
 
 
@@ -221,12 +238,14 @@ def test_the_quick_answer_at_a_tick_is_the_slow_one(kind: str) -> None:
                 measured["stop_pressed"] = True
             elif drawn < 0.75:
                 measured["human_distance"] = chance.uniform(0.0, 2.0)
+            elif drawn < 0.9 and isinstance(hand := measured.get("hand"), list):
+                hand[1] = chance.uniform(-1.0, 1.0)  # the same list, with another value
+            elif drawn < 0.9:
+                measured["hand"] = [0.25, 0.0, 0.25]
             answer = slow(NOW, measured)
             assert quick(NOW, measured) == answer
             answers.add(answer)
             quickly += quick._holds is not None
-            if answer is not None:
-                break
         for monitor in (quick, slow):
             monitor.forget(begun)
     assert {None, "stop-button", "input:human_distance"} <= answers
