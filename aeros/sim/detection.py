@@ -12,8 +12,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from aeros.sim.geometry import Camera, Triple
-from aeros.sim.sight import Sight
+from aeros.sim.geometry import Camera, Triple, plus
+from aeros.sim.sight import Push, Sight
 from aeros.sim.world import Image
 
 PIXELS_MIN: Final = 25
@@ -36,6 +36,21 @@ HAND: Final = (0.06, 0.115)
 
 OVER: Final = 0.02
 """How far over what is gripped the hand passes, m; lower things are between or beside its fingers."""
+
+_PUSHING: Final = ((0.035, 0.11), (0.046, 0.046))
+"""The same of a hand that pushes, and of its wrist, which may touch what is beside it, m."""
+
+_BEHIND: Final = 0.08
+"""How far behind a can's middle fingers come down to push it, m: 40 mm from its end."""
+
+_ASIDE: Final = (0.0, 0.008, -0.008, 0.016, -0.016, 0.024, -0.024, 0.027, -0.027)
+"""How far off its axis they may, m: farther, they miss the end of a can of 22 mm radius."""
+
+_STEP: Final = 0.02
+"""Distance of the places at which room is looked for, m."""
+
+_FARTHEST: Final = 0.45
+"""How far from where something lies that is done, m: over half of a stand's length."""
 
 _WAYS: Final = (0.0, pi / 2.0)
 """Headings of a hand for what can be gripped at any."""
@@ -71,8 +86,11 @@ def find_red(image: Image, camera: Camera, size: tuple[float, float]) -> Sight |
     place = (float(x), float(y), level - (radius if lies else height / 2.0))
     axis = (heading + pi / 2.0) % pi - pi / 2.0 if lies else None
     ways = (axis,) if axis is not None else _WAYS
-    free = (way for way in ways if _has_room(everything, place, way, top))
-    return Sight(place, axis, next(free, None))
+    # What a hand would meet, as far as it is seen.
+    higher = everything[everything[:, :, 2] > top + OVER]
+    grip = next((way for way in ways if _has_room(higher, place, way)), None)
+    is_stuck = axis is not None and grip is None
+    return Sight(place, axis, grip, _push_along(higher, place, heading) if is_stuck else None)
 
 
 def _longest(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -89,14 +107,34 @@ def _extent(points: NDArray[np.float64], along: NDArray[np.float64]) -> NDArray[
     return np.array((turned.min(axis=0), turned.max(axis=0)))
 
 
-def _has_room(points: NDArray[np.float64], place: Triple, yaw: float, top: float) -> bool:
-    """Whether nothing stands higher than `top` where a hand at `yaw` over `place` would be."""
+def _has_room(
+    points: NDArray[np.float64], place: Triple, yaw: float, half: tuple[float, float] = HAND
+) -> bool:
+    """Whether none of `points` (n, 3) is where a hand at `yaw` over `place` would be."""
     ahead = (cos(yaw), sin(yaw))
-    away = points[:, :, :2] - np.array(place[:2])
-    inside = (np.abs(away @ np.array(ahead)) < HAND[0]) & (
-        np.abs(away @ np.array((-ahead[1], ahead[0]))) < HAND[1]
+    away = points[:, :2] - np.array(place[:2])
+    inside = (np.abs(away @ np.array(ahead)) < half[0]) & (
+        np.abs(away @ np.array((-ahead[1], ahead[0]))) < half[1]
     )
-    return not bool((inside & (points[:, :, 2] > top + OVER)).any())
+    return not bool(inside.any())
+
+
+def _push_along(points: NDArray[np.float64], place: Triple, axis: float) -> Push | None:
+    """The shortest push along `axis` to where a hand has room, from where a hand across it has room.
+
+    The fingers push as near to the axis as that leaves it.
+    """
+    x, y, z = place
+    for away in np.arange(_STEP, _FARTHEST, _STEP).tolist():
+        for u, v in ((cos(axis), sin(axis)), (-cos(axis), -sin(axis))):
+            way = (away * u, away * v, 0.0)
+            if not _has_room(points, plus(place, way), axis):
+                continue
+            for aside in _ASIDE:
+                start = (x - _BEHIND * u - aside * v, y - _BEHIND * v + aside * u, z)
+                if all(_has_room(points, start, axis + pi / 2.0, half) for half in _PUSHING):
+                    return Push(start, way)
+    return None
 
 
 def is_yellow(rgb: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -5,6 +5,7 @@ whether a step succeeded: what is measured afterwards does.
 """
 
 from collections.abc import Generator
+from math import atan2, copysign, hypot, pi
 
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 
@@ -38,6 +39,9 @@ LOOK_HEIGHT = 0.17
 FARTHEST = 0.80
 """How far from the arm's base the tool goes, along x and along y, m: the site's `workspace`."""
 
+OVER_STANDS = 0.55
+"""Height of the tool in the world from which a hand may turn beside a stand, with what it holds, m."""
+
 LIFT = 0.13
 """How far the object is lifted before it is carried, m."""
 
@@ -58,6 +62,21 @@ CLOSED = 0.03
 
 GRIP_FORCE = 10.0
 """N."""
+
+SHUT = 0.005
+"""Fingers closed to push with, m."""
+
+AMPLE = 0.06
+"""How much farther things are pushed than to where a hand would have room, m."""
+
+APPROACH = 0.06
+"""What of the fingers' way to the end of a push is before they push, and lost as what they push turns, m."""
+
+LONGEST = 0.18
+"""The longest push, m; a longer way begins with half of it, which turns it along what it lies against."""
+
+PUSHES = 3
+"""How often the object is pushed before a hand tries to grasp it again."""
 
 LOOKS = 5
 """How often the hand camera looks for what its picture does not show."""
@@ -97,7 +116,7 @@ def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
     yield act("move_tool", target=(x, y, grip + CLEARANCE), yaw=yaw, speed=_free(observed))
     yield act("move_tool", target=(x, y, grip), yaw=yaw, speed=NEAR_SPEED)
     yield act("grip", width=CLOSED, force=GRIP_FORCE)
-    yield act("move_tool", target=(x, y, grip + LIFT), yaw=yaw, speed=CARRY_SPEED)
+    yield act("move_tool", target=(x, y, max(grip + LIFT, OVER_STANDS)), yaw=yaw, speed=CARRY_SPEED)
 
 
 def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -118,7 +137,10 @@ def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
 
 
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Let go, rise, look for the object, here or along the way to where it belongs, and drive to it."""
+    """Let go, rise, look for the object, here or along the way to where it belongs, and drive to it.
+
+    Where it lies against something it is pushed along that, until a hand has room.
+    """
     yield act("grip", width=OPEN, force=GRIP_FORCE)
     observed = yield from _carry(observed)
     observed = yield from _look(observed)
@@ -127,7 +149,40 @@ def recover(observed: Observation, inputs: Inputs) -> SkillBody:
             break
         yield act("move_base", x=x, y=y, speed=BASE_SPEED)
         observed = yield act("look", camera="mast")
-    yield from _go_there(observed)
+    observed = yield from _go_there(observed)
+    for _ in range(PUSHES):
+        if not _can_be_pushed(observed):
+            return
+        observed = yield from _push(observed)
+        observed = yield from _go_there(observed)
+
+
+def _can_be_pushed(observed: Observation) -> bool:
+    """Whether the last pictures show it where a hand has no room, and how to push it to where one has."""
+    known = _is_located(observed) and "object_push_start" in observed and "object_push_way" in observed
+    return known and observed.get("object_detected") is True and not observed["object_free"]
+
+
+def _push(observed: Observation) -> Task:
+    """Push it by its end with closed fingers, and look."""
+    (x, y, z), (dx, dy, _) = observed["object_push_start"], observed["object_push_way"]
+    distance = hypot(dx, dy)
+    way = distance + AMPLE
+    if way > LONGEST:
+        way = min(way / 2, LONGEST)
+    share = (way + APPROACH) / distance
+    end = (x + share * dx, y + share * dy, z)
+    if not (_in_reach(observed, (x, y, z)) and _in_reach(observed, end)):
+        return observed
+    along = atan2(dy, dx)
+    across = along - copysign(pi / 2, along)
+    yield act("grip", width=SHUT, force=GRIP_FORCE)
+    yield from _over(observed, (x, y, z), CLEARANCE, across)
+    yield act("move_tool", target=(x, y, z), yaw=across, speed=NEAR_SPEED)
+    yield act("move_tool", target=end, yaw=across, speed=NEAR_SPEED)
+    high = (end[0], end[1], observed["base_position"][2] + CARRY[2])
+    yield act("move_tool", target=high, yaw=across, speed=_free(observed))
+    return (yield from _look(observed))
 
 
 def _is_located(observed: Observation) -> bool:

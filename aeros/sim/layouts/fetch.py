@@ -59,6 +59,9 @@ FRESH: Final = 30.0
 REACH: Final = (0.50, 0.70)
 """From the arm's base, level: where it takes things up, m; nearer ones on the floor are at the carriage."""
 
+SIDEWAYS: Final = 0.15
+"""How far to the side of the arm's base at most: farther, its elbow is where the stand is."""
+
 FLOOR: Final = ((-0.5, 1.6), (-1.4, 0.6))
 """Where the arm's base may be in x and in y, m: the site's `floor`."""
 
@@ -127,7 +130,10 @@ class Seen(NamedTuple):
 
 def station_for(station: Triple, seen: Seen | None) -> Triple:
     """Where the arm's base is to be for the can: the station, unless it was seen out of reach from there."""
-    if seen is None or REACH[0] <= dist(seen.place[:2], station[:2]) <= REACH[1]:
+    if seen is None:
+        return station
+    away, aside = dist(seen.place[:2], station[:2]), abs(seen.place[1] - station[1])
+    if REACH[0] <= away <= REACH[1] and aside <= SIDEWAYS:
         return station
     (west, east), (south, north) = FLOOR
     x, y = seen.place[0] - AHEAD, seen.place[1]
@@ -168,6 +174,8 @@ def seen_by(camera: str, found: Sight | None, delivery: Triple) -> dict[str, Any
     if found.axis is not None:
         seen["object_yaw"] = found.axis
     if camera == "mast":
+        # What a picture does not show is not known any more.
+        seen["object_push_start"], seen["object_push_way"] = found.push or (None, None)
         dx, dy, dz = minus(found.place, delivery)
         lies = CAN[0] - CAN[1] / 2 if found.axis is not None else 0.0
         seen |= {

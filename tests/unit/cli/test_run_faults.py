@@ -92,6 +92,15 @@ RECOVERED = {
         ["navigate arrived", "detect seen", "grasp grasped", "deliver dropped", "navigate arrived",
          "detect not_seen", "recover ready", "grasp grasped", "deliver delivered"],
     ),
+    "an object that falls down beside its stand is pushed along that until a hand has room": (
+        "fetch the object",
+        1,
+        "{at: {skill: fetch_object.deliver, after: 2 s}, rate: 1, at_most: 1, "
+        "slip: {friction: 0, lasts: 1 s}}",
+        ["navigate arrived", "detect seen", "grasp grasped", "deliver dropped", "navigate arrived",
+         "detect seen", "navigate arrived", "grasp missed", "recover ready", "grasp grasped",
+         "deliver delivered"],
+    ),
     "an object that is not seen is looked for again": (
         "fetch the object",
         0,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import cos, dist, pi, sin
+from math import copysign, cos, dist, pi, sin
 from typing import Any
 
 import numpy as np
@@ -11,9 +11,10 @@ import pytest
 
 from aeros.sim.detection import find_red
 from aeros.sim.geometry import UPRIGHT, Camera
-from aeros.sim.layouts.fetch import CAN, FRESH
+from aeros.sim.layouts.fetch import AHEAD, CAN, FRESH, Seen, seen_by, station_for
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.scenes.fetch import Fetch
+from aeros.sim.sight import Push, Sight
 from aeros.sim.world import Image, World
 from aeros.skill import act
 from tests.unit.sim.acting import allow, execute
@@ -141,6 +142,83 @@ def test_a_hand_has_no_room_at_a_wall(gap: float, grip: float | None) -> None:
     world.close()
     assert found is not None
     assert found.grip == grip
+
+
+def lying_at_a_wall(
+    wall: float, at: float, gap: float = 0.008, turned: float = 0.0
+) -> tuple[Sight, tuple[float, float]]:
+    """A can along y at x = 0.6, `gap` before a wall of that length with its middle at y = 0.06."""
+    world = World()
+    world.add_box((0.2, wall, 0.4), (0.6 + CAN[0] + gap + 0.1, 0.06, 0.2))
+    half = (pi / 2 + turned) / 2
+    lying = (
+        -sin(half) * sin(pi / 4),
+        cos(half) * sin(pi / 4),
+        sin(half) * cos(pi / 4),
+        cos(half) * cos(pi / 4),
+    )
+    world.add_cylinder(*CAN, (0.6, at, CAN[0]), lying, colour=RED)
+    found = find_red(world.render(CAMERA), CAMERA, CAN)
+    world.close()
+    assert found is not None
+    return found, (0.6, at)
+
+
+@pytest.mark.parametrize(("at", "way"), [(0.0, -0.16), (0.15, 0.12)])
+def test_what_lies_at_a_wall_is_pushed_along_it_past_its_nearer_end(at: float, way: float) -> None:
+    found, (x, y) = lying_at_a_wall(0.3, at)
+    assert found.grip is None
+    assert found.push is not None
+    start, pushed = found.push
+    assert dist(pushed, (0.0, way, 0.0)) < 0.03
+    # From behind, and off the wall.
+    assert start[1] == pytest.approx(y - copysign(0.08, way), abs=0.01)
+    assert x - 0.03 < start[0] < x - 0.01
+
+
+def test_what_is_a_little_off_a_wall_is_pushed_nearer_to_its_axis() -> None:
+    near, far = (lying_at_a_wall(0.3, 0.0, gap)[0].push for gap in (0.008, 0.024))
+    assert near is not None
+    assert far is not None
+    assert far.start[0] > near.start[0] + 0.01
+
+
+@pytest.mark.parametrize("turned", [0.5, -0.5])
+def test_what_lies_askew_is_pushed_by_its_end_that_is_off_the_wall(turned: float) -> None:
+    push = lying_at_a_wall(0.3, 0.0, 0.028, turned)[0].push
+    assert push is not None
+    assert push.start[0] < 0.57
+
+
+@pytest.mark.parametrize(("wall", "at"), [(0.3, -0.24), (1.2, 0.0)])
+def test_nothing_is_pushed_without_need_nor_to_where_there_is_no_room_either(wall: float, at: float) -> None:
+    assert lying_at_a_wall(wall, at)[0].push is None
+
+
+def test_a_picture_that_shows_no_way_to_push_voids_what_one_before_did() -> None:
+    shown = seen_by("mast", Sight((0.0, 0.0, 0.0), 1.5, None, None), (0.0, 0.0, 0.0))
+    assert shown["object_push_start"] is shown["object_push_way"] is None
+    push = Push((0.0, -0.08, 0.0), (0.0, 0.2, 0.0))
+    shown = seen_by("mast", Sight((0.0, 0.0, 0.0), 1.5, None, push), (0.0, 0.0, 0.0))
+    assert (shown["object_push_start"], shown["object_push_way"]) == push
+    assert "object_push_way" not in seen_by("hand", Sight((0.0, 0.0, 0.0)), (0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("place", "before_it"),
+    [
+        ((1.75, 0.30, 0.0), False),
+        ((1.75, 0.36, 0.0), True),
+        ((1.60, 0.20, 0.0), True),
+        ((1.96, 0.20, 0.0), True),
+    ],
+)
+def test_the_station_is_before_what_was_seen_where_the_arm_does_not_reach_or_far_to_the_side(
+    place: tuple[float, float, float], before_it: bool
+) -> None:
+    station = (1.17, 0.20, 0.3)
+    wanted = station_for(station, Seen(place, 0.0))
+    assert wanted == (pytest.approx((place[0] - AHEAD, place[1], 0.3)) if before_it else station)
 
 
 def test_a_few_red_pixels_are_not_an_object() -> None:
