@@ -1,4 +1,4 @@
-"""What a resumed agent must know, kept at every step boundary, whole or not at all.
+"""What a resumed agent must know, kept at every step boundary and at the end, whole or not at all.
 
 Two generations are kept.  A checkpoint counts only if it is of this schema, its digest is right, it is of
 this agent, and the audit record holds the very record at which it was made.  One that does not is named,
@@ -23,16 +23,16 @@ from aeros.agent.attempt import Attempt
 from aeros.agent.errors import RefusedError
 from aeros.agent.graph import TaskGraph
 from aeros.agent.progress import Begun, Place, Progress, Tried
-from aeros.agent.report import StepRecord
+from aeros.agent.report import RunReport, StepRecord
 from aeros.agent.written import Writing
 from aeros.durable import replace_file
 from aeros.runtime.ports import Head
 
-SCHEMA: Final = 2
+SCHEMA: Final = 3
 
 _FILE: Final = "checkpoint.json"
 _PREVIOUS: Final = "checkpoint.previous.json"
-_WRITING: Final = Writing((Attempt, Begun, Tried, StepRecord))
+_WRITING: Final = Writing((Attempt, Begun, Tried, RunReport, StepRecord))
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +50,7 @@ class Checkpoint:
     planned_in: predicates as measured where plans were made.
     steps: what was run so far.
     plan: the plan that is followed, and how far; None where one is to be made.
+    ended: what came of it, for whoever was not told; None as long as there is something to go on with.
     """
 
     agent: str
@@ -72,6 +73,7 @@ class Checkpoint:
     tried: tuple[tuple[Place, Tried], ...]
     settled: tuple[Place, ...]
     branches: tuple[tuple[Place, bool], ...]
+    ended: RunReport | None = None
 
     @property
     def earliest(self) -> Head:
@@ -113,8 +115,13 @@ class Checkpoints:
             except (OSError, ValueError) as error:
                 yield UnusableError(f"{path}: {error}")
 
+    def conclude(self, checkpoint: Checkpoint) -> None:
+        """Keep durably how it ended, and nothing to go on with; raises `RefusedError`."""
+        self.write(checkpoint)
+        self._previous.unlink(missing_ok=True)
+
     def forget(self) -> None:
-        """Nothing is left to go on with."""
+        """Nothing is left, not even how it ended."""
         for path in (self._path, self._previous):
             path.unlink(missing_ok=True)
 

@@ -14,7 +14,3 @@ class RefusedError(UserError):
 
     def __str__(self) -> str:
         return self.reason
-
-
-class EndedError(RefusedError):
-    """What is to be gone on with had ended already."""

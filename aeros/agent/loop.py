@@ -10,11 +10,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from aeros.agent.attempt import Attempts
 from aeros.agent.checkpoint import Checkpoint, Checkpoints, UnusableError
-from aeros.agent.errors import EndedError, RefusedError
+from aeros.agent.errors import RefusedError
 from aeros.agent.identity import Identity, born, sole_identity
 from aeros.agent.journal import Journal, Observer
 from aeros.agent.lifecycle import Change, Lifecycle, Phase
@@ -77,12 +77,15 @@ class Agent:
     def resume(self, instruction: str, timeout: float | None = None, goal: Clause | None = None) -> RunReport:
         """Go on with `instruction` where an earlier session left it, which is what `run` had been given.
 
-        Raises `EndedError` where nothing is left to go on with, and `RefusedError` where what there is cannot
-        be gone on from.
-        Where that session had not begun anything, this is `run`.
+        Where that session had come to the end, this is what it found, and nothing more is done; where it had
+        not begun anything, this is `run`.  Raises `RefusedError` where what there is cannot be gone on from.
         """
         routed = self._route(instruction, goal)
         found = self._usable(instruction, routed)
+        if found is not None and (ended := found[0].ended) is not None:
+            text = f"{routed} had ended: {_ending(ended)}"
+            self._journal.tell("run-had-ended", text, task=str(routed), **_summary(ended))
+            return ended
         return self._pursue(instruction, routed, timeout, found)
 
     def heed(self, *, is_paused: bool) -> None:
@@ -121,8 +124,8 @@ class Agent:
         self.lifecycle.change(Change.END)
         self._conclude(routed, report)
         if not report.steps or report.steps[-1].status is not StepStatus.HALTED:
-            # Last of all: whoever finds none knows that there is nothing to go on with.
-            self._forget()
+            # Last of all: whoever finds another has something to go on with.
+            pursuit.conclude(report)
         return report
 
     def _forget(self) -> None:
@@ -143,7 +146,7 @@ class Agent:
         if problems:
             raise RefusedError(f"the task cannot be resumed: {'; '.join(problems)}; start it anew")
         if any(one.event == "step-began" for one in self._runtime.said_since(BEGINNING) or ()):
-            raise EndedError("the task cannot be resumed: it had ended, and nothing is left to go on with")
+            raise RefusedError("the task cannot be resumed: its checkpoint is gone; start it anew")
         return None
 
     def _said_since(self, kept: Checkpoint, instruction: str, routed: Routed) -> Sequence[Said]:
@@ -153,13 +156,14 @@ class Agent:
             raise UnusableError("the checkpoint is another agent's")
         if (kept.instruction, kept.task, kept.goal) != (instruction, str(routed), task.goal_text):
             raise UnusableError(f"the checkpoint is of another task: “{kept.instruction}”, {kept.task}")
-        if now < kept.time:
-            raise UnusableError(
-                f"the plant's clock is at {now:g} s, and was at {kept.time:g} s: it is another plant"
-            )
         said = self._runtime.said_since(kept.earliest)
         if said is None or self._runtime.said_since(kept.head) is None:
             raise UnusableError("the audit record does not hold the record at which the checkpoint was made")
+        latest = max(kept.time, *(one.details.get("time", 0.0) for one in said), 0.0)
+        if now < latest:
+            raise UnusableError(
+                f"the plant's clock is at {now:g} s, and was at {latest:g} s: it is another plant"
+            )
         return said
 
     def _tell_change(self, phase: Phase, change: Change, then: Phase) -> None:
@@ -189,19 +193,26 @@ class Agent:
         return routed
 
     def _conclude(self, routed: Routed, report: RunReport) -> None:
-        summary = {
-            "reached": report.reached,
-            "goal": report.goal,
-            "measured": dict(report.measured),
-            "steps": len(report.steps),
-            "retries": report.retries,
-            "recoveries": report.recoveries,
-            "replans": report.replans,
-            "reason": report.reason,
-        }
-        text = f"{routed}: " + ("the goal is measured" if report.reached else str(report.reason))
-        self._journal.tell("run-ended", text, task=str(routed), **summary)
+        summary = _summary(report)
+        self._journal.tell("run-ended", f"{routed}: {_ending(report)}", task=str(routed), **summary)
         self._memory.learn(f"last run of {routed}", summary, source=f"session {self.identity.sessions}")
+
+
+def _summary(report: RunReport) -> dict[str, Any]:
+    return {
+        "reached": report.reached,
+        "goal": report.goal,
+        "measured": dict(report.measured),
+        "steps": len(report.steps),
+        "retries": report.retries,
+        "recoveries": report.recoveries,
+        "replans": report.replans,
+        "reason": report.reason,
+    }
+
+
+def _ending(report: RunReport) -> str:
+    return "the goal is measured" if report.reached else str(report.reason)
 
 
 @contextmanager

@@ -16,7 +16,7 @@
     plans in a row are rejected for the same reasons, as it would only ask again, when its time is over, or
     when the operator has stopped everything.
 6.  Where it stands is kept at every step boundary, before the step begins and after it has ended, and at
-    every plan.  A resumed run goes on with that plan, verified again, where it was.
+    every plan.  A resumed run goes on with that plan, verified again, where it was.  The end is kept, too.
 
 So, waiting apart, a run submits at most (replans + 1) · Σ over a plan's steps of (1 + 2 · retry) skills; of
 a step with a handler, retry times the handler's own tries and further ones of the step.
@@ -121,33 +121,39 @@ class Pursuit:
         task = str(self._routed)
         self._journal.tell("resumed", f"{task}: {told}", task=task, told=told, records=kept.head.records)
 
+    def conclude(self, report: RunReport) -> None:
+        """Keep how it ended: there is nothing to go on with."""
+        if self._checkpoints is not None:
+            self._checkpoints.conclude(self._standing(report))
+
     def _save(self) -> None:
-        if self._checkpoints is None:
-            return
+        if self._checkpoints is not None:
+            self._checkpoints.write(self._standing())
+
+    def _standing(self, ended: RunReport | None = None) -> Checkpoint:
         attempts, progress = self._attempts, self._progress
-        self._checkpoints.write(
-            Checkpoint(
-                agent=self._agent,
-                instruction=self._instruction,
-                task=str(self._routed),
-                goal=self._routed.task.goal_text,
-                time=self._runtime.now(),
-                head=self._runtime.head(),
-                world=attempts.world.predicates,
-                replans=self._replans,
-                waited=self._waited,
-                until=None if self._until == inf else self._until,
-                denied=tuple(sorted(self._engine.denied)),
-                avoided=tuple(sorted(attempts.dispatcher.denied)),
-                barred=attempts.bars.kept,
-                rejected=tuple(self._rejected),
-                planned_in=tuple(attempts.planned_in),
-                steps=tuple(attempts.records),
-                plan=self._plan,
-                tried=tuple(progress.tried.items()),
-                settled=tuple(sorted(progress.settled)),
-                branches=tuple(progress.branches.items()),
-            )
+        return Checkpoint(
+            agent=self._agent,
+            instruction=self._instruction,
+            task=str(self._routed),
+            goal=self._routed.task.goal_text,
+            time=self._runtime.now(),
+            head=self._runtime.head(),
+            world=attempts.world.predicates,
+            replans=self._replans,
+            waited=self._waited,
+            until=None if self._until == inf else self._until,
+            denied=tuple(sorted(self._engine.denied)),
+            avoided=tuple(sorted(attempts.dispatcher.denied)),
+            barred=attempts.bars.kept,
+            rejected=tuple(self._rejected),
+            planned_in=tuple(attempts.planned_in),
+            steps=tuple(attempts.records),
+            plan=self._plan,
+            tried=tuple(progress.tried.items()),
+            settled=tuple(sorted(progress.settled)),
+            branches=tuple(progress.branches.items()),
+            ended=ended,
         )
 
     def _pursue(self) -> str | None:

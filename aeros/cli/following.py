@@ -104,7 +104,7 @@ class Following:
                 kind, details = left.notes[-1]
                 if kind == "routed":
                     self.routed, self.ended = details, None
-                if kind == "run-ended":
+                if kind in ("run-ended", "run-had-ended"):
                     self.ended = details
         left.decisions.clear()
         del left.notes[:-1], left.sessions[:-1], left.changes[:-1]

@@ -218,6 +218,7 @@ def add_to(commands: Subparsers) -> None:
         help="an agent without a sign of life for so long is killed (default: 60)",
     )
     surviving.add_argument("--serve-plant", action="store_true", help=argparse.SUPPRESS)
+    surviving.add_argument("--supervised", action="store_true", help=argparse.SUPPRESS)
     parser.set_defaults(command=_command, plant_at=None)
 
 

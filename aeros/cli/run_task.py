@@ -7,7 +7,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from aeros.agent.errors import EndedError
 from aeros.agent.journal import Event
 from aeros.agent.loop import Agent, awake
 from aeros.agent.planner import Planner
@@ -101,14 +100,11 @@ def run_task(staged: Staged, meant: Meant) -> Exit:
                 attended.on_command = partial(_heed, agent)
                 notifier.tell(READY)
                 pursue = agent.resume if arguments.resume else agent.run
-                try:
-                    report = pursue(arguments.instruction, arguments.timeout, meant.goal)
-                except EndedError:
-                    end(opened, arguments.state)
-                    raise
+                report = pursue(arguments.instruction, arguments.timeout, meant.goal)
             notifier.tell(STOPPING)
         simulated = plant.now()
-        if not notifier.is_alone:
+        # Whoever supervises this process ends the plant once all is told, and until then may start another.
+        if not arguments.supervised:
             end(opened, arguments.state)
     print(summary(meant.proof, report, arguments.plant, simulated, time.perf_counter() - began))
     audited, sound = _audited(log, meant.signing)

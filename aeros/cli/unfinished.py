@@ -11,7 +11,10 @@ from aeros.agent.errors import RefusedError
 from aeros.durable import replace_file
 
 _FILE: Final = "run.json"
-_OF_THIS_COMMAND: Final = ("command", "resume", "watchdog", "serve_plant", "crashes", "within", "silence")
+_OF_THIS_COMMAND: Final = (
+    *("command", "resume", "watchdog", "serve_plant", "supervised"),
+    *("crashes", "within", "silence"),
+)
 
 
 def keep(arguments: argparse.Namespace) -> None:

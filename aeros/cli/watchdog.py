@@ -5,7 +5,8 @@ terminal reaches this one, which passes it on, and none dies of another's end.
 
 - The plant outlives both others, and stops whenever no agent commands it (`aeros.sim.hosting`).
 - An agent that was killed, met a bug of ours, or sent no heartbeat for `silence` seconds (then it is
-  killed) has crashed, and is started anew to go on with the task.  One that ended in any other way has ended.
+  killed) has crashed, and is started anew to go on with the task, or to tell how that ended.  One that ended
+  in any other way has ended, and so has its task.
 - After `crashes` crashes within `within` seconds it is left in quarantine until `aeros release`.
 - An agent whose watchdog is gone stops, and leaves its task to be resumed.
 """
@@ -30,6 +31,7 @@ from typing import IO, Final
 from aeros.agent.quarantine import Quarantine
 from aeros.cli.exit_codes import Exit
 from aeros.cli.notification import ALIVE, READY, STOPPING, Notifier
+from aeros.cli.unfinished import forget
 from aeros.sim.hosting.remote import RemotePlant
 
 _START: Final = 300.0
@@ -62,9 +64,9 @@ class _Watchdog:
         quarantine = Quarantine(self._arguments.state)
         with tempfile.TemporaryFile() as said, self._listening() as heard, self._passing_on():
             # Not at the terminal: the plant may stay behind, and would keep open what is read along there.
-            plant = self._start("--serve-plant", said)
+            plant = self._start("--serve-plant", said=said)
             while True:
-                self._agent = self._start("--resume")
+                self._agent = self._start("--resume", "--supervised")
                 why = self._crash(self._agent, heard, plant)
                 if plant.poll():
                     said.seek(0)
@@ -72,7 +74,8 @@ class _Watchdog:
                     print(f"aeros: the plant has ended: {told}", file=sys.stderr)
                     return Exit.REJECTED
                 if why is None:
-                    self._end_plant()
+                    # Only now, so that whatever of this is killed, another agent tells how the task ended.
+                    self._end_task()
                     return _exit(self._agent.returncode)
                 print(f"aeros: the agent has crashed: {why}", file=sys.stderr, flush=True)
                 if self._is_asked_to_end:
@@ -83,8 +86,8 @@ class _Watchdog:
                     print(f"aeros: it is left in quarantine: {reason}", file=sys.stderr)
                     return Exit.REJECTED
 
-    def _start(self, role: str, said: IO[bytes] | None = None) -> subprocess.Popen[bytes]:
-        command = [sys.executable, "-m", "aeros", "run", role, "--state", str(self._arguments.state)]
+    def _start(self, *role: str, said: IO[bytes] | None = None) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", "aeros", "run", *role, "--state", str(self._arguments.state)]
         within = str(int(self._arguments.silence * 1e6))
         environment = {**os.environ, "NOTIFY_SOCKET": str(self._address), "WATCHDOG_USEC": within}
         return subprocess.Popen(  # noqa: S603  this program itself
@@ -127,8 +130,9 @@ class _Watchdog:
             return f"killed by {signal.Signals(-code).name}"
         return f"it ended with exit code {code}" if code == Exit.OUR_BUG else None
 
-    def _end_plant(self) -> None:
-        """The plant, where the agent has left it; its folder is its own."""
+    def _end_task(self) -> None:
+        """With its plant, whose folder is its own: there is nothing to resume any more."""
+        forget(self._arguments.state)
         with suppress(OSError):
             RemotePlant(self._arguments.plant_at).end()
 

@@ -70,6 +70,7 @@ class Mortal(FakeRuntime):
 
     def say(self, event: str, request: StepRequest, **more: Any) -> None:
         about = {"module": request.module, "skill": request.skill, "inputs": dict(request.inputs)}
+        more["time"] = self.clock
         self.said.append(
             Said(len(self.said), event, json.loads(json.dumps({**about, **more}, default=float)))
         )
@@ -128,12 +129,7 @@ def at_every_instant(
     runs = [(whole, report)]
     for instant in range(1, whole.lived + 1):
         runtime = make(instant)
-        try:
-            report, deaths = survive(folder / str(instant), runtime, planner)
-        except RefusedError as refusal:
-            # It died after all that it had to do, and its task had ended.
-            assert "it had ended" in str(refusal)  # noqa: PT017
-            continue
+        report, deaths = survive(folder / str(instant), runtime, planner)
         assert deaths == 1
         runs.append((runtime, report))
     return runs
@@ -260,6 +256,33 @@ def test_an_operators_stop_can_be_resumed(tmp_path: Path) -> None:
     assert runtime.done == ["prepare", "recover", "wrap", "wrap", "boil"]
 
 
+@pytest.mark.parametrize("endings", [{}, {"wrap": ["misaligned"] * 200}])
+def test_a_task_that_had_ended_is_told_as_it_ended_and_nothing_more_is_done(
+    endings: Mapping[str, Any], tmp_path: Path
+) -> None:
+    runtime = Mortal(inf, endings=endings, at=site(replans=1))
+    with awake(tmp_path, "chef", runtime) as agent:
+        report = agent.run("dumplings")
+    assert report.reached == (not endings)
+    done, notes = list(runtime.done), len(runtime.notes)
+    assert resume(tmp_path, runtime) == resume(tmp_path, runtime) == report
+    assert runtime.done == done
+    assert [kind for kind, _ in runtime.notes[notes:]] == ["routed", "run-had-ended"] * 2
+
+
+def test_where_the_end_cannot_be_read_nothing_is_gone_on_with(tmp_path: Path) -> None:
+    runtime = Mortal(inf)
+    with awake(tmp_path, "chef", runtime) as agent:
+        agent.run("dumplings")
+    path = tmp_path / "checkpoint.json"
+    path.write_text(path.read_text().replace("recover", "rewover", 1))
+    with pytest.raises(RefusedError, match=r"cannot be resumed: .+damaged.+; start it anew"):
+        resume(tmp_path, runtime)
+    path.unlink()
+    with pytest.raises(RefusedError, match="cannot be resumed: its checkpoint is gone; start it anew"):
+        resume(tmp_path, runtime)
+
+
 # Checkpoints that are not to be gone on from.
 
 
@@ -328,6 +351,20 @@ def test_a_checkpoint_of_another_plant_is_refused(left: tuple[Path, Mortal]) -> 
     runtime.clock = 0.0
     with pytest.raises(RefusedError, match="it is another plant"):
         resume(folder, runtime)
+
+
+def test_a_plant_from_before_the_last_record_is_another_one(tmp_path: Path) -> None:
+    def ended(instant: int) -> Mortal | None:
+        runtime = Mortal(instant)
+        with suppress(Killed), awake(tmp_path / str(instant), "chef", runtime) as agent:
+            agent.run("dumplings")
+        return runtime if runtime.said[-1:] and runtime.said[-1].event == "step-ended" else None
+
+    # Its checkpoint is from before that step, which takes a second.
+    instant, runtime = next((one, runtime) for one in count(1) if (runtime := ended(one)) is not None)
+    runtime.clock -= 0.5
+    with pytest.raises(RefusedError, match=r"is at 100\.5 s, and was at 101 s: it is another plant"):
+        resume(tmp_path / str(instant), runtime)
 
 
 def test_a_checkpoint_of_another_task_is_refused(left: tuple[Path, Mortal]) -> None:

@@ -97,10 +97,11 @@ def test_the_plan_shows_where_it_is(writing: Writing) -> None:
     assert shown() == ["to come", "to come"]
 
 
-def test_a_run_after_a_run_begins_anew(writing: Writing) -> None:
+@pytest.mark.parametrize("end", ["run-ended", "run-had-ended"])
+def test_a_run_after_a_run_begins_anew(end: str, writing: Writing) -> None:
     run = Following(writing.folder)
     writing.record("note", event="routed", details={"instruction": "one", "task": "m.t"})
-    writing.record("note", event="run-ended", details={"reached": True})
+    writing.record("note", event=end, details={"reached": True})
     run.read()
     assert run.ended == {"reached": True}
     assert not view_of(run, None, is_there=True)["is_running"]

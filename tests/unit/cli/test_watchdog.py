@@ -21,6 +21,8 @@ from aeros.cli.main import main
 from aeros.cli.plants import PlantRefusedError, joined
 from aeros.experiments.trials.kills import VICTIMS, trial_of
 from aeros.runtime.audit import verify_log
+from aeros.runtime.registry.governing import Steering
+from aeros.runtime.registry.registry import Registry
 from tests.repo.tree import ROOT
 from tests.unit.experiments.common import WHERE, premises
 
@@ -38,6 +40,15 @@ class Watched:
         command = [sys.executable, "-m", "aeros", "run", *arguments, "--watchdog", "--state", str(self.state)]
         pipe = subprocess.PIPE
         return subprocess.Popen(command, cwd=ROOT, stdout=pipe, stderr=subprocess.STDOUT, text=True)
+
+    @classmethod
+    def paused(cls, folder: Path, *options: str) -> Watched:
+        """One whose agent waits for the operator to resume, and has not ended, however slow we are."""
+        Steering(Registry(folder / "state").folder, resumed=False).close()
+        asked("pause", folder / "state")
+        watched = cls(folder, *options)
+        watched.until(lambda: watched.phases()[-1:] == ["paused"])
+        return watched
 
     def until(self, holds: Callable[[], Any]) -> Any:
         latest = time.monotonic() + PATIENCE
@@ -64,13 +75,18 @@ class Watched:
         notes = (one["details"] for one in self.events() if one["event"] == "note")
         return [one["details"] for one in notes if one["event"] == kind]
 
+    def phases(self) -> list[str]:
+        """Those of the agent's life, in order."""
+        return [one["after"] for one in self.notes("lifecycle")]
+
     def end(self) -> tuple[int, str]:
         said, _ = self.process.communicate(timeout=PATIENCE)
         return self.process.returncode, said
 
 
-def began(watched: Watched) -> bool:
-    return any(one["event"] == "step-began" for one in watched.events())
+def asked(what: str, state: Path) -> None:
+    """As the operator asks it, in a terminal."""
+    assert main([what, "--state", str(state)]) == Exit.PROVED
 
 
 @pytest.mark.parametrize("seed", [3, 4])
@@ -83,13 +99,14 @@ def test_whoever_is_killed_the_task_ends_and_nothing_is_done_twice_or_lost(seed:
 def test_an_agent_that_keeps_crashing_is_left_in_quarantine_and_released(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    watched = Watched(tmp_path, "--crashes", "2")
-    first = watched.until(watched.agent)
+    watched = Watched.paused(tmp_path, "--crashes", "2")
+    first = watched.agent()
     os.kill(first, signal.SIGKILL)
     os.kill(watched.until(lambda: watched.agent(other_than=first)), signal.SIGKILL)
     code, said = watched.end()
     assert code == Exit.REJECTED
     assert "left in quarantine: it crashed 2 times within 600 s; the last time, killed by SIGKILL" in said
+    asked("resume", watched.state)
     state = str(watched.state)
     anew = ["run", "make dumplings", "--plant", "symbolic", "--state", state, "--out", str(tmp_path / "anew")]
     assert main(anew) == Exit.REJECTED
@@ -107,33 +124,25 @@ def test_an_agent_that_keeps_crashing_is_left_in_quarantine_and_released(
 
 
 def test_an_interrupt_stops_the_agent_and_starts_no_other(tmp_path: Path) -> None:
-    watched = Watched(tmp_path)
-    watched.until(lambda: began(watched))
+    watched = Watched.paused(tmp_path)
     watched.process.send_signal(signal.SIGINT)
     code, said = watched.end()
     assert code == Exit.INTERRUPTED
     assert "crashed" not in said
-    assert [one["after"] for one in watched.notes("lifecycle")] == ["running", "stopped"]
+    assert watched.phases() == ["running", "paused", "running", "stopped"]
     assert not (watched.state / "run.json").exists()
 
 
 def test_a_pause_outlasts_a_crash_and_so_does_a_stop(tmp_path: Path) -> None:
-    watched = Watched(tmp_path)
-    state = str(watched.state)
-    watched.until(lambda: began(watched))
-    assert main(["pause", "--state", state]) == Exit.PROVED
-    first = watched.agent()
-    watched.until(lambda: watched.notes("lifecycle")[-1]["after"] == "paused")
-    os.kill(first, signal.SIGKILL)
-    watched.until(lambda: len(watched.notes("lifecycle")) == 5)
-    assert [one["after"] for one in watched.notes("lifecycle")] == [
-        *("running", "paused", "recovered", "running", "paused")
-    ]
+    watched = Watched.paused(tmp_path)
+    os.kill(watched.agent(), signal.SIGKILL)
+    watched.until(lambda: len(watched.phases()) == 5)
+    assert watched.phases() == ["running", "paused", "recovered", "running", "paused"]
     # Nobody is there to hear it but the agent that is started next.
     second = watched.agent()
     os.kill(watched.process.pid, signal.SIGSTOP)
     os.kill(second, signal.SIGKILL)
-    assert main(["stop", "--state", state]) == Exit.PROVED
+    asked("stop", watched.state)
     os.kill(watched.process.pid, signal.SIGCONT)
     code, said = watched.end()
     assert code == Exit.REJECTED
@@ -144,25 +153,45 @@ def test_a_pause_outlasts_a_crash_and_so_does_a_stop(tmp_path: Path) -> None:
 def test_an_agent_that_hangs_is_killed_and_the_task_goes_on(tmp_path: Path) -> None:
     (tmp_path / "state").mkdir()
     (tmp_path / "state" / "checkpoint.json").write_text("what an earlier task left")
-    watched = Watched(tmp_path, "--silence", "8")
-    watched.until(lambda: began(watched))
+    watched = Watched.paused(tmp_path, "--silence", "8")
     os.kill(watched.agent(), signal.SIGSTOP)
+    asked("resume", watched.state)
     code, said = watched.end()
-    assert code == Exit.PROVED
+    assert code == Exit.PROVED, said
     assert "it gave no sign of life for 8 s and was killed" in said
     assert verify_log(watched.out / "audit.jsonl").sound
+
+
+def test_a_task_that_had_ended_before_the_last_crash_is_told_as_it_ended(tmp_path: Path) -> None:
+    watched = Watched.paused(tmp_path)
+    # The agent comes to the end, and its watchdog does not hear of it any more.
+    os.kill(watched.process.pid, signal.SIGSTOP)
+    asked("resume", watched.state)
+    watched.until(lambda: not watched.agent())
+    ended = watched.notes("run-ended")
+    assert [one["reached"] for one in ended] == [True]
+    watched.process.kill()
+    watched.end()
+    watched.process = watched.start("--resume")
+    code, said = watched.end()
+    assert code == Exit.PROVED, said
+    assert "make_dumplings.make_dumplings had ended: the goal is measured" in said
+    assert "steps      3 run" in said
+    assert watched.notes("run-ended") == watched.notes("run-had-ended") == ended
+    assert verify_log(watched.out / "audit.jsonl").sound
+    assert not (watched.state / "run.json").exists()
 
 
 def test_a_second_one_is_refused_with_what_the_first_is_for(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    watched = Watched(tmp_path)
-    watched.until(watched.agent)
+    watched = Watched.paused(tmp_path)
     state = str(watched.state)
     assert main(["run", "clean the table", "--plant", "symbolic", "--watchdog", "--state", state]) == 1
     said = capsys.readouterr().err
     assert f"has an agent already: pid {watched.process.pid} on " in said
     assert "for “make dumplings”" in said
+    asked("resume", watched.state)
     assert watched.end()[0] == Exit.PROVED
 
 
@@ -191,7 +220,7 @@ def test_without_its_plant_a_task_ends_and_is_not_gone_on_with_on_another(tmp_pa
     watched.process = watched.start("--resume")
     code, said = watched.end()
     assert code == Exit.REJECTED
-    assert "it is another plant" in said
+    assert "it is another plant" in said, said
 
 
 def test_a_plant_that_cannot_be_had_is_said_at_once(tmp_path: Path) -> None:
