@@ -22,16 +22,20 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from aeros.experiments.condition import Condition
+from aeros.experiments.interruptions import Interruptions
 from aeros.experiments.kinds import ALIKE, Found, Trial, company_of, digest_of, family_of, kind_of
 from aeros.experiments.premises import Where, premises_of
 from aeros.experiments.store import Aside, Kept, Store
-from aeros.spec.errors import MisuseError
+from aeros.spec.errors import InternalError, MisuseError
 
 AT_ONCE: Final[Mapping[str, int]] = {"symbolic": 200, "physics": 1}
 """Trials that a worker runs for one answer at most, or those of one seed: one takes seconds on physics."""
 
 _AHEAD: Final = 2
 """Chunks given out for each worker: one that it runs and one that waits."""
+
+_LOOK_EVERY: Final = 0.1
+"""Seconds between looks at whether somebody interrupts."""
 
 
 class Chunk(NamedTuple):
@@ -69,7 +73,14 @@ class Progress:
         return spent * (self.total - self.done) / self.done if self.done else None
 
 
-_Answer = Future[list[Kept]]
+class Finished(NamedTuple):
+    """What came of a chunk: so many trials, and those of them that whoever asked does not find aside."""
+
+    number: int
+    trials: tuple[Kept, ...]
+
+
+_Answer = Future[Finished]
 
 
 class AbandonedError(KeyboardInterrupt):
@@ -80,10 +91,12 @@ class OtherPremisesError(Exception):
     """A worker has other modules, another site or other code than whoever asked."""
 
 
-def run_chunk(chunk: Chunk) -> list[Kept]:
+def run_chunk(chunk: Chunk) -> Finished:
     """What each trial of `chunk` found; what a worker runs.
 
     A condition of which a trial that has run says that it would have been the same is not tried again.
+    A process of the pool here hands nothing over: its answer fits into its pipe at once (`PIPE_BUF`).  Who
+    has read half of a longer one waits for ever where its writer is killed, as others can write there, too.
     """
     premises = premises_of(chunk.where)
     if premises.digest != chunk.premises:
@@ -105,7 +118,7 @@ def run_chunk(chunk: Chunk) -> list[Kept]:
                     had[family].append(one)
                 finished.append(Kept(digest_of(condition, chunk.premises), seed, one))
                 aside.keep(finished[-1])
-    return finished
+    return Finished(len(finished), () if _Serving.is_here else tuple(finished))
 
 
 def _the_same(number: float, had: Iterable[Found]) -> Found | None:
@@ -136,28 +149,27 @@ def run_trials(
     progress = Progress(0, sum(chunk.trials for chunk in chunks), time.monotonic())
     tell(progress)
     queue, running = iter(chunks), dict[_Answer, Chunk]()
-    try:
-        while True:
-            while len(running) < _AHEAD * workers and (chunk := next(queue, None)) is not None:
-                running[executor.submit(run_chunk, chunk)] = chunk
-            if not running:
-                return
-            _keep_finished(running, store, progress, tell)
-    except KeyboardInterrupt:
+    with Interruptions() as interrupted:
         try:
-            progress.is_ending = True
-            tell(progress)
-            for future in list(running):
-                if future.cancel():
-                    del running[future]
-            while running:
+            while True:
+                while len(running) < _AHEAD * workers and not interrupted.count:
+                    if (chunk := next(queue, None)) is None:
+                        break
+                    running[executor.submit(run_chunk, chunk)] = chunk
+                if interrupted.count and not progress.is_ending:
+                    progress.is_ending = True
+                    tell(progress)
+                    running = {future: chunk for future, chunk in running.items() if not future.cancel()}
+                if interrupted.count > 1:
+                    raise AbandonedError
+                if not running:
+                    break
                 _keep_finished(running, store, progress, tell)
-        except KeyboardInterrupt as again:
-            raise AbandonedError from again
-        raise
-    finally:
-        for future in running:
-            future.cancel()
+        finally:
+            for future in running:
+                future.cancel()
+    if interrupted.count:
+        raise KeyboardInterrupt
 
 
 def _keep_finished(
@@ -166,14 +178,18 @@ def _keep_finished(
     progress: Progress,
     tell: Callable[[Progress], None],
 ) -> None:
-    done, _ = wait(running, return_when=FIRST_COMPLETED)
+    done, _ = wait(running, _LOOK_EVERY, return_when=FIRST_COMPLETED)
     # What was refused comes last, so that all else is kept.
     for future in sorted(done, key=lambda one: one.exception() is not None):
         chunk = running.pop(future)
-        finished = future.result()
-        store.keep(finished, chunk.aside)
-        progress.done += len(finished)
-    tell(progress)
+        number, trials = future.result()
+        if trials:
+            store.keep(trials, chunk.aside)
+        elif store.take_in(chunk.aside) < number:
+            raise InternalError(f"{chunk.aside} lacks some of the {number} trials that are finished")
+        progress.done += number
+    if done:
+        tell(progress)
 
 
 def _missing(
@@ -222,27 +238,36 @@ def _left(company: Sequence[Condition], seed: int, premises: str, store: Store) 
 @contextmanager
 def local(workers: int) -> Iterator[tuple[Executor, int]]:
     """Processes on this machine, and how many."""
+    others = multiprocessing.active_children()
     pool = ProcessPoolExecutor(workers, initializer=_serve, initargs=(os.getpid(),))
+    is_patient = True
     try:
         yield pool, workers
     except AbandonedError:
-        _kill_workers()
+        is_patient = False
         raise
     finally:
-        try:
-            pool.shutdown(wait=True, cancel_futures=True)
-        except KeyboardInterrupt:
-            _kill_workers()
-            raise
+        with Interruptions() as interrupted:
+            pool.shutdown(wait=False, cancel_futures=True)
+            while left := [one for one in multiprocessing.active_children() if one not in others]:
+                if interrupted.count or not is_patient:
+                    for worker in left:
+                        worker.kill()
+                left[0].join(_LOOK_EVERY)
+        if interrupted.count:
+            raise KeyboardInterrupt
 
 
-def _kill_workers() -> None:
-    for worker in multiprocessing.active_children():
-        worker.kill()
+class _Serving:
+    """What kind of process this is."""
+
+    is_here = False
+    """Whether it works for another one of this machine, which sees the same files."""
 
 
 def _serve(parent: int) -> None:
     """Leave interruptions to whoever keeps what is found, and end where that has ended without a word."""
+    _Serving.is_here = True
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_after, args=(parent,), daemon=True).start()
 

@@ -4,8 +4,8 @@ A line is with the operating system as soon as its trials are there, in one writ
 loses it; what a power cut may take is the last second.  A last line that is torn is left out, and cut off
 before anything is appended.
 
-A worker that sees the folder keeps what it finishes in a file aside until it has handed all of it over; who
-opens the folder next takes in what a kill has left there.
+A worker that sees the folder keeps what it finishes in a file aside until all of it is taken from there, or
+handed over; who opens the folder next takes in what a kill has left there.
 """
 
 from __future__ import annotations
@@ -85,7 +85,8 @@ class Store:
         self._synced = time.monotonic()
         try:
             self.trials: dict[tuple[str, int], Found] = dict(self._read())
-            self._take_in()
+            for path in sorted(folder.glob(f"{_ASIDE}*.jsonl")):
+                self.take_in(path)
         except BaseException:
             os.close(self._file)
             raise
@@ -103,6 +104,15 @@ class Store:
         """The file for what a worker finishes of the chunk with that number."""
         return self._path.parent.resolve() / f"{_ASIDE}{number}.jsonl"
 
+    def take_in(self, aside: Path) -> int:
+        """Append what a worker has kept there, of which nothing is needed there any more; how much it was.
+
+        Raises `OSError`; `UserError` where a line is none of ours.
+        """
+        found = list(_kept_in(aside, _whole(aside.read_bytes())))
+        self.keep([one for one in found if (one.condition, one.seed) not in self.trials], aside)
+        return len(found)
+
     def keep(self, trials: Iterable[Kept], aside: Path | None = None) -> None:
         """Append these, of which none is needed `aside` any more; raises `OSError`."""
         made = list(trials)
@@ -115,11 +125,6 @@ class Store:
             self._synced = time.monotonic()
 
     # Inside.
-
-    def _take_in(self) -> None:
-        for path in sorted(self._path.parent.glob(f"{_ASIDE}*.jsonl")):
-            found = _kept_in(path, _whole(path.read_bytes()))
-            self.keep([one for one in found if (one.condition, one.seed) not in self.trials], path)
 
     def _read(self) -> Iterable[tuple[tuple[str, int], Mapping[str, Any]]]:
         content = self._path.read_bytes()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import pickle
+import select
 import signal
 import subprocess
 import sys
@@ -17,6 +19,7 @@ from typing import ParamSpec, TypeVar
 
 import pytest
 
+from aeros.experiments import running
 from aeros.experiments.condition import Condition
 from aeros.experiments.kinds import ALIKE, Trial, digest_of, kind_of
 from aeros.experiments.premises import Premises
@@ -33,7 +36,7 @@ from aeros.experiments.running import (
 from aeros.experiments.store import FILE, Store
 from aeros.experiments.trials import task
 from aeros.experiments.trials.task import Tasks
-from aeros.spec.errors import MisuseError, UserError
+from aeros.spec.errors import InternalError, MisuseError, UserError
 from tests.unit.experiments.common import ROOT, WHERE, Here, condition, premises, settings, told
 
 _P = ParamSpec("_P")
@@ -139,15 +142,23 @@ def test_a_later_run_shares_what_an_earlier_one_kept(tmp_path: Path) -> None:
         assert len(store.trials) == 6
 
 
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Whoever runs tests in several processes has them ignore interruptions."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 class Interrupted(Here):
-    """A process in which Ctrl-C comes with the second chunk."""
+    """A process in which Ctrl-C comes with the first chunk."""
 
     def submit(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
-        if self.submitted == 1:
-            raise KeyboardInterrupt
+        signal.raise_signal(signal.SIGINT)
         return super().submit(fn, *args, **kwargs)
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_an_interruption_keeps_what_was_under_way(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(AT_ONCE, "symbolic", 2)
     with Store(tmp_path) as store:
@@ -173,6 +184,40 @@ def test_processes_find_what_this_one_finds(tmp_path: Path) -> None:
 def test_a_worker_with_other_premises_refuses(tmp_path: Path) -> None:
     with pytest.raises(OtherPremisesError, match="other modules"):
         run_chunk(Chunk(WHERE, "another digest", ((0, (FETCH,)),), tmp_path / "aside.jsonl"))
+
+
+def test_a_worker_here_answers_in_one_piece_however_many_trials_it_has_finished(tmp_path: Path) -> None:
+    def chunk(name: str) -> Chunk:
+        wanted = tuple((seed, (FETCH,)) for seed in range(40))
+        return Chunk(WHERE, premises().digest, wanted, tmp_path / name)
+
+    with executor_at(None, 1) as (executor, _):
+        answer = executor.submit(run_chunk, chunk("here")).result()
+    assert answer == (40, ())
+    assert len(pickle.dumps(answer)) < select.PIPE_BUF / 10
+    elsewhere = run_chunk(chunk("elsewhere"))
+    assert len(pickle.dumps(elsewhere)) > select.PIPE_BUF
+    assert elsewhere.number == len(elsewhere.trials) == 40
+    assert len((tmp_path / "here").read_text().splitlines()) == 40
+
+
+class Torn(Here):
+    """A process of this machine whose files lose their last line."""
+
+    def submit(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
+        answer = super().submit(fn, *args, **kwargs)
+        (chunk,) = args
+        assert isinstance(chunk, Chunk)
+        chunk.aside.write_bytes(chunk.aside.read_bytes()[:-1])
+        return answer
+
+
+def test_finished_trials_that_are_not_there_are_not_passed_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(running._Serving, "is_here", True)
+    with Store(tmp_path) as store, pytest.raises(InternalError, match="lacks some of the 3 trials"):
+        run(store, [FETCH], 3, Torn())
 
 
 def test_the_condition_is_named_by_all_that_decides_it() -> None:
@@ -303,10 +348,9 @@ def test_who_interrupts_again_does_not_wait(tmp_path: Path) -> None:
     _assert_nothing_is_lost(tmp_path)
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_who_interrupts_while_workers_are_dismissed_does_not_wait_either() -> None:
     stack = ExitStack()
-    # Whoever runs tests in several processes has them ignore interruptions.
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     pool, _ = stack.enter_context(local(1))
     worker = pool.submit(os.getpid).result()
     os.kill(worker, signal.SIGSTOP)
@@ -317,10 +361,6 @@ def test_who_interrupts_while_workers_are_dismissed_does_not_wait_either() -> No
             stack.close()
     finally:
         timer.cancel()
-        signal.signal(signal.SIGINT, before)
-    latest = time.monotonic() + 60
-    while _alive(worker) and time.monotonic() < latest:
-        time.sleep(0.05)
     assert not _alive(worker)
 
 

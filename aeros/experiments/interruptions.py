@@ -1,0 +1,31 @@
+"""Ctrl-C while a pool of processes is used: counted, and looked at where it is safe."""
+
+from __future__ import annotations
+
+import signal
+from types import FrameType
+from typing import Self
+
+
+class Interruptions:
+    """How often SIGINT came as long as this is entered; where it is ignored, it still is.
+
+    An exception in its place may come between any two instructions, as where a lock that is shared with the
+    pool's thread is taken and not yet noted as taken.  Nobody would ever free it, and who waits for that
+    thread waits for ever.
+    """
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def __enter__(self) -> Self:
+        self._former = signal.getsignal(signal.SIGINT)
+        if self._former is not signal.SIG_IGN:
+            signal.signal(signal.SIGINT, self._note)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        signal.signal(signal.SIGINT, self._former)
+
+    def _note(self, _number: int, _frame: FrameType | None) -> None:
+        self.count += 1
