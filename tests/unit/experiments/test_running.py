@@ -338,7 +338,8 @@ def test_who_interrupts_again_does_not_wait(tmp_path: Path) -> None:
     assert process.stderr is not None
     said = ""
     while "Ctrl-C again does not wait" not in said:
-        said += process.stderr.readline()
+        said += (line := process.stderr.readline())
+        assert line
     process.send_signal(signal.SIGINT)
     _, more = process.communicate(timeout=60)
     assert process.returncode == 130

@@ -62,14 +62,16 @@ def test_what_was_found_is_counted_by_its_kind() -> None:
 def test_times_are_from_a_kill_to_rest_and_to_the_next_skill_after_it(tmp_path: Path) -> None:
     log = tmp_path / "plant.jsonl"
     stamps = Stamps(log)
-    killed = []
+    killed, told = [], 0
     with log.open("a", encoding="utf-8", buffering=1) as file:
         for events in (["skill-began", "let-go", "skill-began"], ["skill-began"], []):
             killed.append(time.monotonic())
             for event in events:
                 time.sleep(0.06)
                 file.write(json.dumps({"event": event}) + "\n")
-            time.sleep(0.06)
+                told += 1
+                while len(stamps._lines) < told:
+                    time.sleep(0.001)
     stamps.end()
     stops, resumes = stamps.since(killed)
     assert stamps.since([]) == ([], [])
