@@ -25,6 +25,9 @@ from aeros.runtime.watched import Quick, Rules, Watched
 _CHANGEABLE: Final = object()
 """In place of a list, which may hold other values the next time that it is looked at."""
 
+_MOST_MET: Final = 8
+"""As many sets of names are measured at ticks as there are kinds of motion, at most."""
+
 
 class _Formed(NamedTuple):
     """A value that has the form of its variable, and its scalars."""
@@ -59,8 +62,8 @@ class Monitors:
         self._formed: dict[str, _Formed] = {}
         self._measured: frozenset[str] = frozenset()
         self._watched: list[Begun] = []
-        self._names: frozenset[str] = frozenset()  # of what was measured when something new was watched
-        self._quicks: dict[str, Quick | None] = {}  # by action kind, for these names
+        self._met: set[frozenset[str]] = set()  # names of what was measured when something new was watched
+        self._quicks: dict[tuple[str, frozenset[str]], Quick | None] = {}  # by action kind, for these names
         self._holds: Callable[[Mapping[str, Any]], bool] | None = None
         self._is_new = False  # something is watched since the last tick that was not, or the reverse
         self._watches: list[_Watch] = []
@@ -69,11 +72,19 @@ class Monitors:
         """The last rule that did not hold, and at which values."""
 
     def watch(self, begun: Begun) -> None:
-        """From now on watch this action too, which has just been decided."""
+        """From now on watch this action too, which has just been decided.
+
+        What decides its ticks quickly is compiled here, for whatever was measured at ticks before: it takes
+        longer than a tick.
+        """
+        kind = begun.action.kind
+        for names in self._met:
+            if (kind, names) not in self._quicks:
+                self._quicks[kind, names] = self._compiled.quick(kind, names)
         asked: Scalars = {}
-        for name, taking in self._compiled.parameters[begun.action.kind].items():
+        for name, taking in self._compiled.parameters[kind].items():
             asked.update(taking(begun.action.parameters[name]) or {})
-        self._watches.append(_Watch((begun,), self._compiled.of(begun.action.kind), asked))
+        self._watches.append(_Watch((begun,), self._compiled.of(kind), asked))
         for other in self._watched:
             for rules, parameters in self._compiled.of_both(begun, other):
                 self._watches.append(_Watch((begun, other), rules, parameters))
@@ -121,24 +132,27 @@ class Monitors:
         return None
 
     def _quick_for(self, measured: Mapping[str, Any]) -> Quick | None:
-        """Decides ticks at which as much is measured as now, where one action is under way and no other."""
-        if measured.keys() != self._names:
-            self._names = frozenset(measured)
-            self._quicks.clear()
-        if len(self._watches) != 1 or not self._measured <= self._names:
+        """Decides ticks at which as much is measured as now, where one action is under way and no other.
+
+        None, too, where as much was never measured before this action was watched.
+        """
+        names = frozenset(measured)
+        if names not in self._met:
+            if len(self._met) == _MOST_MET:
+                self._met.clear()
+                self._quicks.clear()
+            self._met.add(names)
+        if len(self._watches) != 1 or not self._measured <= names:
             return None
         (watch,) = self._watches
-        kind = watch.whose[0].action.kind
-        if kind not in self._quicks:
-            self._quicks[kind] = self._compiled.quick(kind, self._names)
-        quick = self._quicks[kind]
+        quick = self._quicks.get((watch.whose[0].action.kind, names))
         if quick is None:
             return None
         try:
-            quick.decide(watch.asked if self._names.issuperset(watch.rules.reads) else self._values(watch))
+            quick.decide(watch.asked if names.issuperset(watch.rules.reads) else self._values(watch))
         except KeyError:
             return None  # something that rules read is neither there nor measured
-        self._measured = self._names
+        self._measured = names
         return quick
 
     def _values(self, watch: _Watch) -> Scalars:

@@ -16,10 +16,11 @@ from aeros.runtime.decision import Verdict
 from aeros.runtime.history import Histories
 from aeros.runtime.monitor import Monitors
 from aeros.runtime.ports import Monitor, Reading, Readings
-from aeros.runtime.watched import Watched
+from aeros.runtime.watched import Quick, Watched
 from aeros.skill import Action
 from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.loading import load_site
+from aeros.spec.model import Site
 from tests.unit.runtime.bench import NOW, STATE, Request, configuration, gate, measured, request, without
 
 
@@ -30,9 +31,12 @@ def monitors() -> Monitors:
 
 
 def watching(action: Action, readings: Readings) -> Monitor:
-    """The monitor of one action alone."""
-    monitor = monitors()
-    monitor.watch(Begun(action, readings, NOW, 0))
+    """The monitor of one action alone, which has watched another one like it before."""
+    monitor, begun = monitors(), Begun(action, readings, NOW, 0)
+    monitor.watch(begun)
+    monitor(NOW, STATE)
+    monitor.forget(begun)
+    monitor.watch(begun)
     return monitor
 
 
@@ -187,6 +191,41 @@ def test_what_was_measured_before_counts_until_it_is_too_old(
     assert monitor(NOW, {"human_distance": Reading(value, NOW - age)}) == rule
 
 
+class _Noting(Watched):
+    """Notes what is compiled."""
+
+    def __init__(self, site: Site) -> None:
+        super().__init__(site)
+        self.compiled: list[str] = []
+
+    def quick(self, kind: str, measured: frozenset[str]) -> Quick | None:
+        """See `Watched`."""
+        self.compiled.append(kind)
+        return super().quick(kind, measured)
+
+
+def test_nothing_is_compiled_in_a_tick() -> None:
+    site = configuration().site
+    watched = _Noting(site)
+    monitor = Monitors(watched, Histories(site))
+    compiled, quickly = [], []
+    for kind in ("move", "carry", "move", "carry"):
+        asked = request("quickly", kind)
+        decision = asked.decided_by(gate())
+        assert decision.action is not None
+        begun = Begun(decision.action, asked.readings, NOW, 0)
+        monitor.watch(begun)
+        compiled.append(list(watched.compiled))
+        for _ in range(2):
+            assert monitor(NOW, STATE) is None
+        assert watched.compiled == compiled[-1]
+        quickly.append(monitor._holds is not None)
+        monitor.forget(begun)
+    # Of the first motion nobody knows yet what its ticks measure.
+    assert compiled == [[], ["carry"], ["carry", "move"], ["carry", "move"]]
+    assert quickly == [False, True, True, True]
+
+
 class _Slowly(Watched):
     """Has no quick answer."""
 
@@ -201,7 +240,12 @@ def test_a_rule_that_only_bounds_what_it_reads_trips(distance: Any, rule: str | 
     site = load_site(Path(__file__).parent / "data" / "bounded.yaml", Diagnostics())
     assert site is not None
     monitor = Monitors(Watched(site), Histories(site))
-    monitor.watch(Begun(Action("move", {"speed": 3.0}), measured({"human_distance": 2.0}), NOW, 0))
+    for _ in range(2):
+        begun = Begun(Action("move", {"speed": 3.0}), measured({"human_distance": 2.0}), NOW, 0)
+        monitor.watch(begun)
+        assert monitor(NOW, {"human_distance": 2.0}) is None
+        monitor.forget(begun)
+    monitor.watch(begun)
     for _ in range(2):
         assert monitor(NOW, {"human_distance": 2.0}) is None
         assert monitor._holds is not None
@@ -222,10 +266,11 @@ def test_the_quick_answer_at_a_tick_is_the_slow_one(kind: str) -> None:
     for action in range(400):
         if action % 4 == 0:  # what a monitor has seen outlasts an action
             quick, slow = (Monitors(watched, Histories(site)) for watched in compiled)
+            names = chance.sample(sorted(STATE), chance.randint(0, len(STATE)))
         begun = Begun(decision.action, asked.readings, NOW, 0)
         for monitor in (quick, slow):
             monitor.watch(begun)
-        measured = {name: STATE[name] for name in chance.sample(sorted(STATE), chance.randint(0, len(STATE)))}
+        measured = {name: STATE[name] for name in names}
         for _ in range(6):
             name, drawn = chance.choice(sorted(STATE)), chance.random()
             if drawn < 0.3:
