@@ -17,7 +17,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from aeros.agent.attempt import Attempt
 from aeros.agent.errors import RefusedError
@@ -86,6 +86,14 @@ class Checkpoint:
         return Progress(dict(self.tried), set(self.settled), dict(self.branches))
 
 
+class Ended(NamedTuple):
+    """How a task ended, when on the plant's clock, and the end of the audit record then."""
+
+    report: RunReport
+    time: float
+    head: Head
+
+
 class UnusableError(ValueError):
     """A checkpoint cannot be gone on from; the message says why."""
 
@@ -118,7 +126,17 @@ class Checkpoints:
     def conclude(self, checkpoint: Checkpoint) -> None:
         """Keep durably how it ended, and nothing to go on with; raises `RefusedError`."""
         self.write(checkpoint)
-        self._previous.unlink(missing_ok=True)
+        try:
+            self._previous.unlink(missing_ok=True)
+        except OSError as error:
+            raise RefusedError(f"{self._previous} cannot be removed: {error.strerror}") from error
+
+    def ended(self, instruction: str) -> Ended | None:
+        """How that ended, if the newest says so: there is nothing to go on with, and no plant is needed."""
+        newest = next(self.read(), None)
+        if not isinstance(newest, Checkpoint) or newest.ended is None or newest.instruction != instruction:
+            return None
+        return Ended(newest.ended, newest.time, newest.head)
 
     def forget(self) -> None:
         """Nothing is left, not even how it ended."""

@@ -123,7 +123,9 @@ class Agent:
             raise
         self.lifecycle.change(Change.END)
         self._conclude(routed, report)
-        if not report.steps or report.steps[-1].status is not StepStatus.HALTED:
+        begun = report.steps[0 if resumed is None else len(resumed[0].steps) :]
+        was_stopped = self._runtime.is_stopped or any(one.status is StepStatus.HALTED for one in begun)
+        if report.reached or not was_stopped:
             # Last of all: whoever finds another has something to go on with.
             pursuit.conclude(report)
         return report
@@ -159,8 +161,8 @@ class Agent:
         said = self._runtime.said_since(kept.earliest)
         if said is None or self._runtime.said_since(kept.head) is None:
             raise UnusableError("the audit record does not hold the record at which the checkpoint was made")
-        latest = max(kept.time, *(one.details.get("time", 0.0) for one in said), 0.0)
-        if now < latest:
+        latest = max([kept.time, *(one.details.get("time", kept.time) for one in said)])
+        if now < latest and kept.ended is None:
             raise UnusableError(
                 f"the plant's clock is at {now:g} s, and was at {latest:g} s: it is another plant"
             )

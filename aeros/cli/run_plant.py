@@ -15,11 +15,9 @@ from aeros.agent.routing import Routed
 from aeros.cli.exit_codes import Exit
 from aeros.cli.plants import bodies_of, faults_of, film_of, joined, open_plant, people_of, window_of
 from aeros.cli.premises import output_folder
-from aeros.cli.unfinished import forget
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.ports import Plant
 from aeros.sim.hosting.host import Host, HostLog
-from aeros.sim.hosting.remote import RemotePlant
 
 if TYPE_CHECKING:
     from aeros.sim.bodies import Body
@@ -112,14 +110,8 @@ def serve(staged: Staged) -> Exit:
         exclusive(arguments.state / "plant", arguments.instruction),
         staged_plant(staged, lambda one: tell(one._asdict())) as plant,
     ):
+        arguments.plant_at.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         Host(plant, tell).serve(arguments.plant_at)
         with suppress(OSError):
             arguments.plant_at.parent.rmdir()
     return Exit.PROVED
-
-
-def end(plant: Plant, state: Path) -> None:
-    """Let a plant that outlives this process end with the task, which is not to be resumed."""
-    if isinstance(plant, RemotePlant):
-        forget(state)
-        plant.end()

@@ -7,9 +7,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from aeros.agent.checkpoint import Checkpoints, Ended
 from aeros.agent.journal import Event
 from aeros.agent.loop import Agent, awake
 from aeros.agent.planner import Planner
+from aeros.agent.report import RunReport
 from aeros.cli.bag import bagged
 from aeros.cli.exit_codes import Exit
 from aeros.cli.interruptible import Interruptible
@@ -19,8 +21,9 @@ from aeros.cli.page.left import read_left
 from aeros.cli.planners import time_for
 from aeros.cli.premises import isolated_skills
 from aeros.cli.report import written
-from aeros.cli.run_plant import Staged, end, staged_plant
+from aeros.cli.run_plant import Staged, staged_plant
 from aeros.cli.run_report import TraceWriter, summary
+from aeros.cli.unfinished import end_task, forget
 from aeros.runtime.audit import AuditLog, AuditReport, verify_log
 from aeros.runtime.audit_checkpoints import Signing, verify_signed
 from aeros.runtime.bus.feed import Feed
@@ -30,6 +33,7 @@ from aeros.runtime.bus.watched_plant import WatchedPlant
 from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate, GateMode
 from aeros.runtime.governor import Command, Governor
+from aeros.sim.hosting.remote import RemotePlant
 from aeros.spec.model import Clause
 from aeros.spec.reports import Report
 
@@ -55,6 +59,8 @@ def run_task(staged: Staged, meant: Meant) -> Exit:
     """Have the agent pursue it, tell what came of it, and leave that in the run's folder."""
     began = time.perf_counter()
     arguments, configuration, out = staged.arguments, staged.configuration, staged.out
+    if arguments.resume and (ended := _ended(staged, meant)) is not None:
+        return _tell_ended(staged, meant, ended)
     log = out / "audit.jsonl"
     with (
         isolated_skills(configuration) as skills,
@@ -103,17 +109,53 @@ def run_task(staged: Staged, meant: Meant) -> Exit:
                 report = pursue(arguments.instruction, arguments.timeout, meant.goal)
             notifier.tell(STOPPING)
         simulated = plant.now()
-        # Whoever supervises this process ends the plant once all is told, and until then may start another.
-        if not arguments.supervised:
-            end(opened, arguments.state)
-    print(summary(meant.proof, report, arguments.plant, simulated, time.perf_counter() - began))
-    audited, sound = _audited(log, meant.signing)
+        # An agent whose supervisor is gone has stopped, and leaves its task and plant to be resumed.
+        is_over = False
+        if isinstance(opened, RemotePlant) and not notifier.is_alone:
+            opened.end()
+            is_over = True
+    seconds = time.perf_counter() - began
+    code = _tell(staged, meant, report, simulated, seconds, feed)
+    # Last of all, and by whoever supervises this process: until then another one may tell how it ended.
+    if is_over and not arguments.supervised:
+        forget(arguments.state)
+    return Exit.INTERRUPTED if governed.is_interrupted else code
+
+
+def _ended(staged: Staged, meant: Meant) -> Ended | None:
+    """How the task ended, if an agent has kept that, and this run's log holds it: mended, and signed."""
+    ended = Checkpoints(staged.arguments.state).ended(staged.arguments.instruction)
+    if ended is None:
+        return None
+    durability = staged.configuration.site.durability
+    with AuditLog(staged.out / "audit.jsonl", durability=durability, signing=meant.signing) as audit:
+        return None if audit.since(ended.head) is None else ended
+
+
+def _tell_ended(staged: Staged, meant: Meant, ended: Ended) -> Exit:
+    """Tell what an agent had no time left to tell; nothing more is done, and the plant may be gone."""
+    arguments = staged.arguments
+    with Notifier() as notifier:
+        notifier.tell(READY)
+        notifier.tell(STOPPING)
+    print("The task had ended.")
+    code = _tell(staged, meant, ended.report, ended.time, 0.0, None)
+    if not arguments.supervised:
+        end_task(arguments.state, arguments.plant_at)
+    return code
+
+
+def _tell(
+    staged: Staged, meant: Meant, report: RunReport, simulated: float, seconds: float, feed: Feed | None
+) -> Exit:
+    """Print what came of it and what is left; the exit code that says so, too."""
+    out = staged.out
+    print(summary(meant.proof, report, staged.arguments.plant, simulated, seconds))
+    audited, sound = _audited(out / "audit.jsonl", meant.signing)
     print(f"audit      {audited.records} records, {sound}")
     if not report.reached:
         print(f"why        aeros why {out}")
     _tell_left(staged, feed, sound)
-    if governed.is_interrupted:
-        return Exit.INTERRUPTED
     return Exit.PROVED if report.reached and audited.bad_record is None else Exit.REJECTED
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
 from aeros.agent.errors import RefusedError
 from aeros.durable import replace_file
+from aeros.sim.hosting.remote import RemotePlant
 
 _FILE: Final = "run.json"
 _OF_THIS_COMMAND: Final = (
@@ -44,6 +46,13 @@ def restore(arguments: argparse.Namespace) -> argparse.Namespace:
 def forget(state: Path) -> None:
     """Nothing is left to resume."""
     (state / _FILE).unlink(missing_ok=True)
+
+
+def end_task(state: Path, plant_at: Path) -> None:
+    """Nothing is left to resume, and its plant, if it is there still, ends, too."""
+    forget(state)
+    with suppress(OSError):
+        RemotePlant(plant_at).end()
 
 
 def _told(value: Any) -> Any:

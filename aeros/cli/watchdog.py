@@ -31,7 +31,7 @@ from typing import IO, Final
 from aeros.agent.quarantine import Quarantine
 from aeros.cli.exit_codes import Exit
 from aeros.cli.notification import ALIVE, READY, STOPPING, Notifier
-from aeros.cli.unfinished import forget
+from aeros.cli.unfinished import end_task
 from aeros.sim.hosting.remote import RemotePlant
 
 _START: Final = 300.0
@@ -58,6 +58,8 @@ class _Watchdog:
         self._address = address
         self._agent: subprocess.Popen[bytes] | None = None
         self._is_asked_to_end = False
+        self._is_over = False
+        """An agent has said that the task is, and tells what came of it."""
 
     def run(self) -> Exit:
         """See `watch`."""
@@ -75,7 +77,10 @@ class _Watchdog:
                     return Exit.REJECTED
                 if why is None:
                     # Only now, so that whatever of this is killed, another agent tells how the task ended.
-                    self._end_task()
+                    if self._is_over:
+                        end_task(self._arguments.state, self._arguments.plant_at)
+                    else:
+                        self._end_plant()
                     return _exit(self._agent.returncode)
                 print(f"aeros: the agent has crashed: {why}", file=sys.stderr, flush=True)
                 if self._is_asked_to_end:
@@ -113,6 +118,9 @@ class _Watchdog:
                     said = heard.recv(_MOST_SAID).decode("utf-8", "replace").split("\n")
                     if READY in said or ALIVE in said:
                         latest = time.monotonic() + self._arguments.silence
+                    if STOPPING in said:
+                        # It looks at its log once more, and writes a page: nobody asks it whether to go on.
+                        self._is_over, latest = True, time.monotonic() + _START
                     self._notifier.tell(*(word for word in said if word in (READY, ALIVE, STOPPING)))
                 elif handle in ready:
                     break
@@ -130,9 +138,8 @@ class _Watchdog:
             return f"killed by {signal.Signals(-code).name}"
         return f"it ended with exit code {code}" if code == Exit.OUR_BUG else None
 
-    def _end_task(self) -> None:
-        """With its plant, whose folder is its own: there is nothing to resume any more."""
-        forget(self._arguments.state)
+    def _end_plant(self) -> None:
+        """The plant, where the agent has left it; its folder is its own."""
         with suppress(OSError):
             RemotePlant(self._arguments.plant_at).end()
 

@@ -8,7 +8,7 @@ from typing import Self
 
 
 class Interruptions:
-    """How often SIGINT came as long as this is entered; where it is ignored, it still is.
+    """How often SIGINT came as long as this is entered, by the main thread; where it is ignored, it still is.
 
     An exception in its place may come between any two instructions, as where a lock that is shared with the
     pool's thread is taken and not yet noted as taken.  Nobody would ever free it, and who waits for that

@@ -1,4 +1,4 @@
-"""Runs trials on any `concurrent.futures.Executor`, and keeps them as soon as a worker hands them over.
+"""Runs trials on any `concurrent.futures.Executor`, and keeps them as soon as a worker is done with them.
 
 What is finished already is not run again, and neither is what a finished trial says would be the same
 (`kinds.Sharing`).  An interruption lets what is under way finish and be kept; a second one does not wait, and
@@ -13,7 +13,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
 from itertools import count
@@ -141,6 +141,7 @@ def run_trials(
 ) -> None:
     """Run whatever the store does not have of `conditions` for `seeds`.
 
+    For the main thread alone, which Ctrl-C comes to.
     tell: hears whenever trials were kept.  Raises KeyboardInterrupt once what was under way is kept, and
     `AbandonedError` where another interruption comes before that.
     """
@@ -243,7 +244,8 @@ def local(workers: int) -> Iterator[tuple[Executor, int]]:
     is_patient = True
     try:
         yield pool, workers
-    except AbandonedError:
+    except (AbandonedError, BrokenExecutor):
+        # The pool dismisses no worker any more where one that it had cancelled was to hear that it is broken.
         is_patient = False
         raise
     finally:

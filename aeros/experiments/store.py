@@ -41,7 +41,7 @@ class Kept(NamedTuple):
 
 
 class Aside:
-    """Trials that a worker has finished and not handed over yet, in a file whose path it was given.
+    """Trials that a worker has finished and that are not kept yet, in a file whose path it was given.
 
     Where there is no such folder, as on another machine, nothing is kept.
     """

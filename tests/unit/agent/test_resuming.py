@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -254,6 +255,35 @@ def test_an_operators_stop_can_be_resumed(tmp_path: Path) -> None:
     with awake(tmp_path, "chef", runtime) as agent:
         assert agent.resume("dumplings").reached
     assert runtime.done == ["prepare", "recover", "wrap", "wrap", "boil"]
+
+
+def test_a_stop_while_it_thinks_can_be_resumed(tmp_path: Path) -> None:
+    class Thinking(RulePlanner):
+        def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+            time.sleep(1000.0)
+            raise AssertionError
+
+    runtime = Mortal(inf)
+    runtime.stopped = True
+    with awake(tmp_path, "chef", runtime, Thinking(), within=30.0) as agent:
+        report = agent.run("dumplings")
+    assert "the operator has stopped everything" in str(report.reason)
+    runtime.stopped = False
+    assert resume(tmp_path, runtime).reached
+    assert runtime.done == ["prepare", "recover", "wrap", "boil"]
+
+
+def test_a_stop_of_one_of_two_that_are_under_way_can_be_resumed(tmp_path: Path) -> None:
+    dough = skill("dough", outcome("there", {"dough_on_workspace": True}))
+    filling = skill("filling", outcome("there", {"filling_on_workspace": True}))
+    modules = {"dumpling": module("dumpling", (*DUMPLING.skills.values(), dough, filling), MAKE_DUMPLINGS)}
+    plan = Given(Par((do("dough"), do("filling")), SPAN), do("recover"), do("wrap"), do("boil"))
+    runtime = Mortal(inf, modules, endings={"dough": [StepStatus.HALTED]})
+    with awake(tmp_path, "chef", runtime, plan) as agent:
+        report = agent.run("dumplings")
+    assert [one.status for one in report.steps] == [StepStatus.HALTED, StepStatus.CANCELLED]
+    with awake(tmp_path, "chef", runtime, plan) as agent:
+        assert agent.resume("dumplings").reached
 
 
 @pytest.mark.parametrize("endings", [{}, {"wrap": ["misaligned"] * 200}])

@@ -172,13 +172,44 @@ def test_a_task_that_had_ended_before_the_last_crash_is_told_as_it_ended(tmp_pat
     assert [one["reached"] for one in ended] == [True]
     watched.process.kill()
     watched.end()
+    records = len(watched.events())
     watched.process = watched.start("--resume")
     code, said = watched.end()
     assert code == Exit.PROVED, said
-    assert "make_dumplings.make_dumplings had ended: the goal is measured" in said
+    assert "The task had ended." in said
     assert "steps      3 run" in said
-    assert watched.notes("run-ended") == watched.notes("run-had-ended") == ended
+    assert (len(watched.events()), len(ended)) == (records, 1)
     assert verify_log(watched.out / "audit.jsonl").sound
+    assert not (watched.state / "run.json").exists()
+
+
+def test_the_end_of_another_run_is_not_told_for_this_one(tmp_path: Path) -> None:
+    watched = Watched.paused(tmp_path)
+    for pid in (watched.process.pid, watched.agent()):
+        os.kill(pid, signal.SIGKILL)
+    watched.end()
+    asked("resume", watched.state)
+    state = ["--state", str(watched.state)]
+    assert main(["run", "make dumplings", "--plant", "symbolic", *state, "--out", str(tmp_path / "o")]) == 0
+    watched.process = watched.start("--resume")
+    code, said = watched.end()
+    assert code == Exit.REJECTED
+    assert "the audit record does not hold the record at which the checkpoint was made" in said
+
+
+def test_an_agent_whose_supervisor_is_gone_leaves_its_task_to_be_resumed(tmp_path: Path) -> None:
+    watched = Watched.paused(tmp_path)
+    for pid in (watched.process.pid, watched.agent()):
+        os.kill(pid, signal.SIGKILL)
+    watched.end()
+    asked("resume", watched.state)
+    resume = [sys.executable, "-m", "aeros", "run", "--resume", "--state", str(watched.state)]
+    alone = {**os.environ, "NOTIFY_SOCKET": str(tmp_path / "gone"), "WATCHDOG_USEC": "1000000"}
+    halted = subprocess.run(resume, cwd=ROOT, env=alone, capture_output=True, text=True, check=False)
+    assert halted.returncode == Exit.REJECTED, halted.stdout + halted.stderr
+    assert (watched.state / "run.json").exists()
+    ended = subprocess.run(resume, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert ended.returncode == Exit.PROVED, ended.stdout + ended.stderr
     assert not (watched.state / "run.json").exists()
 
 

@@ -9,13 +9,12 @@ import select
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future
+from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import pytest
 
@@ -330,6 +329,31 @@ def test_a_worker_that_is_killed_ends_the_run_and_leaves_whole_trials(tmp_path: 
     _assert_nothing_is_lost(tmp_path)
 
 
+_KILLED_AFTER_AN_INTERRUPTION = """\
+import os, signal, time
+from concurrent.futures import wait
+from aeros.experiments.running import local
+
+with local(2) as (pool, _):
+    under_way = [one for one in [pool.submit(time.sleep, 600.0) for _ in range(4)] if not one.cancel()]
+    os.kill(next(iter(pool._processes)), signal.SIGKILL)
+    wait(under_way)[0].pop().result()
+"""
+
+
+def test_a_worker_that_is_killed_after_others_were_cancelled_ends_the_run() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", _KILLED_AFTER_AN_INTERRUPTION],
+        cwd=ROOT,
+        stderr=subprocess.PIPE,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert "BrokenProcessPool" in done.stderr.splitlines()[-1]
+
+
 def test_who_interrupts_again_does_not_wait(tmp_path: Path) -> None:
     process, workers = _begun(tmp_path)
     # What is under way would go on for ever: whoever waited for it would not come back.
@@ -350,18 +374,22 @@ def test_who_interrupts_again_does_not_wait(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("interruptible")
-def test_who_interrupts_while_workers_are_dismissed_does_not_wait_either() -> None:
+def test_who_interrupts_while_workers_are_dismissed_does_not_wait_either(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    shutdown = ProcessPoolExecutor.shutdown
+
+    def interrupted(*given: Any, **more: Any) -> None:
+        signal.raise_signal(signal.SIGINT)
+        shutdown(*given, **more)
+
+    monkeypatch.setattr(ProcessPoolExecutor, "shutdown", interrupted)
     stack = ExitStack()
     pool, _ = stack.enter_context(local(1))
     worker = pool.submit(os.getpid).result()
     os.kill(worker, signal.SIGSTOP)
-    timer = threading.Timer(0.5, signal.pthread_kill, (threading.main_thread().ident, signal.SIGINT))
-    timer.start()
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            stack.close()
-    finally:
-        timer.cancel()
+    with pytest.raises(KeyboardInterrupt):
+        stack.close()
     assert not _alive(worker)
 
 

@@ -93,6 +93,14 @@ def _under_way(robot: Robot) -> threading.Thread:
     return thread
 
 
+def _let_ticks_pass(robot: Robot) -> None:
+    latest = time.monotonic() + _PATIENCE
+    for _ in range(3):
+        was = robot.plant.ticked
+        while robot.plant.ticked == was and time.monotonic() < latest:
+            time.sleep(0.001)
+
+
 CHANGES = {
     "deactivate": lambda registry: registry.deactivate("tidy"),
     "block the skill": lambda registry: registry.block(Block("one", "why", "tidy", "rest", None)),
@@ -156,11 +164,20 @@ def test_a_change_between_loading_and_the_first_look_is_followed(
         assert executor.active_modules() == {}
 
 
-def test_what_is_unrelated_stops_nothing_that_a_run_has_begun(robot: Robot) -> None:
+def test_what_is_unrelated_stops_nothing_that_a_run_has_begun(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """As `aeros run` opens it: nobody asks for the configuration but the executor."""
     thread = _under_way(robot)
-    threading.Timer(0.2, setattr, (robot.plant, "may_end", True)).start()
+    wait = Live.wait_until_still
+
+    def going_on(live: Live, *given: Any) -> Any:
+        _let_ticks_pass(robot)
+        robot.plant.may_end = True
+        return wait(live, *given)
+
     # The change waits for what moves, which it may not stop.
+    monkeypatch.setattr(Live, "wait_until_still", going_on)
     robot.registry.block(Block("one", "why", None, None, "grip"))
     thread.join(_PATIENCE)
     assert robot.results[0].status is StepStatus.FINISHED
@@ -170,8 +187,10 @@ def test_a_change_announced_by_one_who_was_killed_before_keeping_it_is_no_change
     before = robot.registry.snapshot()
     with Live(robot.registry.folder) as live:
         live.publish(before.generation + 1)
+        thread = _under_way(robot)
+        _let_ticks_pass(robot)
         robot.plant.may_end = True
-        robot.begin().join(_PATIENCE)
+        thread.join(_PATIENCE)
         assert live.generation == before.generation
     assert robot.results[0].status is StepStatus.FINISHED
     robot.registry.deactivate("tidy")
@@ -205,6 +224,7 @@ def test_a_change_that_cannot_be_kept_is_taken_back(robot: Robot, monkeypatch: p
         patched.setattr(Records, "replace", full)
         with pytest.raises(OSError, match="No space"):
             robot.registry.deactivate("tidy")
+    _let_ticks_pass(robot)
     robot.plant.may_end = True
     thread.join(_PATIENCE)
     assert robot.results[0].status is StepStatus.FINISHED
