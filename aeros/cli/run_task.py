@@ -23,7 +23,7 @@ from aeros.cli.premises import isolated_skills
 from aeros.cli.report import written
 from aeros.cli.run_plant import Staged, staged_plant
 from aeros.cli.run_report import TraceWriter, summary
-from aeros.cli.unfinished import end_task, forget
+from aeros.cli.unfinished import end_plant, end_task, forget
 from aeros.runtime.audit import AuditLog, AuditReport, verify_log
 from aeros.runtime.audit_checkpoints import Signing, verify_signed
 from aeros.runtime.bus.feed import Feed
@@ -112,7 +112,7 @@ def run_task(staged: Staged, meant: Meant) -> Exit:
         # An agent whose supervisor is gone has stopped, and leaves its task and plant to be resumed.
         is_over = False
         if isinstance(opened, RemotePlant) and not notifier.is_alone:
-            opened.end()
+            end_plant(opened, arguments.state)
             is_over = True
     seconds = time.perf_counter() - began
     code = _tell(staged, meant, report, simulated, seconds, feed)

@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Any, Final
 
 from aeros.agent.errors import RefusedError
+from aeros.agent.identity import exclusive
 from aeros.durable import replace_file
 from aeros.sim.hosting.remote import RemotePlant
 
 _FILE: Final = "run.json"
+_PATIENCE: Final = 60.0  # s
 _OF_THIS_COMMAND: Final = (
     *("command", "resume", "watchdog", "serve_plant", "supervised"),
     *("crashes", "within", "silence"),
@@ -52,7 +54,14 @@ def end_task(state: Path, plant_at: Path) -> None:
     """Nothing is left to resume, and its plant, if it is there still, ends, too."""
     forget(state)
     with suppress(OSError):
-        RemotePlant(plant_at).end()
+        end_plant(RemotePlant(plant_at), state)
+
+
+def end_plant(plant: RemotePlant, state: Path) -> None:
+    """Let it end, and wait for that: a film is there only then."""
+    plant.end()
+    with suppress(RefusedError), exclusive(state / "plant", patience=_PATIENCE):
+        pass
 
 
 def _told(value: Any) -> Any:

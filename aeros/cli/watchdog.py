@@ -31,7 +31,7 @@ from typing import IO, Final
 from aeros.agent.quarantine import Quarantine
 from aeros.cli.exit_codes import Exit
 from aeros.cli.notification import ALIVE, READY, STOPPING, Notifier
-from aeros.cli.unfinished import end_task
+from aeros.cli.unfinished import end_plant, forget
 from aeros.sim.hosting.remote import RemotePlant
 
 _START: Final = 300.0
@@ -78,9 +78,9 @@ class _Watchdog:
                 if why is None:
                     # Only now, so that whatever of this is killed, another agent tells how the task ended.
                     if self._is_over:
-                        end_task(self._arguments.state, self._arguments.plant_at)
-                    else:
-                        self._end_plant()
+                        forget(self._arguments.state)
+                    with suppress(OSError):
+                        end_plant(RemotePlant(self._arguments.plant_at), self._arguments.state)
                     return _exit(self._agent.returncode)
                 print(f"aeros: the agent has crashed: {why}", file=sys.stderr, flush=True)
                 if self._is_asked_to_end:
@@ -137,11 +137,6 @@ class _Watchdog:
         if code < 0:
             return f"killed by {signal.Signals(-code).name}"
         return f"it ended with exit code {code}" if code == Exit.OUR_BUG else None
-
-    def _end_plant(self) -> None:
-        """The plant, where the agent has left it; its folder is its own."""
-        with suppress(OSError):
-            RemotePlant(self._arguments.plant_at).end()
 
     @contextmanager
     def _listening(self) -> Iterator[socket.socket]:

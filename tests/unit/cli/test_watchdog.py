@@ -176,7 +176,7 @@ def test_a_task_that_had_ended_before_the_last_crash_is_told_as_it_ended(tmp_pat
     watched.process = watched.start("--resume")
     code, said = watched.end()
     assert code == Exit.PROVED, said
-    assert "The task had ended." in said
+    assert "The task had ended.\n" in said
     assert "steps      3 run" in said
     assert (len(watched.events()), len(ended)) == (records, 1)
     assert verify_log(watched.out / "audit.jsonl").sound
