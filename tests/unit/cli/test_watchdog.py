@@ -240,8 +240,10 @@ def test_a_bag_does_not_go_with_a_watchdog(tmp_path: Path, capsys: pytest.Captur
     assert "do not go with --watchdog" in capsys.readouterr().err
 
 
+@pytest.mark.physics
 def test_without_its_plant_a_task_ends_and_is_not_gone_on_with_on_another(tmp_path: Path) -> None:
-    watched = Watched(tmp_path)
+    # On physics seconds pass between the end of the first step and that of the task.
+    watched = Watched(tmp_path, "--plant", "physics", "--no-record")
     watched.until(lambda: watched.notes("step-ended"))
     plant = json.loads((watched.state / "plant" / "agent.lock").read_text())["pid"]
     os.kill(plant, signal.SIGKILL)
