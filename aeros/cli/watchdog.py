@@ -59,7 +59,7 @@ class _Watchdog:
         self._agent: subprocess.Popen[bytes] | None = None
         self._is_asked_to_end = False
         self._is_over = False
-        """An agent has said that the task is, and tells what came of it."""
+        """The agent has said that the task is, and tells what came of it."""
 
     def run(self) -> Exit:
         """See `watch`."""
@@ -68,6 +68,7 @@ class _Watchdog:
             # Not at the terminal: the plant may stay behind, and would keep open what is read along there.
             plant = self._start("--serve-plant", said=said)
             while True:
+                self._is_over = False
                 self._agent = self._start("--resume", "--supervised")
                 why = self._crash(self._agent, heard, plant)
                 if plant.poll():
