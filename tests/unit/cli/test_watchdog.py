@@ -50,6 +50,16 @@ class Watched:
         watched.until(lambda: watched.phases()[-1:] == ["paused"])
         return watched
 
+    @classmethod
+    def killed(cls, folder: Path) -> Watched:
+        """One whose watchdog and agent are gone, while its plant and its task are there."""
+        watched = cls.paused(folder)
+        for pid in (watched.process.pid, watched.agent()):
+            os.kill(pid, signal.SIGKILL)
+        watched.end()
+        asked("resume", watched.state)
+        return watched
+
     def until(self, holds: Callable[[], Any]) -> Any:
         latest = time.monotonic() + PATIENCE
         while not (found := holds()):
@@ -184,11 +194,7 @@ def test_a_task_that_had_ended_before_the_last_crash_is_told_as_it_ended(tmp_pat
 
 
 def test_the_end_of_another_run_is_not_told_for_this_one(tmp_path: Path) -> None:
-    watched = Watched.paused(tmp_path)
-    for pid in (watched.process.pid, watched.agent()):
-        os.kill(pid, signal.SIGKILL)
-    watched.end()
-    asked("resume", watched.state)
+    watched = Watched.killed(tmp_path)
     state = ["--state", str(watched.state)]
     assert main(["run", "make dumplings", "--plant", "symbolic", *state, "--out", str(tmp_path / "o")]) == 0
     watched.process = watched.start("--resume")
@@ -198,11 +204,7 @@ def test_the_end_of_another_run_is_not_told_for_this_one(tmp_path: Path) -> None
 
 
 def test_an_agent_whose_supervisor_is_gone_leaves_its_task_to_be_resumed(tmp_path: Path) -> None:
-    watched = Watched.paused(tmp_path)
-    for pid in (watched.process.pid, watched.agent()):
-        os.kill(pid, signal.SIGKILL)
-    watched.end()
-    asked("resume", watched.state)
+    watched = Watched.killed(tmp_path)
     resume = [sys.executable, "-m", "aeros", "run", "--resume", "--state", str(watched.state)]
     alone = {**os.environ, "NOTIFY_SOCKET": str(tmp_path / "gone"), "WATCHDOG_USEC": "1000000"}
     halted = subprocess.run(resume, cwd=ROOT, env=alone, capture_output=True, text=True, check=False)
