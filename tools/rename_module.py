@@ -25,9 +25,23 @@ from pathlib import Path
 from typing import Final
 
 ROOT: Final = Path(__file__).resolve().parents[1]
-TEXT: Final = {".py", ".md", ".toml", ".yml", ".yaml", ".cfg", ".ini", ".txt", ".json", ".importlinter", ".smt2"}
+TEXT: Final = {
+    ".py",
+    ".md",
+    ".toml",
+    ".yml",
+    ".yaml",
+    ".cfg",
+    ".ini",
+    ".txt",
+    ".json",
+    ".importlinter",
+    ".smt2",
+}
 UNTOUCHED: Final = ("CHANGELOG.md", "docs/results/", "tests/corpus/", "tools/rename_module.py")
 """Files that tell of the past, or are data: they keep the names that they have."""
+DONE: Final = "\N{SYMBOL FOR NULL}"
+"""Stands for the dots of a name that is already the new one, so that it is not rewritten once more."""
 ROOTS: Final = ("aeros", "proofs", "tests", "benchmarks", "tools")
 
 
@@ -120,7 +134,9 @@ def _add_packages(targets: Iterable[str]) -> None:
             if folder.parts[:1] == ("aeros",) and target.endswith(".py"):
                 marker = folder / "__init__.py"
                 if not marker.exists():
-                    marker.write_text(f'"""{folder.name.replace("_", " ").capitalize()}."""\n', encoding="utf-8")
+                    marker.write_text(
+                        f'"""{folder.name.replace("_", " ").capitalize()}."""\n', encoding="utf-8"
+                    )
                     subprocess.run(["git", "add", str(marker)], check=True)  # noqa: S603, S607
                     print(f"write the docstring of {marker}")
 
@@ -142,7 +158,7 @@ def _rewrite(moves: Mapping[str, str], files: Iterable[str]) -> list[str]:
         if path.suffix == ".py":
             text = _rewrite_module_imports(text, modules)
             text = _rewrite_file_anchors(text, came_from.get(name, name), name)
-        text = _rewrite_names(text, moves, modules)
+        text = _rewrite_names(text, moves, modules).replace(DONE, ".")
         if text != before:
             path.write_text(text, encoding="utf-8")
             touched.append(name)
@@ -177,7 +193,9 @@ def _rewrite_module_imports(text: str, modules: Mapping[str, str]) -> str:
     """Rewrite `from package import module` where the module moved."""
     tree = ast.parse(text)
     lines = text.splitlines(keepends=True)
-    bound = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    bound = {
+        node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
+    }
     bound |= {node.arg for node in ast.walk(tree) if isinstance(node, ast.arg)}
     used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
     renamed: dict[str, str] = {}
@@ -198,7 +216,10 @@ def _rewrite_module_imports(text: str, modules: Mapping[str, str]) -> str:
                     asname = alias.name
                 else:
                     renamed[alias.name] = leaf
-            statements.append(f"{indent}from {package} import {leaf}" + (f" as {asname}" if asname else "") + "\n")
+            package = package.replace(".", DONE)
+            statements.append(
+                f"{indent}from {package} import {leaf}" + (f" as {asname}" if asname else "") + "\n"
+            )
         edits.append((node.lineno, node.end_lineno or node.lineno, "".join(statements)))
     spans = [
         (node.lineno, node.col_offset, node.id)
