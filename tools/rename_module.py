@@ -38,7 +38,14 @@ TEXT: Final = {
     ".importlinter",
     ".smt2",
 }
-UNTOUCHED: Final = ("CHANGELOG.md", "docs/results/", "tests/corpus/", "tools/rename_module.py")
+UNTOUCHED: Final = (
+    "CHANGELOG.md",
+    "docs/results/",
+    "tests/corpus/accepted/",
+    "tests/corpus/rejected/",
+    "tests/corpus/site/",
+    "tools/rename_module.py",
+)
 """Files that tell of the past, or are data: they keep the names that they have."""
 DONE: Final = "\N{SYMBOL FOR NULL}"
 """Stands for the dots of a name that is already the new one, so that it is not rewritten once more."""
@@ -46,6 +53,7 @@ ROOTS: Final = ("aeros", "proofs", "tests", "benchmarks", "tools")
 
 
 def main() -> int:
+    """Run the command line."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("paths", nargs="*", metavar="OLD NEW", help="paths of modules, two by two")
     parser.add_argument("--from", dest="listed", type=Path, help="file with one `OLD NEW` a line")
@@ -59,13 +67,16 @@ def main() -> int:
     os.chdir(ROOT)
     files = _tracked()
     try:
-        moves = _file_moves(dict(zip(named[::2], named[1::2], strict=True)), files)
+        asked = dict(zip(named[::2], named[1::2], strict=True))
+        folders = {**asked, **_mirrored_folders(asked)}
+        folders = {old: new for old, new in folders.items() if Path(old).is_dir()}
+        moves = _file_moves({**asked, **folders}, files)
     except ValueError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
     _git_mv(moves)
     _add_packages(moves.values())
-    touched = _rewrite(moves, [moves.get(name, name) for name in files])
+    touched = _rewrite(moves, [moves.get(name, name) for name in files], folders)
     _tidy(touched)
     return 0
 
@@ -88,17 +99,29 @@ def _file_moves(asked: Mapping[str, str], files: list[str]) -> dict[str, str]:
             raise ValueError(f"{old} is not a tracked file or folder")
         for name in inside:
             target = new.rstrip("/") + name[len(old.rstrip("/")) :]
-            # A module may already have been moved by a row of its own.
-            moves.setdefault(name, target)
+            if name == old or name not in asked:
+                moves[name] = target
+    # A module's own row says more of its tests than the row of its folder.
     for old, new in list(moves.items()):
-        for name, target in _mirrored_tests(old, new, files):
-            moves.setdefault(name, target)
+        moves.update(_mirrored_tests(old, new, files))
     stay = set(files) - moves.keys()
     targets = list(moves.values())
     taken = sorted({target for target in targets if target in stay or targets.count(target) > 1})
     if taken:
         raise ValueError(f"these targets are taken: {', '.join(taken)}")
     return {old: new for old, new in moves.items() if old != new}
+
+
+def _mirrored_folders(asked: Mapping[str, str]) -> dict[str, str]:
+    """Map the folders of tests that mirror moved packages."""
+    mirrored = {
+        str(Path("tests/unit").joinpath(*Path(old).parts[1:])): str(
+            Path("tests/unit").joinpath(*Path(new).parts[1:])
+        )
+        for old, new in asked.items()
+        if old.startswith("aeros/") and Path(old).is_dir()
+    }
+    return {old: new for old, new in mirrored.items() if Path(old).is_dir()}
 
 
 def _mirrored_tests(old: str, new: str, files: list[str]) -> Iterator[tuple[str, str]]:
@@ -145,7 +168,7 @@ def _dotted(path: str) -> str:
     return path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
 
 
-def _rewrite(moves: Mapping[str, str], files: Iterable[str]) -> list[str]:
+def _rewrite(moves: Mapping[str, str], files: Iterable[str], folders: Mapping[str, str]) -> list[str]:
     """Rewrite what names moved modules, and return the files that changed."""
     modules = {_dotted(old): _dotted(new) for old, new in moves.items() if old.endswith(".py")}
     came_from = {new: old for old, new in moves.items()}
@@ -157,7 +180,7 @@ def _rewrite(moves: Mapping[str, str], files: Iterable[str]) -> list[str]:
         text = before = path.read_text(encoding="utf-8")
         if path.suffix == ".py":
             text = _rewrite_module_imports(text, modules)
-            text = _rewrite_file_anchors(text, came_from.get(name, name), name)
+            text = _rewrite_file_anchors(text, came_from.get(name, name), name, folders)
         text = _rewrite_names(text, moves, modules).replace(DONE, ".")
         if text != before:
             path.write_text(text, encoding="utf-8")
@@ -234,15 +257,21 @@ def _rewrite_module_imports(text: str, modules: Mapping[str, str]) -> str:
     return "".join(lines)
 
 
-def _rewrite_file_anchors(text: str, old: str, new: str) -> str:
-    """Keep `Path(__file__).parent / ...` at the folder it meant, when the file is now deeper or higher."""
-    deeper = new.count("/") - old.count("/")
-    if not deeper or "__file__" not in text:
+def _rewrite_file_anchors(text: str, old: str, new: str, folders: Mapping[str, str]) -> str:
+    """Keep `Path(__file__).parent / ...` at the folder that it meant before the file moved."""
+    if old == new or "__file__" not in text:
         return text
 
     def anchored(match: re.Match[str]) -> str:
-        index = (int(match["index"]) if match["index"] else 0) + deeper
-        return f"{match['head']}.parents[{index}]" if index else f"{match['head']}.parent"
+        folder = Path(old).parents[int(match["index"] or 0)]
+        for moved, target in folders.items():
+            if folder == Path(moved) or Path(moved) in folder.parents:
+                folder = Path(target) / folder.relative_to(moved)
+                break
+        shared = next(parent for parent in Path(new).parents if parent == folder or parent in folder.parents)
+        index = list(Path(new).parents).index(shared)
+        rest = "".join(f' / "{part}"' for part in folder.relative_to(shared).parts)
+        return f"{match['head']}.parent{f's[{index}]' if index else ''}{rest}"
 
     text = re.sub(r"Path\(__file__\)\.with_name\((\"[^\"]+\")\)", r"Path(__file__).parent / \1", text)
     return re.sub(r"(?P<head>Path\(__file__\))\.parent(?:s\[(?P<index>\d+)\])?(?!\w)", anchored, text)
