@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor
+from importlib import import_module
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Any, Final
@@ -45,6 +46,9 @@ _QUIET: Final = 2.0
 """Seconds before progress is shown."""
 
 _EVERY: Final = 0.2
+
+_REPORT_PACKAGES: Final = ("jinja2", "markdown_it", "matplotlib")
+"""What writes the report, imported once it is written."""
 
 
 def add_to(commands: Subparsers) -> None:
@@ -156,6 +160,9 @@ def _reporting() -> Callable[..., dict[str, Any]]:
     """What makes results of trials; raises `UsageError` where it cannot, and so before anything is tried."""
     try:
         from aeros.experiments.report.results import results_of
+
+        for name in _REPORT_PACKAGES:
+            import_module(name)
     except ImportError as error:
         needs = f"experiments need `pip install 'aeros[experiments]'` ({error.name} is missing)"
         raise UsageError(needs) from error
