@@ -12,8 +12,8 @@ from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Any, Final
 
-from aeros.cli.arguments import UsageError, existing_path, process_count, processors
-from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.arguments import UsageError, add_command, existing_path, process_count, processors
+from aeros.cli.exit_codes import Exit
 from aeros.cli.plants import PlantRefusedError
 from aeros.cli.premises import output_folder
 from aeros.experiments.architecture import class_of
@@ -53,12 +53,7 @@ _REPORT_PACKAGES: Final = ("jinja2", "markdown_it", "matplotlib")
 
 def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
-    parser = commands.add_parser(
-        "experiment",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "experiment", __doc__, _EXAMPLES)
     parser.add_argument("experiments", nargs="+", metavar="list|N|all", help="which, or a condition of one")
     parser.add_argument(
         "--trials", type=_count, default=100, metavar="N", help="of each condition (default: 100)"

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _COLOURS: Final = ("#6d4c41", "#ef6c00", "#6a1b9a", "#1565c0", "#2e7d32", "#00838f", "#ad1457", "#455a64")
 _BLACK, _GREY, _RED, _GREEN = "#222222", "#9e9e9e", "#ffcdd2", "#c8e6c9"
 
-_STYLE: Final = {
+_STYLE: Final[dict[Any, Any]] = {
     "axes.axisbelow": True,
     "axes.grid": True,
     "axes.spines.left": False,
@@ -135,9 +135,7 @@ def _legend(figure: Figure, axes: Axes) -> None:
 
     handles, labels = axes.get_legend_handles_labels()
     for name, text in _SIGNS.items():
-        line = next(
-            (one for one in axes.get_lines() if one.get_gid() == name and one.get_path().vertices.size), None
-        )
+        line = next((one for one in axes.get_lines() if one.get_gid() == name), None)
         if line is not None:
             sign = Line2D([], [], color=_BLACK, linestyle=line.get_linestyle(), marker=line.get_marker())
             sign.set_fillstyle(line.get_fillstyle())
@@ -177,7 +175,8 @@ def _sweep(experiment: Mapping[str, Any]) -> Figure:
         of_paper = [
             (at, cell["paper"]) for at, cell in zip(aside, cells, strict=True) if cell["paper"] is not None
         ]
-        axes.plot(*_columns(of_paper), "D", color=colour, fillstyle="none", markersize=7, gid="paper")
+        if of_paper:
+            axes.plot(*_columns(of_paper), "D", color=colour, fillstyle="none", markersize=7, gid="paper")
     axes.set_xticks(range(len(places)), places)
     axes.set_xlabel(means[0]["along"])
     _show_percent(axes, "success, mean over tasks, %")
