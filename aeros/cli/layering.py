@@ -58,7 +58,7 @@ def layered_layout(
     rows: defaultdict[int, list[Place]] = defaultdict(list)
     for name, rank in ranks.items():
         rows[2 * rank].append(name)
-    boxes: dict[Place, Size] = {**sizes}
+    boxes: dict[Place, Size] = {name: sizes[name] for name in ranks}
     labels: dict[int, Place] = {}
     chains: list[list[Place]] = []
     for number, edge in enumerate(edges):
