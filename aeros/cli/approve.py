@@ -10,7 +10,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.arguments import add_command
+from aeros.cli.exit_codes import Exit
 from aeros.cli.mcp_server.approvals import ApprovalError, approve, refuse, waiting_in
 from aeros.spec.render import safe
 
@@ -29,12 +30,7 @@ examples:
 
 def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
-    parser = commands.add_parser(
-        "approve",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "approve", __doc__, _EXAMPLES)
     parser.add_argument("id", nargs="?", help="what to approve, as it is listed (default: list what waits)")
     parser.add_argument("--refuse", action="store_true", help="say no to it")
     parser.add_argument(

@@ -1,4 +1,4 @@
-"""Argument types that several commands share, and what is said of arguments that cannot be meant."""
+"""Commands with their help, argument types that commands share, and the error for unusable arguments."""
 
 from __future__ import annotations
 
@@ -7,12 +7,28 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from aeros.cli.exit_codes import EXIT_CODES
+
 if TYPE_CHECKING:
     from aeros.spec.agreement import SecondSolver
+
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 
 class UsageError(Exception):
     """The command was asked for something that there is not; the message says what."""
+
+
+def add_command(
+    commands: Subparsers, name: str, description: str | None, examples: str
+) -> argparse.ArgumentParser:
+    """Add a command whose help ends with examples and exit codes, both kept line by line."""
+    return commands.add_parser(
+        name,
+        description=description,
+        epilog=f"{examples}\n{EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
 
 
 def existing_path(text: str) -> Path:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from aeros.cli.arguments import existing_path, writable_path
+from aeros.cli.arguments import add_command, existing_path, writable_path
 from aeros.cli.audit_show import add_filters, is_wanted, shown, why
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.runtime.audit_check import AuditReport, Record, verify_log
@@ -85,12 +85,7 @@ examples:
 
 def add_to(commands: Subparsers) -> None:
     """Add the command, its own commands and their arguments."""
-    parser = commands.add_parser(
-        "audit",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "audit", __doc__, _EXAMPLES)
     own = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
 
     verify = _add(own, "verify", "whether the log is whole", _VERIFY_EXAMPLES, _verify)

@@ -8,10 +8,10 @@ import sys
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, BinaryIO
 
-from aeros.cli.arguments import existing_path
+from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.decision_text import decision_text, explanation_text
 from aeros.cli.examples import example_requests
-from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.exit_codes import Exit
 from aeros.runtime.explaining import Explainer
 from aeros.runtime.gate import GateMode
 from aeros.runtime.proving import prove
@@ -49,12 +49,7 @@ examples:
 
 def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
-    parser = commands.add_parser(
-        "decide",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "decide", __doc__, _EXAMPLES)
     parser.add_argument(
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
     )

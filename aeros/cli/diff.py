@@ -7,8 +7,8 @@ import json
 import sys
 from typing import TYPE_CHECKING, Any
 
-from aeros.cli.arguments import existing_path, solver_budget
-from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.arguments import add_command, existing_path, solver_budget
+from aeros.cli.exit_codes import Exit
 from aeros.spec.backends.budget import DEFAULT_RLIMIT
 from aeros.spec.diagnostics import Severity
 from aeros.spec.difference.change import Change, Relation
@@ -34,12 +34,7 @@ examples:
 
 def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
-    parser = commands.add_parser(
-        "diff",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "diff", __doc__, _EXAMPLES)
     for name in ("old", "new"):
         parser.add_argument(
             name,

@@ -9,7 +9,7 @@ from html import escape
 from itertools import pairwise
 from typing import Literal
 
-from aeros.cli.layering import Point, Size, Tie, laid_out
+from aeros.cli.layering import LayoutEdge, Point, Size, layered_layout
 from aeros.spec.render import safe
 
 Shape = Literal["step", "state", "start", "goal", "stuck", "choice", "bar"]
@@ -110,8 +110,11 @@ _FILLS = {
 def svg(drawing: Drawing) -> str:
     """The drawing as an SVG image: layers from top to bottom, each below what leads to it where it can be."""
     sizes = {node.id: _size(node.lines) for node in drawing.nodes}
-    ties = [Tie(one.source, one.target, _size([one.label]) if one.label else (0, 0)) for one in drawing.edges]
-    layout = laid_out(_ranks(drawing), sizes, ties)
+    edges = [
+        LayoutEdge(one.source, one.target, _size([one.label]) if one.label else (0, 0))
+        for one in drawing.edges
+    ]
+    layout = layered_layout(_ranks(drawing), sizes, edges)
     width, height = layout.size
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}"'
@@ -121,7 +124,7 @@ def svg(drawing: Drawing) -> str:
         ' orient="auto"><path d="M0 0L8 4L0 8z" fill="#555"/></marker></defs>',
         f'<rect width="{width:.0f}" height="{height:.0f}" fill="#fff"/>',
     ]
-    parts += [_arrow(edge, way) for edge, way in zip(drawing.edges, layout.ways, strict=True)]
+    parts += [_arrow(edge, path) for edge, path in zip(drawing.edges, layout.edge_paths, strict=True)]
     parts += [_shape(node, layout.nodes[node.id], sizes[node.id]) for node in drawing.nodes]
     parts += [_label(drawing.edges[number].label, at) for number, at in layout.labels.items()]
     return "\n".join([*parts, "</svg>"]) + "\n"

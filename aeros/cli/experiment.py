@@ -7,12 +7,13 @@ import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor
+from importlib import import_module
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Any, Final
 
-from aeros.cli.arguments import UsageError, existing_path, process_count, processors
-from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.arguments import UsageError, add_command, existing_path, process_count, processors
+from aeros.cli.exit_codes import Exit
 from aeros.cli.plants import PlantRefusedError
 from aeros.cli.premises import output_folder
 from aeros.experiments.architecture import class_of
@@ -46,15 +47,13 @@ _QUIET: Final = 2.0
 
 _EVERY: Final = 0.2
 
+_REPORT_PACKAGES: Final = ("jinja2", "markdown_it", "matplotlib")
+"""What writes the report, imported once it is written."""
+
 
 def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
-    parser = commands.add_parser(
-        "experiment",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "experiment", __doc__, _EXAMPLES)
     parser.add_argument("experiments", nargs="+", metavar="list|N|all", help="which, or a condition of one")
     parser.add_argument(
         "--trials", type=_count, default=100, metavar="N", help="of each condition (default: 100)"
@@ -156,6 +155,9 @@ def _reporting() -> Callable[..., dict[str, Any]]:
     """What makes results of trials; raises `UsageError` where it cannot, and so before anything is tried."""
     try:
         from aeros.experiments.report.results import results_of
+
+        for name in _REPORT_PACKAGES:
+            import_module(name)
     except ImportError as error:
         needs = f"experiments need `pip install 'aeros[experiments]'` ({error.name} is missing)"
         raise UsageError(needs) from error

@@ -8,7 +8,8 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.arguments import add_command
+from aeros.cli.exit_codes import Exit
 from aeros.spec.diagnostics import CODES, did_you_mean
 from aeros.spec.render import safe
 
@@ -27,12 +28,7 @@ examples:
 
 def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
-    parser = commands.add_parser(
-        "explain",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "explain", __doc__, _EXAMPLES)
     parser.add_argument("code", nargs="?", metavar="CODE", help="a code or its name; all codes if absent")
     parser.set_defaults(command=_command)
 

@@ -7,10 +7,10 @@ import sys
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from aeros.cli.arguments import existing_path
+from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.composition_drawing import composition_drawing
 from aeros.cli.drawing import Drawing, Edge, Node, dot, mermaid, svg
-from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.exit_codes import Exit
 from aeros.cli.subject import named, read_module
 from aeros.spec.closed_loop.exploration import Exploration, explore
 from aeros.spec.closed_loop.transition_system import Node as LoopNode
@@ -41,12 +41,7 @@ examples:
 
 def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
-    parser = commands.add_parser(
-        "graph",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "graph", __doc__, _EXAMPLES)
     parser.add_argument("module", type=existing_path, metavar="MODULE", help="the module")
     parser.add_argument("--task", help="the task (default: the module's first)")
     parser.add_argument("--composition", help="the composition (default: the module's first)")

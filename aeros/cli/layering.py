@@ -1,21 +1,22 @@
-"""Where nodes, labels and arrows of a drawing go: layers from top to bottom, by Sugiyama's method.
+"""Layered layout of a diagram by Sugiyama's method: positions of nodes, edge labels and edges.
 
-An arrow is cut where it passes a layer, and its label is one of its cuts, so that labels get room as
-nodes do and nothing lies on anything else.  Within a layer the order is by barycentres (Sugiyama,
-Tagawa and Toda, 1981); then each thing is placed as near to what it is tied to as order and sizes
-allow, which is a least-squares problem that pooling adjacent violators solves.
+Every edge gets a waypoint in each row that it passes, and its label is one of them, so labels get room as
+nodes do and nothing overlaps.  `networkx.multipartite_layout` knows no sizes and no labels, and needs NumPy.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
+from statistics import fmean
 from typing import Final
 
 Size = tuple[float, float]
 Point = tuple[float, float]
+Place = str | tuple[int, int]
+"""A node by name, or a waypoint by the number of its edge and its row."""
 
 _GAP_X: Final = 28.0
 _GAP_Y: Final = 22.0
@@ -23,8 +24,8 @@ _SWEEPS: Final = 24
 
 
 @dataclass(frozen=True)
-class Tie:
-    """One arrow: between which nodes, and the size of its label, (0, 0) where it has none."""
+class LayoutEdge:
+    """An edge between two nodes and the size of its label, (0, 0) for none."""
 
     source: str
     target: str
@@ -32,158 +33,126 @@ class Tie:
 
 
 @dataclass(frozen=True)
-class Layout:
-    """In pixels: the centre of each node, of each label by the number of its arrow, and each arrow's way."""
+class DiagramLayout:
+    """Centres of nodes and of labels (by number of the edge), points of each edge, size of all; in pixels."""
 
     nodes: Mapping[str, Point]
     labels: Mapping[int, Point]
-    ways: tuple[tuple[Point, ...], ...]
+    edge_paths: tuple[tuple[Point, ...], ...]
     size: Size
 
 
-@dataclass
-class _Layers:
-    """What lies in each layer, from left to right; a cut of an arrow is called by its place on the way."""
+def layered_layout(
+    ranks: Mapping[str, int], sizes: Mapping[str, Size], edges: Sequence[LayoutEdge]
+) -> DiagramLayout:
+    """Lay a diagram out in rows from top to bottom.
 
-    rows: defaultdict[int, list[str]] = field(default_factory=lambda: defaultdict(list))
-    sizes: dict[str, Size] = field(default_factory=dict)
-    joined: list[tuple[str, str]] = field(default_factory=list)
+    Args:
+        ranks: row of each node, from 0; labels stand in rows of their own between those.
+        sizes: width and height of each node in pixels.
+        edges: edges between the nodes; several may join the same two, or a node with itself.
 
-    def put(self, name: str, row: int, size: Size) -> None:
-        self.rows[row].append(name)
-        self.sizes[name] = size
-
-
-def laid_out(ranks: Mapping[str, int], sizes: Mapping[str, Size], ties: Sequence[Tie]) -> Layout:
-    """The layout of nodes in the layers that `ranks` gives; labels have layers between those."""
-    layers = _Layers()
-    rows = {name: 2 * rank for name, rank in ranks.items()}
-    for name, row in rows.items():
-        layers.put(name, row, sizes[name])
-    chains = [_cut(number, tie, rows, layers) for number, tie in enumerate(ties)]
-    neighbours = _neighbours(layers)
-    for sweep in range(_SWEEPS):
-        _order(layers, neighbours, downward=sweep % 2 == 0)
-    x = _abscissas(layers, neighbours)
-    y, height = _ordinates(layers)
-    row_of = {name: row for row, names in layers.rows.items() for name in names}
-    centres = {name: (x[name], y[row_of[name]]) for name in layers.sizes}
-    left = min(x[name] - size[0] / 2 for name, size in layers.sizes.items()) - _GAP_X
-    right = max(x[name] + size[0] / 2 for name, size in layers.sizes.items()) + _GAP_X
-    moved = {name: (at[0] - left, at[1]) for name, at in centres.items()}
-    labels = {
-        number: moved[_place(number, _labelled(tie, rows))]
-        for number, tie in enumerate(ties)
-        if tie.label != (0, 0)
-    }
-    ways = _ways([[moved[one] for one in chain] for chain in chains], ties, layers.sizes)
-    return Layout({name: moved[name] for name in ranks}, labels, ways, (right - left, height))
-
-
-def _place(number: int, row: int) -> str:
-    return f"{number} passes {row}"
-
-
-def _labelled(tie: Tie, rows: Mapping[str, int]) -> int:
-    """The layer where the label of an arrow goes: next to where it comes from."""
-    return rows[tie.source] + (-1 if rows[tie.target] < rows[tie.source] else 1)
-
-
-def _cut(number: int, tie: Tie, rows: Mapping[str, int], layers: _Layers) -> list[str]:
-    """The way of an arrow from node to node, with a place in every layer that it passes.
-
-    Along a layer, or back to itself, it passes the one below.
+    Returns:
+        The positions.  Nodes and labels do not overlap, and no two edges end at the same point.
     """
-    start, end, label = rows[tie.source], rows[tie.target], _labelled(tie, rows)
-    passed = [label] if start == end else list(range(start, end, 1 if end > start else -1))[1:]
-    for row in passed:
-        layers.put(_place(number, row), row, tie.label if row == label else (0.0, 0.0))
-    chain = [tie.source, *(_place(number, row) for row in passed), tie.target]
-    layers.joined += pairwise(chain)
-    return chain
+    rows: defaultdict[int, list[Place]] = defaultdict(list)
+    for name, rank in ranks.items():
+        rows[2 * rank].append(name)
+    boxes: dict[Place, Size] = {name: sizes[name] for name in ranks}
+    labels: dict[int, Place] = {}
+    chains: list[list[Place]] = []
+    for number, edge in enumerate(edges):
+        start, end = 2 * ranks[edge.source], 2 * ranks[edge.target]
+        step = 1 if end >= start else -1
+        waypoints: list[Place] = []
+        for row in range(start + step, end, step) if start != end else (start + 1,):
+            waypoints.append((number, row))
+            rows[row].append((number, row))
+            boxes[number, row] = (0.0, 0.0)
+        boxes[waypoints[0]] = edge.label
+        if edge.label != (0, 0):
+            labels[number] = waypoints[0]
+        chains.append([edge.source, *waypoints, edge.target])
+    x = _x_positions(rows, boxes, chains)
+    left = min(x[place] - width / 2 for place, (width, _) in boxes.items()) - _GAP_X
+    right = max(x[place] + width / 2 for place, (width, _) in boxes.items()) + _GAP_X
+    centres: dict[Place, Point] = {}
+    bottom = _GAP_Y
+    for row in sorted(rows):
+        height = max(boxes[place][1] for place in rows[row])
+        centres |= {place: (x[place] - left, bottom + height / 2) for place in rows[row]}
+        bottom += height + _GAP_Y
+    return DiagramLayout(
+        {name: centres[name] for name in ranks},
+        {number: centres[place] for number, place in labels.items()},
+        _edge_paths([[centres[place] for place in chain] for chain in chains], edges, sizes),
+        (right - left, bottom),
+    )
 
 
-def _neighbours(layers: _Layers) -> dict[str, list[str]]:
-    found: dict[str, list[str]] = {name: [] for name in layers.sizes}
-    for one, other in layers.joined:
-        found[one].append(other)
-        found[other].append(one)
-    return found
+def _x_positions(
+    rows: Mapping[int, list[Place]], boxes: Mapping[Place, Size], chains: Sequence[Sequence[Place]]
+) -> dict[Place, float]:
+    """Place each row near the means of its neighbours, after sweeps that sort it by those in the row before.
 
-
-def _order(layers: _Layers, neighbours: Mapping[str, Sequence[str]], *, downward: bool) -> None:
-    """Sort each layer by the mean position of what it is tied to in the layer before."""
-    before: dict[str, float] = {}
-    for row in sorted(layers.rows, reverse=not downward):
-        names = layers.rows[row]
-        place = {name: position / len(names) for position, name in enumerate(names)}
-        for name in names:
-            mean = _mean([before[one] for one in neighbours[name] if one in before])
-            place[name] = place[name] if mean is None else mean
-        names.sort(key=place.__getitem__)
-        before = {name: (position + 0.5) / len(names) for position, name in enumerate(names)}
-
-
-def _mean(numbers: Sequence[float]) -> float | None:
-    return sum(numbers) / len(numbers) if numbers else None
-
-
-def _abscissas(layers: _Layers, neighbours: Mapping[str, Sequence[str]]) -> dict[str, float]:
-    x: dict[str, float] = {}
-    for names in layers.rows.values():
-        x |= dict(zip(names, _apart(names, [0.0] * len(names), layers.sizes), strict=True))
-    for sweep in range(_SWEEPS):
-        for row in sorted(layers.rows, reverse=sweep % 2 == 1):
-            names = layers.rows[row]
-            wanted = [_mean([x[one] for one in neighbours[name]]) for name in names]
-            near = [x[name] if want is None else want for name, want in zip(names, wanted, strict=True)]
-            x |= dict(zip(names, _apart(names, near, layers.sizes), strict=True))
+    Source: Sugiyama, Tagawa and Toda, 1981 (barycentres).
+    """
+    neighbours: dict[Place, list[Place]] = {place: [] for place in boxes}
+    for chain in chains:
+        for place, other in pairwise(chain):
+            neighbours[place].append(other)
+            neighbours[other].append(place)
+    x = dict.fromkeys(boxes, 0.0)
+    for sweep in range(2 * _SWEEPS):
+        row_before: set[Place] = set()
+        for row in sorted(rows, reverse=sweep % 2 == 1):
+            is_sorting = sweep < _SWEEPS
+            wanted = {
+                place: fmean([x[one] for one in near] or [x[place]])
+                for place in rows[row]
+                for near in [[one for one in neighbours[place] if not is_sorting or one in row_before]]
+            }
+            if is_sorting:
+                rows[row].sort(key=wanted.__getitem__)
+                row_before = set(rows[row])
+            x |= _separate([(place, wanted[place], boxes[place][0]) for place in rows[row]])
     return x
 
 
-def _apart(names: Sequence[str], wanted: Sequence[float], sizes: Mapping[str, Size]) -> list[float]:
-    """Positions nearest to the wanted ones, in this order and with gaps between: isotonic regression."""
-    offsets = [0.0]
-    for one, other in pairwise(names):
-        offsets.append(offsets[-1] + (sizes[one][0] + sizes[other][0]) / 2 + _GAP_X)
-    pools: list[tuple[float, int]] = []  # mean and number of what moves together
-    for want, offset in zip(wanted, offsets, strict=True):
-        mean, count = want - offset, 1
-        while pools and pools[-1][0] > mean:
-            above, more = pools.pop()
-            mean, count = (mean * count + above * more) / (count + more), count + more
-        pools.append((mean, count))
-    means = (mean for mean, count in pools for _ in range(count))
-    return [mean + offset for mean, offset in zip(means, offsets, strict=True)]
+def _separate(row: Sequence[tuple[Place, float, float]]) -> dict[Place, float]:
+    """Move the places of a row apart, each as near to its wanted position as the others allow.
 
+    Args:
+        row: place, wanted position and width, from left to right.
 
-def _ordinates(layers: _Layers) -> tuple[dict[int, float], float]:
-    """The middle of each layer, and the height of all."""
-    top, middles = _GAP_Y, {}
-    for row in sorted(layers.rows):
-        tallest = max(layers.sizes[name][1] for name in layers.rows[row])
-        middles[row] = top + tallest / 2
-        top += tallest + _GAP_Y
-    return middles, top
-
-
-def _ways(
-    chains: list[list[Point]], ties: Sequence[Tie], sizes: Mapping[str, Size]
-) -> tuple[tuple[Point, ...], ...]:
-    """The points of each arrow, from the border of one node to that of the other.
-
-    The ends at one border stand side by side, in the order of where they come from.
+    Returns:
+        The least-squares positions with gaps between: isotonic regression by pooling adjacent violators.
     """
-    ways = [list(chain) for chain in chains]
+    offsets = [0.0]
+    for (_, _, width), (_, _, next_width) in pairwise(row):
+        offsets.append(offsets[-1] + (width + next_width) / 2 + _GAP_X)
+    pools: list[list[float]] = []
+    for (_, wanted, _), offset in zip(row, offsets, strict=True):
+        pools.append([wanted - offset])
+        while len(pools) > 1 and fmean(pools[-2]) > fmean(pools[-1]):
+            pools[-2:] = [pools[-2] + pools[-1]]
+    means = [fmean(pool) for pool in pools for _ in pool]
+    return {place: mean + offset for (place, _, _), mean, offset in zip(row, means, offsets, strict=True)}
+
+
+def _edge_paths(
+    chains: list[list[Point]], edges: Sequence[LayoutEdge], sizes: Mapping[str, Size]
+) -> tuple[tuple[Point, ...], ...]:
+    """Move the ends of edges to the borders of nodes, side by side in the order of where they lead."""
+    paths = [list(chain) for chain in chains]
     borders: defaultdict[tuple[str, bool], list[tuple[float, int, int]]] = defaultdict(list)
-    for number, (chain, tie) in enumerate(zip(chains, ties, strict=True)):
-        for end, name in ((0, tie.source), (-1, tie.target)):
-            beside = chain[1 if end == 0 else -2]
-            borders[name, beside[1] > chain[end][1]].append((beside[0], number, end))
-    for (name, below), ends in borders.items():
+    for number, (chain, edge) in enumerate(zip(chains, edges, strict=True)):
+        for end, after, name in ((0, 1, edge.source), (-1, -2, edge.target)):
+            borders[name, chain[after][1] > chain[end][1]].append((chain[after][0], number, end))
+    for (name, is_below), ends in borders.items():
         width, height = sizes[name]
         for position, (_, number, end) in enumerate(sorted(ends), 1):
             x, y = chains[number][end]
-            across = width * (position / (len(ends) + 1) - 0.5)
-            ways[number][end] = (x + across, y + height / 2 * (1 if below else -1))
-    return tuple(map(tuple, ways))
+            aside = width * (position / (len(ends) + 1) - 0.5)
+            paths[number][end] = (x + aside, y + height / 2 * (1 if is_below else -1))
+    return tuple(map(tuple, paths))

@@ -17,7 +17,7 @@ from aeros.agent.forgetting import before, forget, of_session, of_skill
 from aeros.agent.loop import MEMORY
 from aeros.agent.posterior import Record
 from aeros.agent.recollection import SkillSummary, Wanted, recollection
-from aeros.cli.arguments import UsageError
+from aeros.cli.arguments import UsageError, add_command
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.spec.render import safe
 
@@ -43,12 +43,7 @@ examples:
 
 def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
-    parser = commands.add_parser(
-        "memory",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "memory", __doc__, _EXAMPLES)
     actions = parser.add_subparsers(title="actions", required=True, metavar="ACTION")
     show = _action(actions, "show", "Sum up what is remembered of each skill, and the facts.", _show)
     show.add_argument("--skill", type=_skill, metavar="MODULE.SKILL", help="only this one")

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Final
 from aeros.agent.errors import RefusedError
 from aeros.agent.loop import MEMORY
 from aeros.agent.recollection import recollection
-from aeros.cli.arguments import existing_path, writable_path
-from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.arguments import add_command, existing_path, writable_path
+from aeros.cli.exit_codes import Exit
 from aeros.cli.module_source import BUNDLE, module_source
 from aeros.durable import replace_file
 from aeros.runtime.registry.archive import packed
@@ -69,12 +69,8 @@ _EXAMPLES: Final = {
 
 def add_to(commands: Subparsers, name: str) -> None:
     """Add the command `name` and its arguments."""
-    parser = commands.add_parser(
-        name,
-        description=_DESCRIPTIONS[name],
-        epilog=f"{_LIFE}\nexamples:\n{_EXAMPLES[name]}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    examples = f"{_LIFE}\nexamples:\n{_EXAMPLES[name]}"
+    parser = add_command(commands, name, _DESCRIPTIONS[name], examples)
     if name == "install":
         parser.add_argument("module", help="a folder, a bundle, or the name of an entry point")
         parser.add_argument("--digest", metavar="sha256:HEX", help="what the module's files must be")

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Final
 from packaging.version import Version
 
 import aeros
-from aeros.cli.arguments import existing_path
-from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.arguments import add_command, existing_path
+from aeros.cli.exit_codes import Exit
 from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.folders import MANIFEST, reference_site
 from aeros.spec.loading import load_ecm, load_site
@@ -56,12 +56,7 @@ class _RefusedError(Exception):
 
 def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
-    parser = commands.add_parser(
-        "new",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "new", __doc__, _EXAMPLES)
     parser.add_argument("what", choices=("ecm",), help="what to start: a capability module")
     parser.add_argument("name", type=_name, metavar="NAME", help="its name and that of its folder")
     parser.add_argument(

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from aeros.agent.quarantine import Quarantine
-from aeros.cli.arguments import existing_path
-from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.arguments import add_command, existing_path
+from aeros.cli.exit_codes import Exit
 from aeros.runtime.governor import Command
 from aeros.runtime.registry.live import StillMovingError, ask
 from aeros.runtime.registry.registry import Registry
@@ -44,12 +44,7 @@ _EXAMPLES: Final = {
 
 def add_to(commands: Subparsers, name: str) -> None:
     """Add the command `name` and its arguments."""
-    parser = commands.add_parser(
-        name,
-        description=_DESCRIPTIONS[name],
-        epilog=f"examples:\n{_EXAMPLES[name]}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, name, _DESCRIPTIONS[name], f"examples:\n{_EXAMPLES[name]}")
     if name == "block":
         parser.add_argument("--id", required=True, help="a short name for it")
         parser.add_argument("--reason", required=True, help="why, for whoever is refused")

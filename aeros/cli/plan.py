@@ -15,8 +15,8 @@ from aeros.agent.routing import RoutingError, route
 from aeros.agent.smt_planner import why_not
 from aeros.agent.unfolding import task_graph
 from aeros.agent.values import exact, plain
-from aeros.cli.arguments import UsageError, existing_path
-from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.arguments import UsageError, add_command, existing_path
+from aeros.cli.exit_codes import Exit
 from aeros.cli.goal import goal_of, value_of
 from aeros.runtime.registry.registry import Registry
 from aeros.sim.symbolic_state import initial_values
@@ -62,13 +62,8 @@ A plan from elsewhere is as classical planners write them: one `(module.skill)` 
 
 def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
-    parser = commands.add_parser(
-        "plan",
-        usage="aeros plan [INSTRUCTION] [options]\n       aeros plan check FILE [INSTRUCTION] [options]",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "plan", __doc__, _EXAMPLES)
+    parser.usage = "aeros plan [INSTRUCTION] [options]\n       aeros plan check FILE [INSTRUCTION] [options]"
     parser.add_argument(
         "words",
         nargs="*",

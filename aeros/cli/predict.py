@@ -11,8 +11,8 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from aeros.cli.arguments import UsageError, existing_path
-from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.arguments import UsageError, add_command, existing_path
+from aeros.cli.exit_codes import Exit
 from aeros.cli.subject import named, read_module
 from aeros.sim.symbolic_state import initial_values
 from aeros.spec.closed_loop.chain import predict
@@ -54,12 +54,7 @@ examples:
 
 def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
-    parser = commands.add_parser(
-        "predict",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "predict", __doc__, _EXAMPLES)
     parser.add_argument("module", type=existing_path, metavar="MODULE", help="the folder of a module")
     parser.add_argument("--task", help="one of its tasks (default: all)")
     parser.add_argument(

@@ -14,8 +14,8 @@ from multiprocessing import current_process
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from aeros.cli.arguments import UsageError, process_count, processors, second_solver
-from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.arguments import UsageError, add_command, process_count, processors, second_solver
+from aeros.cli.exit_codes import Exit
 from aeros.spec.theorems.checking import Solvers, check_mutants, check_theorem
 from aeros.spec.theorems.folder import (
     Outcome,
@@ -44,12 +44,7 @@ examples:
 
 def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
-    parser = commands.add_parser(
-        "prove",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "prove", __doc__, _EXAMPLES)
     parser.add_argument("names", nargs="*", metavar="NAME", help="a theorem (default: all of them)")
     parser.add_argument("--solver", choices=("z3", "cvc5", "both"), default="both", help="default: both")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")

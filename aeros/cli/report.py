@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from aeros.cli.arguments import existing_path, writable_path
-from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.arguments import add_command, existing_path, writable_path
+from aeros.cli.exit_codes import Exit
 from aeros.cli.page.left import AUDIT, Left, read_left
 from aeros.cli.page.page import page_of
 from aeros.durable import replace_file
@@ -40,12 +40,7 @@ examples:
 
 def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
-    parser = commands.add_parser(
-        "report",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "report", __doc__, _EXAMPLES)
     parser.add_argument("folder", type=existing_path, help="the folder that the run left, as of `--out`")
     parser.add_argument(
         "-o", "--output", type=writable_path, metavar="FILE", help="default: report.html in that folder"

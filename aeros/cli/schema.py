@@ -7,7 +7,8 @@ import json
 from importlib import resources
 from typing import TYPE_CHECKING, Any, Final
 
-from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.arguments import add_command
+from aeros.cli.exit_codes import Exit
 from aeros.spec.schema import FILES, json_schema_of
 
 if TYPE_CHECKING:
@@ -29,12 +30,7 @@ _REPORT: Final = "report"
 
 def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
-    parser = commands.add_parser(
-        "schema",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "schema", __doc__, _EXAMPLES)
     parser.add_argument("name", choices=(*FILES, _REPORT), help="which schema")
     parser.set_defaults(command=_command)
 

@@ -13,8 +13,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from aeros.cli.arguments import existing_path
-from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.arguments import add_command, existing_path
+from aeros.cli.exit_codes import Exit
 from aeros.cli.following import Following
 from aeros.cli.latest_run import latest_run
 from aeros.cli.page.left import steps_of
@@ -44,12 +44,7 @@ _DECISIONS, _BOUNDS, _EVENTS = 8, 14, 4
 
 def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
-    parser = commands.add_parser(
-        "top",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "top", __doc__, _EXAMPLES)
     parser.add_argument(
         "--run", type=existing_path, help="the folder of a run (default: the latest of --state)"
     )

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from aeros.cli.arguments import (
+    add_command,
     existing_path,
     process_count,
     processors,
@@ -18,7 +19,7 @@ from aeros.cli.arguments import (
     solver_budget,
     writable_path,
 )
-from aeros.cli.exit_codes import EXIT_CODES, Exit, exit_for
+from aeros.cli.exit_codes import Exit, exit_for
 from aeros.cli.reports.result import Problem, Result
 from aeros.cli.reports.text import as_text
 from aeros.spec.backends.budget import DEFAULT_RLIMIT
@@ -51,12 +52,7 @@ _FORMATS: Final = ("text", "json", "sarif", "junit")
 
 def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
-    parser = commands.add_parser(
-        "verify",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "verify", __doc__, _EXAMPLES)
     parser.add_argument(
         "paths", nargs="+", type=existing_path, metavar="PATH", help="a module, or a folder of modules"
     )

@@ -11,8 +11,8 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from aeros.cli.arguments import UsageError, existing_path
-from aeros.cli.exit_codes import EXIT_CODES, Exit
+from aeros.cli.arguments import UsageError, add_command, existing_path
+from aeros.cli.exit_codes import Exit
 from aeros.cli.why_chain import Run, Tried, Why
 from aeros.runtime.audit_check import Record, verify_log
 from aeros.spec.cause import Cause, told
@@ -35,12 +35,7 @@ examples:
 
 def add_to(commands: Subparsers) -> None:
     """Add the command and its arguments."""
-    parser = commands.add_parser(
-        "why",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "why", __doc__, _EXAMPLES)
     parser.add_argument(
         "run",
         nargs="?",

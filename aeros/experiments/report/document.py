@@ -1,27 +1,19 @@
-"""Results → a document: headings, words, tables and figures, whichever form they are written in."""
+"""Results → a document in Markdown, block by block: headings, paragraphs, tables and figures."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
-from aeros.experiments.report.figures import along, intervals, layers, scale, series, sweep
+from aeros.experiments.report.figures import figures_of
+from aeros.experiments.report.markdown import Block, figure_block, heading, mark, table
 
 Results = Mapping[str, Any]
 
-_DRAWN: Final = {
-    "intervals": intervals,
-    "layers": layers,
-    "scale": scale,
-    "series": series,
-    "sweep": sweep,
-}
-
-_OTHERS: Final = {"paper": "paper", "independent": "if independent", "exact": "exact"}
+_REFERENCE_VALUES: Final = {"paper": "paper", "independent": "if independent", "exact": "exact"}
 """What may stand beside what was measured, in this order, and what it is called."""
 
-_TIMES: Final = {
+_TIMING_COLUMNS: Final = {
     "alone_s": ("processor time by itself, ms a trial", 1000),
     "processor_s": ("processor time, ms a trial", 1000),
     "swap_s": ("loading the module, proved and compiled before, ms a trial", 1000),
@@ -30,55 +22,17 @@ _TIMES: Final = {
 """What may take another time in the next run: what it is called, and how many of its unit a 1 is."""
 
 
-@dataclass(frozen=True, slots=True)
-class Heading:
-    """Of an experiment or a part of it; `level` 1 is the document's."""
+def document(results: Results, figures: str, top_level: int = 1) -> Iterator[Block]:
+    """Write the results up, in order.
 
-    level: int
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class Words:
-    """A paragraph."""
-
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class Cell:
-    """What a table says in one place; `is_off`: it is not where it was expected."""
-
-    text: str
-    is_off: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Table:
-    """Rows under a head; `folded`: shown when somebody asks for it, where that can be."""
-
-    head: tuple[str, ...]
-    rows: tuple[tuple[Cell, ...], ...]
-    folded: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Figure:
-    """A drawing, SVG; `name`: of a file."""
-
-    name: str
-    title: str
-    svg: str
-
-
-Block = Heading | Words | Table | Figure
-
-
-def document(results: Results) -> Iterator[Block]:
-    """All of it, in order."""
-    yield Heading(1, title_of(results))
+    Args:
+        results: of `results_of`.
+        figures: the folder of the figures, as the text names it.
+        top_level: of the document's first heading, from 1.
+    """
+    yield heading(top_level, title_of(results))
     first, last = results["seeds"]
-    yield Words(
+    yield Block(
         f"{results['trials']} trials of each condition, seeds {first} to {last}, the same for all: "
         "trials of one seed are alike but for what their condition changes. Intervals are of 95 %, Wilson's "
         "for shares. *Exact* is computed of the very manifests that ran, with the chances of the condition; "
@@ -86,11 +40,11 @@ def document(results: Results) -> Iterator[Block]:
         "what AEROS claims. ▲ marks a value outside the interval of what was measured; of intervals of 95 % "
         "one in twenty misses."
     )
-    yield from _work(results["work"])
-    yield Words(_agreement(results))
+    yield from _workload(results["work"])
+    yield Block(_agreement(results))
     yield _environment(results)
     for one in results["experiments"]:
-        yield from _experiment(one)
+        yield from _experiment(one, figures, top_level)
 
 
 def title_of(results: Results) -> str:
@@ -106,7 +60,7 @@ def title_of(results: Results) -> str:
     return f"Experiment{'s' if len(numbers) > 1 else ''} {named} on the {results['plant']} plant"
 
 
-def _work(work: Mapping[str, Any]) -> Iterator[Block]:
+def _workload(work: Mapping[str, Any]) -> Iterator[Block]:
     """What it took, and how much of that trials shared."""
     took = f"{work['trials']:,} trials took {work['processor_s'] / 3600:.2f} hours of processor"
     if work["sharing"]:
@@ -115,7 +69,7 @@ def _work(work: Mapping[str, Any]) -> Iterator[Block]:
             "does the same whenever the same is asked of it and chance does the same, so trials share what "
             "one did"
         )
-    yield Words(f"{took}.")
+    yield Block(f"{took}.")
 
 
 def _agreement(results: Results) -> str:
@@ -136,7 +90,7 @@ def _agreement(results: Results) -> str:
     return f"The exact value is outside the interval of {told[0]} and {told[1]}."
 
 
-def _environment(results: Results) -> Table:
+def _environment(results: Results) -> Block:
     of = results["environment"]
     rows = [
         ("commit", of["commit"] or "not known"),
@@ -145,85 +99,79 @@ def _environment(results: Results) -> Table:
         ("platform", f"{of['platform']}, {of['processors']} processors"),
         ("packages", ", ".join(f"{name} {release}" for name, release in of["packages"].items())),
     ]
-    return _plain(("made with", ""), rows)
+    return table(("made with", ""), rows)
 
 
-def _experiment(one: Mapping[str, Any]) -> Iterator[Block]:
-    yield Heading(2, f"{one['number']} {one['title']}")
+def _experiment(one: Mapping[str, Any], figures: str, top_level: int) -> Iterator[Block]:
+    yield heading(top_level + 1, f"{one['number']} {one['title']}")
     if one["label"] is not None:
-        yield Words(f"In the paper: {one['label']}.")
+        yield Block(f"In the paper: {one['label']}.")
     if one["note"]:
-        yield Words(one["note"])
+        yield Block(one["note"])
     if one["means"]:
         yield _means(one)
     many = len(one["rows"]) > 20
-    yield Table(*_rows(one), folded=f"all {len(one['rows'])} conditions" if many else "")
+    yield table(*_rows(one), f"all {len(one['rows'])} conditions" if many else "")
     for why in dict.fromkeys(text for row in (*one["rows"], *one["means"]) for text in row["why"]):
-        yield Words(why)
-    yield from _drawn(one)
+        yield Block(why)
+    yield from _sampling_note(one)
     yield from _unexplained(one)
-    yield from _unpredicted(one)
+    yield from _not_predicted(one)
     for row in one["rows"]:
         if row["raised"]:
-            yield Words(f"In {row['id']} an architecture raised: {', '.join(row['raised'])}.")
+            yield Block(f"In {row['id']} an architecture raised: {', '.join(row['raised'])}.")
     for test in one["tests"]:
         yield from _test(test)
-    for variant, drawn in along(one):
-        yield Figure(f"experiment-{one['number']}-{variant}", f"{one['title']}: {variant}", drawn)
-    if one["figure"]:
-        yield Figure(f"experiment-{one['number']}", one["title"], _DRAWN[one["figure"]](one))
+    for figure in figures_of(one):
+        yield figure_block(figure, figures)
     if one["overhead"]:
         yield _overhead(one["overhead"])
     yield _timings(one["timings"])
-    yield Words("Again: " + f"`{one['rows'][0]['rerun']}`, and so with any other condition's name.")
+    yield Block("Again: " + f"`{one['rows'][0]['rerun']}`, and so with any other condition's name.")
 
 
 def _unexplained(one: Mapping[str, Any]) -> Iterator[Block]:
     """What is marked although nothing that is known would have it off."""
     titles = {name: metric["title"] for name, metric in one["metrics"].items()}
     told = [
-        f"{row['id']} ({titles.get(name, name)}: {_OTHERS[which]})"
+        f"{row['id']} ({titles.get(name, name)}: {_REFERENCE_VALUES[which]})".replace("*", "\\*")
         for row in (*one["rows"], *one["means"])
         for name, which in (mark.split(": ") for mark in row["unexplained"])
     ]
     if told:
-        yield Words("Marked, and not explained: " + ", ".join(told) + ".")
+        yield Block("Marked, and not explained: " + ", ".join(told) + ".")
 
 
-def _unpredicted(one: Mapping[str, Any]) -> Iterator[Block]:
+def _not_predicted(one: Mapping[str, Any]) -> Iterator[Block]:
     """Of what there is no exact success, and why as far as somebody says so."""
     for row in one["rows"]:
         if row["not_predicted"]:
-            yield Words(f"Nothing is predicted of {row['id']}: {row['not_predicted']}.")
+            yield Block(f"Nothing is predicted of {row['id']}: {row['not_predicted']}.")
     silent = [
         row["id"]
         for row in one["rows"]
         if not row["not_predicted"] and "success" in row["cells"] and row["cells"]["success"]["exact"] is None
     ]
     if silent:
-        yield Words(f"Whether these reach their goal is not predicted: {', '.join(silent)}.")
+        yield Block(f"Whether these reach their goal is not predicted: {', '.join(silent)}.")
 
 
-def _drawn(one: Mapping[str, Any]) -> Iterator[Block]:
+def _sampling_note(one: Mapping[str, Any]) -> Iterator[Block]:
     """How much of what is marked chance in the draws explains."""
-    rows = []
+    rows, explained = [], 0
     for row in one["rows"]:
         drawn = row["drawn"] or {"exact": {}}
         for name, value in drawn["exact"].items():
             misses = ["exact", *(["drawn"] if name in drawn["misses"] else [])]
+            explained += name not in drawn["misses"]
             cell = {**row["cells"][name], "drawn": value, "misses": misses}
+            title = one["metrics"][name]["title"]
             rows.append(
-                (
-                    Cell(row["id"]),
-                    Cell(f"{drawn['share']:.1f}"),
-                    Cell(one["metrics"][name]["title"]),
-                    *_triple(cell, ("exact", "drawn")),
-                )
+                (row["id"], f"{drawn['share']:.1f}", title, *_reference_cells(cell, ("exact", "drawn")))
             )
     if not rows:
         return
-    explained = sum(not as_drawn.is_off for *_, as_drawn, _ in rows)
-    yield Words(
+    yield Block(
         f"{len(rows)} exact values of other things than failed attempts are marked. Trials of a seed draw "
         "the same numbers at every rate and in every architecture, so where few attempts fail in one "
         "condition, few fail in many. At the share of attempts that did fail, what is exact is inside the "
@@ -232,49 +180,52 @@ def _drawn(one: Mapping[str, Any]) -> Iterator[Block]:
         "of its own."
     )
     head = ("condition", "attempts that failed, %", "marked", "exact", "exact at that share", "measured")
-    yield Table(head, tuple(rows), folded="what is marked, and what chance in the draws explains of it")
+    yield table(head, rows, "what is marked, and what chance in the draws explains of it")
 
 
-def _overhead(overhead: Sequence[Mapping[str, Any]]) -> Table:
+def _overhead(overhead: Sequence[Mapping[str, Any]]) -> Block:
     """What a trial takes where no physics is computed, the runtime's every decision and record included."""
     head = ("a trial without physics", "paper, ms", "measured, ms of processor")
     rows = [
         (one["title"], "" if one["paper"] is None else f"{one['paper']:g}", f"{one['measured']:.1f}")
         for one in overhead
     ]
-    return _plain(head, rows)
+    return table(head, rows)
 
 
-def _timings(timings: Mapping[str, Mapping[str, float]]) -> Table:
+def _timings(timings: Mapping[str, Mapping[str, float]]) -> Block:
     """Times, which differ from one run to the next; of a trial that stands for others those of that trial."""
-    names = [name for name in _TIMES if any(name in one for one in timings.values())]
+    names = [name for name in _TIMING_COLUMNS if any(name in one for one in timings.values())]
     rows = [
-        (id_, *(f"{_TIMES[name][1] * one[name]:.2f}" if name in one else "" for name in names))
+        (id_, *(f"{_TIMING_COLUMNS[name][1] * one[name]:.2f}" if name in one else "" for name in names))
         for id_, one in timings.items()
     ]
-    return _plain(("condition", *(_TIMES[name][0] for name in names)), rows, "how long it took")
+    return table(("condition", *(_TIMING_COLUMNS[name][0] for name in names)), rows, "how long it took")
 
 
-def _means(one: Mapping[str, Any]) -> Table:
+def _means(one: Mapping[str, Any]) -> Block:
     rows = []
-    others = _others([mean["cell"] for mean in one["means"]], always=("paper", "exact"))
+    others = _reference_columns([mean["cell"] for mean in one["means"]], always=("paper", "exact"))
     for mean in one["means"]:
-        labels = [Cell(mean["title"]), *([Cell(mean["at"])] if mean["along"] else [])]
-        rows.append((*labels, *_triple(mean["cell"], others)))
+        labels = [mean["title"], *([mean["at"]] if mean["along"] else [])]
+        rows.append((*labels, *_reference_cells(mean["cell"], others)))
     varied = one["means"][0]["along"]
     head = ["mean over tasks", *([varied] if varied else [])]
-    head += [f"{_OTHERS[name]}, %" for name in others]
-    return Table((*head, "measured, %"), tuple(rows))
+    head += [f"{_REFERENCE_VALUES[name]}, %" for name in others]
+    return table([*head, "measured, %"], rows)
 
 
-def _others(cells: Sequence[Mapping[str, Any]], always: Sequence[str] = ()) -> list[str]:
+def _reference_columns(cells: Sequence[Mapping[str, Any]], always: Sequence[str] = ()) -> list[str]:
     """What there is beside what was measured."""
-    return [name for name in _OTHERS if name in always or any(cell[name] is not None for cell in cells)]
+    return [
+        name for name in _REFERENCE_VALUES if name in always or any(cell[name] is not None for cell in cells)
+    ]
 
 
-def _rows(one: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[tuple[Cell, ...], ...]]:
+def _rows(one: Mapping[str, Any]) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of the table of all conditions."""
     there = {
-        name: _others(cells)
+        name: _reference_columns(cells)
         for name in one["metrics"]
         if (cells := [row["cells"][name] for row in one["rows"] if name in row["cells"]])
     }
@@ -283,32 +234,32 @@ def _rows(one: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[tuple[Cell, ..
     for name, others in there.items():
         metric = one["metrics"][name]
         unit = ", %" if metric["share"] else ""
-        told = (*(_OTHERS[other] for other in others), "measured")
+        told = (*(_REFERENCE_VALUES[other] for other in others), "measured")
         head += [f"{metric['title']}{unit}: {other}" for other in told]
     is_told = any(row.get("told") for row in one["rows"])
     head += ["what was said"] if is_told else []
     rows = []
     for row in one["rows"]:
-        cells = [Cell(row["id"]), *map(Cell, row["labels"]), *[Cell("")] * (labels - len(row["labels"]))]
+        cells = [row["id"], *row["labels"], *[""] * (labels - len(row["labels"]))]
         for name, others in there.items():
             cell = row["cells"].get(name)
-            cells += [Cell("")] * (len(others) + 1) if cell is None else _triple(cell, others)
-        cells += [Cell(", ".join(row.get("told", ())))] if is_told else []
-        rows.append(tuple(cells))
-    return tuple(head), tuple(rows)
+            cells += [""] * (len(others) + 1) if cell is None else _reference_cells(cell, others)
+        cells += [", ".join(row.get("told", ()))] if is_told else []
+        rows.append(cells)
+    return head, rows
 
 
-def _triple(cell: Mapping[str, Any], others: Sequence[str]) -> list[Cell]:
+def _reference_cells(cell: Mapping[str, Any], others: Sequence[str]) -> list[str]:
     """What the others have, each marked where it is off, and what was measured."""
     digits = 1 if "hits" in cell else 2
     found = [
-        Cell("" if cell[name] is None else _number(cell[name], digits), name in cell["misses"])
+        mark("" if cell[name] is None else _number(cell[name], digits), name in cell["misses"])
         for name in others
     ]
     shown = _number(cell["measured"], digits)
     if cell["low"] is not None:
         shown += f" [{_number(cell['low'], digits)}, {_number(cell['high'], digits)}]"
-    return [*found, Cell(shown)]
+    return [*found, shown]
 
 
 def _number(value: float, digits: int) -> str:
@@ -338,13 +289,9 @@ def _test(test: Mapping[str, Any]) -> Iterator[Block]:
             "p, Fisher's",
             "p, McNemar's",
         )
-        yield _plain(head, rows)
-        yield Words(
+        yield table(head, rows)
+        yield Block(
             "The paper's values are of Fisher's exact test with one side: 95 against 100 of 100 have 0.030, "
             "and with both 0.059. As both ran the same seeds, McNemar's exact test, which compares seed by "
             "seed, is the one that fits."
         )
-
-
-def _plain(head: Sequence[str], rows: Sequence[Sequence[str]], folded: str = "") -> Table:
-    return Table(tuple(head), tuple(tuple(map(Cell, row)) for row in rows), folded)

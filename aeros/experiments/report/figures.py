@@ -1,316 +1,345 @@
-"""Figures as SVG: what is varied, conditions with intervals, layers of defence, sessions, scale."""
+"""Figures of an experiment as SVG, drawn by Matplotlib."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from hashlib import sha256
 from html import escape
-from math import ceil, floor, log10
-from typing import Any, Final
+from io import StringIO
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _COLOURS: Final = ("#6d4c41", "#ef6c00", "#6a1b9a", "#1565c0", "#2e7d32", "#00838f", "#ad1457", "#455a64")
+_BLACK, _GREY, _RED, _GREEN = "#222222", "#9e9e9e", "#ffcdd2", "#c8e6c9"
 
-_LEFT, _TOP, _WIDE, _HIGH = 60, 20, 640, 320
-_LABELS, _LINE = 470, 20
-_PANEL = 110
+_STYLE: Final[dict[Any, Any]] = {
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "axes.spines.left": False,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlelocation": "left",
+    "axes.titlesize": "medium",
+    "font.sans-serif": ["DejaVu Sans"],
+    "grid.color": "#e0e0e0",
+    "legend.frameon": False,
+    "svg.fonttype": "none",
+    "ytick.left": False,
+}
+
+_SIGNS: Final = {
+    "measured": "measured, with 95 % interval",
+    "mean": "measured, mean of trials",
+    "exact": "exact",
+    "independent": "exact if attempts were independent",
+    "paper": "paper",
+}
+"""What a sign in a figure stands for, by the id of its group."""
+
+_UNITS: Final = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+"""Seconds in a unit, by the end of a metric's name."""
 
 
-def sweep(one: Mapping[str, Any]) -> str:
-    """Mean success over tasks along what is varied: exact as lines, measured as points with intervals."""
-    means = [mean for mean in one["means"] if mean["at"]]
-    if not means:  # some rows of it alone
-        return intervals(one)
+@dataclass(frozen=True)
+class ReportFigure:
+    """A figure of a report, drawn when its SVG is asked for.
+
+    Attributes:
+        name: of its file, without `.svg`.
+        title: alternative text.
+        experiment: what it is drawn of, of `results_of`.
+        variant: the one whose panels it shows; empty for the figure of the whole experiment.
+    """
+
+    name: str
+    title: str
+    experiment: Mapping[str, Any]
+    variant: str = ""
+
+    @cached_property
+    def svg(self) -> str:
+        """One `svg` element: the same bytes wherever the same release of Matplotlib draws it."""
+        import matplotlib as mpl  # 0.5 s, which reports without figures need not pay
+
+        with mpl.rc_context():
+            mpl.rcdefaults()
+            # The salt makes the ids of elements, which differ between the figures of a page.
+            mpl.rcParams.update({**_STYLE, "svg.hashsalt": self.name})
+            if self.variant:
+                figure = _sweep_panels(self.experiment, self.variant)
+            else:
+                figure = _DRAWING[self.experiment["figure"]](self.experiment)
+            file = StringIO()
+            figure.savefig(file, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
+        _, start, rest = file.getvalue().partition("<svg ")
+        tag, end, body = rest.partition(">")
+        told = f"<title>{escape(self.title)}</title>"
+        told += f"<desc>Matplotlib {mpl.__version__}, data {data_digest(self.experiment)}</desc>"
+        return f'{start}role="img" {tag}{end}{told}{body}'
+
+
+def figures_of(experiment: Mapping[str, Any]) -> Iterator[ReportFigure]:
+    """List the figures of an experiment of `results_of`: one for each variant with panels, and its own."""
+    name, title = f"experiment-{experiment['number']}", experiment["title"]
+    if experiment["drawn"]:
+        for variant in dict.fromkeys(row["variant"] for row in experiment["rows"] if row["at"]):
+            yield ReportFigure(f"{name}-{variant}", f"{title}: {variant}", experiment, variant)
+    if experiment["figure"]:
+        yield ReportFigure(name, title, experiment)
+
+
+def data_digest(experiment: Mapping[str, Any]) -> str:
+    """Compute the SHA-256 of what an experiment's figures are drawn of, which they name in their `desc`."""
+    return sha256(json.dumps(experiment, sort_keys=True).encode()).hexdigest()
+
+
+def _figure(width: float, height: float) -> Figure:
+    """Create an empty figure; sizes in inches."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def _plot_measured(
+    axes: Axes, places: Sequence[float], cells: Sequence[Mapping[str, Any]], **style: Any
+) -> None:
+    """Plot measured values as points with their intervals; along x where `is_across` is true."""
+    is_across = style.pop("is_across", False)
+    values = [cell["measured"] for cell in cells]
+    spans = [_value_and_interval(cell) for cell in cells]
+    # Rounding: a share of 1 has an interval that ends there.
+    errors = [[max(0.0, v - low) for v, low, _ in spans], [max(0.0, high - v) for v, _, high in spans]]
+    style |= {"fmt": "o", "markersize": 4, "linewidth": 1}
+    if is_across:
+        bars = axes.errorbar(values, places, xerr=errors, **style)
+    else:
+        bars = axes.errorbar(places, values, yerr=errors, **style)
+    bars.lines[0].set_gid("measured")
+
+
+def _value_and_interval(cell: Mapping[str, Any]) -> tuple[float, float, float]:
+    """Value, low and high; three times the value where there is no interval."""
+    value = cell["measured"]
+    return (value, value, value) if cell["low"] is None else (value, cell["low"], cell["high"])
+
+
+def _legend(figure: Figure, axes: Axes) -> None:
+    """Explain colours by the labels of `axes`, and its points, lines and diamonds by their group ids."""
+    from matplotlib.lines import Line2D
+
+    handles, labels = axes.get_legend_handles_labels()
+    for name, text in _SIGNS.items():
+        line = next((one for one in axes.get_lines() if one.get_gid() == name), None)
+        if line is not None:
+            sign = Line2D([], [], color=_BLACK, linestyle=line.get_linestyle(), marker=line.get_marker())
+            sign.set_fillstyle(line.get_fillstyle())
+            sign.set_markersize(min(line.get_markersize(), 8))
+            handles.append(sign)
+            labels.append(text)
+    figure.legend(handles, labels, loc="outside right upper")
+
+
+def _show_percent(axes: Axes, label: str) -> None:
+    axes.set_ylim(-3, 103)
+    axes.set_yticks(range(0, 101, 20))
+    axes.set_ylabel(label)
+
+
+def _sweep(experiment: Mapping[str, Any]) -> Figure:
+    """Plot mean success over tasks along what is varied; intervals where only single rows of it ran."""
+    means = [mean for mean in experiment["means"] if mean["at"]]
+    if not means:
+        return _intervals(experiment)
+    figure = _figure(10, 4)
+    axes = figure.subplots()
     variants = list(dict.fromkeys(mean["variant"] for mean in means))
     places = sorted({mean["at"] for mean in means}, key=float)
-    x_of = {at: _LEFT + _WIDE * (place + 1) / (len(places) + 1) for place, at in enumerate(places)}
-    parts = list(_grid(x_of))
     for number, variant in enumerate(variants):
+        of = sorted((one for one in means if one["variant"] == variant), key=lambda one: float(one["at"]))
+        cells, x = [one["cell"] for one in of], [places.index(one["at"]) for one in of]
         colour = _COLOURS[number % len(_COLOURS)]
-        of = sorted(
-            (mean for mean in means if mean["variant"] == variant), key=lambda mean: float(mean["at"])
-        )
-        # Dashed now and then: of two that lie on each other both are seen.
-        parts += _line(of, "exact", x_of, colour, f"{4 + 2 * number}" if number % 2 else "")
-        parts += _line(of, "independent", x_of, colour, "1 4")
-        # Side by side, as several of them may lie on each other.
-        aside = 4 * (number - (len(variants) - 1) / 2)
-        for mean in of:
-            cell, x = mean["cell"], x_of[mean["at"]] + aside
-            parts.append(_bar(x, _y(cell["low"]), x, _y(cell["high"]), colour))
-            parts.append(f'<circle cx="{x:.1f}" cy="{_y(cell["measured"]):.1f}" r="3" fill="{colour}"/>')
-            if cell["paper"] is not None:
-                parts.append(_diamond(x, _y(cell["paper"]), colour))
-        label_y = _TOP + 16 + 18 * number
-        parts.append(
-            f'<rect x="{_LEFT + _WIDE + 16}" y="{label_y - 9}" width="12" height="9" fill="{colour}"/>'
-        )
-        parts.append(_text(_LEFT + _WIDE + 34, label_y, of[0]["title"]))
-    parts.append(_text(_LEFT + _WIDE / 2, _TOP + _HIGH + 38, means[0]["along"], "middle"))
-    told = "success, mean over tasks, %; line: exact, ◇: paper"
-    if any(mean["cell"]["independent"] is not None for mean in means):
-        told += ", dotted: if attempts were independent"
-    parts.append(_text(_LEFT, _TOP - 6, told))
-    return _svg(
-        _LEFT + _WIDE + 270, _TOP + _HIGH + 50, f"{one['title']}: success along what is varied", parts
-    )
-
-
-def _line(
-    of: Sequence[Mapping[str, Any]], name: str, x_of: Mapping[str, float], colour: str, dashes: str
-) -> Iterator[str]:
-    """Through what was computed, where that is known everywhere."""
-    values = [mean["cell"][name] for mean in of]
-    if None not in values:
-        points = " ".join(
-            f"{x_of[mean['at']]:.1f},{_y(value):.1f}" for mean, value in zip(of, values, strict=True)
-        )
-        dashed = f' stroke-dasharray="{dashes}"' if dashes else ""
-        yield f'<polyline points="{points}" fill="none" stroke="{colour}"{dashed}/>'
-
-
-def along(one: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """For each variant, its name and the metrics that are drawn along what is varied, each in a panel."""
-    rows = [row for row in one["rows"] if row["at"] and one["drawn"]]
-    for variant in dict.fromkeys(row["variant"] for row in rows):
-        of = [row for row in rows if row["variant"] == variant]
-        names = [name for name in one["drawn"] if any(name in row["cells"] for row in of)]
-        parts = [
-            part
-            for place, name in enumerate(names)
-            for part in _panel(one["metrics"][name], name, of, _COLOURS[place % len(_COLOURS)], place)
+        # Every second one is dashed: of two lines that lie on each other both are seen.
+        for name, line in (("exact", "--" if number % 2 else "-"), ("independent", ":")):
+            values = [cell[name] for cell in cells]
+            if None not in values:
+                axes.plot(x, values, line, color=colour, linewidth=1, gid=name)
+        # Points stand side by side, as several of them may lie on each other.
+        aside = [place + 0.06 * (number - (len(variants) - 1) / 2) for place in x]
+        _plot_measured(axes, aside, cells, color=colour, label=of[0]["title"])
+        of_paper = [
+            (at, cell["paper"]) for at, cell in zip(aside, cells, strict=True) if cell["paper"] is not None
         ]
-        title = ", ".join(dict.fromkeys(label for label in of[0]["labels"][:2] if label))
-        parts.append(_text(_LEFT, _TOP - 6, title))
-        high = (_PANEL + 70) * len(names) + _TOP
-        yield variant, _svg(_LEFT + _WIDE + 40, high, f"{one['title']}: {title}", parts)
+        if of_paper:
+            axes.plot(*_columns(of_paper), "D", color=colour, fillstyle="none", markersize=7, gid="paper")
+    axes.set_xticks(range(len(places)), places)
+    axes.set_xlabel(means[0]["along"])
+    _show_percent(axes, "success, mean over tasks, %")
+    _legend(figure, axes)
+    return figure
 
 
-def _panel(
-    metric: Mapping[str, Any], name: str, rows: Sequence[Mapping[str, Any]], colour: str, place: int
-) -> Iterator[str]:
-    """One metric: measured as points with intervals, exact as a short line, from 0 to the highest."""
-    top = _TOP + 20 + (_PANEL + 70) * place
-    cells = [row["cells"].get(name) for row in rows]
-    known = [
-        value for cell in cells if cell for value in (cell["high"], cell["measured"]) if value is not None
-    ]
-    most = 100.0 if metric["share"] else max(known) or 1.0
-    step = _WIDE / len(rows)
-
-    def y(value: float) -> float:
-        return top + _PANEL * (1 - value / most)
-
-    for share in (0.0, 0.5, 1.0):
-        yield _bar(_LEFT, y(share * most), _LEFT + _WIDE, y(share * most), "#e0e0e0")
-        yield _text(_LEFT - 8, y(share * most) + 4, f"{share * most:.3g}", "end")
-    yield _text(_LEFT, top - 6, metric["title"] + (", %" if metric["share"] else ""))
-    for number, (row, cell) in enumerate(zip(rows, cells, strict=True)):
-        x = _LEFT + step * (number + 0.5)
-        yield _text(x, top + _PANEL + 16, row["at"], "middle")
-        if cell is None:
-            continue
-        if cell["low"] is not None:
-            yield _bar(x, y(cell["low"]), x, y(cell["high"]), colour)
-        if cell["exact"] is not None:
-            yield _bar(x - 10, y(cell["exact"]), x + 10, y(cell["exact"]), "#222")
-        yield f'<circle cx="{x:.1f}" cy="{y(cell["measured"]):.1f}" r="4" fill="{colour}"/>'
-    yield _text(_LEFT + _WIDE / 2, top + _PANEL + 34, rows[0]["along"], "middle")
+def _columns(points: Sequence[tuple[float, float]]) -> tuple[list[float], list[float]]:
+    return [x for x, _ in points], [y for _, y in points]
 
 
-def intervals(one: Mapping[str, Any]) -> str:
-    """Success of each condition: interval and point measured, exact as a line, the paper's as a diamond."""
-    rows = [row for row in one["rows"] if "success" in row["cells"]]
+def _sweep_panels(experiment: Mapping[str, Any], variant: str) -> Figure:
+    """Plot the chosen metrics of one variant along what is varied, each in a panel of its own."""
+    rows = [row for row in experiment["rows"] if row["at"] and row["variant"] == variant]
+    names = [name for name in experiment["drawn"] if any(name in row["cells"] for row in rows)]
+    figure = _figure(7, 1.7 * len(names) + 0.3)
+    figure.suptitle(", ".join(dict.fromkeys(label for label in rows[0]["labels"][:2] if label)))
+    panels = figure.subplots(len(names), squeeze=False, sharex=True)[:, 0]
+    for place, (name, axes) in enumerate(zip(names, panels, strict=True)):
+        _draw_panel(axes, experiment["metrics"][name], name, rows, _COLOURS[place % len(_COLOURS)])
+    panels[-1].set_xlabel(rows[0]["along"])
+    return figure
+
+
+def _draw_panel(
+    axes: Axes, metric: Mapping[str, Any], name: str, rows: Sequence[Mapping[str, Any]], colour: str
+) -> None:
+    """Plot one metric: measured as points with intervals, exact as a short line, from 0 to the highest."""
+    cells = {place: row["cells"][name] for place, row in enumerate(rows) if name in row["cells"]}
+    exact = [(place, cell["exact"]) for place, cell in cells.items() if cell["exact"] is not None]
+    axes.plot(*_columns(exact), "_", color=_BLACK, markersize=20, gid="exact")
+    _plot_measured(axes, list(cells), list(cells.values()), color=colour)
+    most = max(max(_value_and_interval(cell)) for cell in cells.values())
+    most = 100.0 if metric["share"] else most or 1.0
+    axes.set_ylim(-0.06 * most, 1.06 * most)
+    axes.set_xlim(-0.5, len(rows) - 0.5)
+    axes.set_xticks(range(len(rows)), [row["at"] for row in rows])
+    axes.set_title(metric["title"] + (", %" if metric["share"] else ""))
+
+
+def _intervals(experiment: Mapping[str, Any]) -> Figure:
+    """Plot success of each condition: measured with its interval, exact as a line, the paper's a diamond."""
+    rows = [row for row in experiment["rows"] if "success" in row["cells"]]
     variants = list(dict.fromkeys(row["variant"] for row in rows))
-    high = _LINE * len(rows)
-    parts = []
-    for share in range(0, 101, 20):
-        x = _LABELS + _WIDE * share / 100
-        parts.append(_bar(x, 0, x, high, "#e0e0e0"))
-        parts.append(_text(x, high + 16, f"{share} %", "middle"))
-    for number, row in enumerate(rows):
-        cell, y = row["cells"]["success"], _LINE * (number + 0.5)
-        colour = _COLOURS[variants.index(row["variant"]) % len(_COLOURS)]
-        at = {name: _LABELS + _WIDE * cell[name] / 100 for name in ("low", "high", "measured")}
-        parts.append(_text(_LABELS - 10, y + 4, ", ".join(row["labels"]), "end"))
-        parts.append(_bar(at["low"], y, at["high"], y, colour))
-        parts.append(f'<circle cx="{at["measured"]:.1f}" cy="{y:.1f}" r="4" fill="{colour}"/>')
+    figure = _figure(12, 0.25 * len(rows) + 1)
+    axes = figure.subplots()
+    for place, row in enumerate(rows):
+        cell, colour = row["cells"]["success"], _COLOURS[variants.index(row["variant"]) % len(_COLOURS)]
+        _plot_measured(axes, [place], [cell], color=colour, is_across=True)
         if cell["exact"] is not None:
-            exact = _LABELS + _WIDE * cell["exact"] / 100
-            parts.append(_bar(exact, y - 8, exact, y + 8, "#222"))
+            axes.plot(cell["exact"], place, "|", color=_BLACK, markersize=12, gid="exact")
         if cell["paper"] is not None:
-            parts.append(_diamond(_LABELS + _WIDE * cell["paper"] / 100, y, colour))
-    parts.append(_text(_LABELS, high + 34, "success; dot and bar: measured, 95 %; line: exact; ◇: paper"))
-    return _svg(_LABELS + _WIDE + 30, high + 44, f"{one['title']}: success", parts)
+            axes.plot(cell["paper"], place, "D", color=colour, fillstyle="none", markersize=7, gid="paper")
+    axes.set_ylim(len(rows) - 0.5, -0.5)
+    axes.set_yticks(range(len(rows)), [", ".join(row["labels"]) for row in rows])
+    axes.set_xlim(-2, 102)
+    axes.set_xticks(range(0, 101, 20))
+    axes.set_xlabel("success, %")
+    _legend(figure, axes)
+    return figure
 
 
-def layers(one: Mapping[str, Any]) -> str:
-    """What each module came to behind each layer: how many trials violated something, and the worst."""
-    of = {(row["labels"][0], row["labels"][1]): row for row in one["rows"]}
-    modules, behind = (list(dict.fromkeys(names)) for names in zip(*of, strict=True))
-    wide, high = 200, 26
-    left = 560
-    parts = [_text(left + wide * (x + 0.5), 16, name, "middle") for x, name in enumerate(behind)]
-    for y, module in enumerate(modules):
-        parts.append(_text(left - 10, 24 + high * (y + 0.65), module, "end"))
-        for x, name in enumerate(behind):
-            row = of.get((module, name))
-            if row is None:
-                continue
-            cells = {metric: cell["measured"] for metric, cell in row["cells"].items()}
-            colour = "#ffcdd2" if cells["violated"] else "#c8e6c9"
-            size = f'x="{left + wide * x + 1}" y="{24 + high * y + 1}" width="{wide - 2}" height="{high - 2}"'
-            parts.append(f'<rect {size} fill="{colour}"/>')
-            parts.append(_text(left + wide * (x + 0.5), 24 + high * (y + 0.65), _came_to(cells), "middle"))
-    foot = 24 + high * len(modules) + 20
-    parts.append(
-        _text(left, foot, "trials in which the referee measured a violation; the worst that he measured")
-    )
-    return _svg(left + wide * len(behind) + 20, foot + 14, one["title"], parts)
+def _layers(experiment: Mapping[str, Any]) -> Figure:
+    """Tabulate what each module did behind each layer of defence: violating trials and the worst value."""
+    rows = {(row["labels"][0], row["labels"][1]): row for row in experiment["rows"]}
+    modules, behind = (list(dict.fromkeys(names)) for names in zip(*rows, strict=True))
+    figure = _figure(2.1 * len(behind) + 5, 0.27 * len(modules) + 0.9)
+    axes = figure.subplots()
+    for (module, layer), row in rows.items():
+        x, y = behind.index(layer), modules.index(module)
+        cells = {metric: cell["measured"] for metric, cell in row["cells"].items()}
+        axes.barh(y, 0.98, 0.92, x - 0.49, color=_RED if cells["violated"] else _GREEN)
+        axes.text(x, y, _layer_result(cells), ha="center", va="center", fontsize="small")
+    axes.set_ylim(len(modules) - 0.5, -0.5)
+    axes.set_yticks(range(len(modules)), modules)
+    axes.set_xlim(-0.5, len(behind) - 0.5)
+    axes.set_xticks(range(len(behind)), behind)
+    axes.tick_params(length=0, labeltop=True, labelbottom=False)
+    axes.grid(visible=False)
+    axes.spines.bottom.set_visible(False)
+    axes.set_xlabel("trials in which the referee measured a violation; the worst value measured")
+    return figure
 
 
-def _came_to(cells: Mapping[str, float]) -> str:
+def _layer_result(cells: Mapping[str, float]) -> str:
     if not cells.get("installed", True):
         return "not installed"
     return f"{cells['violated']:.0f} % violated, {cells['worst']:.3g}"
 
 
-def series(one: Mapping[str, Any]) -> str:
-    """What was measured in each session as points, what is exact as lines, a part for each quantity."""
-    names = [name for name in one["rows"][0]["series"] if one["rows"][0]["series"][name]["measured"]]
-    parts: list[str] = []
-    for place, name in enumerate(names):
-        parts += _part(one["rows"], name, place * (_HIGH + 70))
-    for number, row in enumerate(one["rows"]):
-        y = _TOP + 16 + 18 * number
-        colour = _COLOURS[number % len(_COLOURS)]
-        parts.append(f'<rect x="{_LEFT + _WIDE + 16}" y="{y - 9}" width="12" height="9" fill="{colour}"/>')
-        parts.append(_text(_LEFT + _WIDE + 34, y, ", ".join(row["labels"])))
-    title = f"{one['title']}: session by session"
-    return _svg(_LEFT + _WIDE + 330, len(names) * (_HIGH + 70), title, parts)
+def _series(experiment: Mapping[str, Any]) -> Figure:
+    """Plot session by session, a panel for each quantity: measured as points, exact as lines."""
+    rows = experiment["rows"]
+    names = [name for name, one in rows[0]["series"].items() if one["measured"]]
+    figure = _figure(10, 3.5 * len(names))
+    panels = figure.subplots(len(names), squeeze=False)[:, 0]
+    for axes, name in zip(panels, names, strict=True):
+        best = rows[0]["series"].get("best") if name == "success" else None
+        if best is not None:
+            label = "of one who knows the chances"
+            axes.plot(
+                range(1, len(best["exact"]) + 1), best["exact"], ":", color=_GREY, gid="best", label=label
+            )
+        for number, row in enumerate(rows):
+            found, colour = row["series"][name], _COLOURS[number % len(_COLOURS)]
+            sessions = range(1, len(found["measured"]) + 1)
+            if found["exact"] is not None:
+                axes.plot(sessions, found["exact"], color=colour, gid="exact")
+            label = ", ".join(row["labels"])
+            axes.plot(sessions, found["measured"], ".", color=colour, gid="mean", label=label)
+        axes.set_ylim(bottom=0)
+        axes.set_xlabel("session")
+        axes.set_title(f"{name} by session")
+    _legend(figure, panels[names.index("success") if "success" in names else 0])
+    return figure
 
 
-def _part(rows: Sequence[Mapping[str, Any]], name: str, below: float) -> Iterator[str]:
-    """One quantity of every row, the axis from 0 to the most there is."""
-    measured = [row["series"][name]["measured"] for row in rows]
-    most: int = max(1, *(ceil(value) for values in measured for value in values))
-    count = len(measured[0])
-
-    def x(session: int) -> float:
-        return _LEFT + _WIDE * (session + 0.5) / count
-
-    def y(value: float) -> float:
-        return below + _TOP + _HIGH * (1 - value / most)
-
-    def line(values: Sequence[float], style: str) -> str:
-        points = " ".join(f"{x(place):.1f},{y(value):.1f}" for place, value in enumerate(values))
-        return f'<polyline points="{points}" fill="none" {style}/>'
-
-    for share in range(6):
-        yield _bar(_LEFT, y(most * share / 5), _LEFT + _WIDE, y(most * share / 5), "#e0e0e0")
-        yield _text(_LEFT - 8, y(most * share / 5) + 4, f"{most * share / 5:.3g}", "end")
-    for session in range(0, count, max(1, count // 10)):
-        yield _text(x(session), y(0) + 18, str(session + 1), "middle")
-    best = rows[0]["series"].get("best") if name == "success" else None
-    if best is not None:
-        yield line(best["exact"], 'stroke="#9e9e9e" stroke-dasharray="2 4"')
-    for number, row in enumerate(rows):
-        found, colour = row["series"][name], _COLOURS[number % len(_COLOURS)]
-        if found["exact"] is not None:
-            yield line(found["exact"], f'stroke="{colour}" stroke-width="2"')
-        for place, value in enumerate(found["measured"]):
-            yield f'<circle cx="{x(place):.1f}" cy="{y(value):.1f}" r="2.5" fill="{colour}"/>'
-    told = "; grey: of one who knows the chances" if best is not None else ""
-    yield _text(_LEFT, below + _TOP - 6, f"{name} by session; points: measured, lines: exact{told}")
-
-
-def scale(one: Mapping[str, Any]) -> str:
-    """What each quantity takes against how many modules there are; both axes by powers of ten."""
-    seconds = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
-    names = [name for name in one["metrics"] if name.rpartition("_")[2] in seconds]
-    found = {
-        name: [
-            (float(row["variant"]), [unit * value for value in _ends(row["cells"][name])])
-            for row in one["rows"]
-        ]
-        for name in names
-        for unit in [seconds[name.rpartition("_")[2]]]
-    }
-    sizes = [size for size, _ in found[names[0]]]
-    times = [value for points in found.values() for _, values in points for value in values if value > 0]
-    x, y = _log_axis(sizes, _LEFT, _WIDE), _log_axis(times, _TOP + _HIGH, -_HIGH)
-    parts = []
-    for power in range(-9, 6):
-        for axis, among in ((x, sizes), (y, times)):
-            if not _floor(min(among)) <= power <= -_floor(1 / max(among)):
-                continue
-            at = axis(10.0**power)
-            if axis is x:
-                parts.append(_text(at, _TOP + _HIGH + 18, f"{10.0**power:g}", "middle"))
-            else:
-                parts.append(_bar(_LEFT, at, _LEFT + _WIDE, at, "#e0e0e0"))
-                parts.append(_text(_LEFT - 8, at + 4, f"{10.0**power:g}", "end"))
-    for number, (name, points) in enumerate(found.items()):
-        colour = _COLOURS[number % len(_COLOURS)]
-        line = " ".join(f"{x(size):.1f},{y(values[0]):.1f}" for size, values in points if values[0] > 0)
-        parts.append(f'<polyline points="{line}" fill="none" stroke="{colour}"/>')
-        for size, (middle, low, high) in points:
-            if low > 0:
-                parts.append(_bar(x(size), y(low), x(size), y(high), colour))
-                parts.append(f'<circle cx="{x(size):.1f}" cy="{y(middle):.1f}" r="3" fill="{colour}"/>')
-        at = _TOP + 16 + 18 * number
-        parts.append(f'<rect x="{_LEFT + _WIDE + 16}" y="{at - 9}" width="12" height="9" fill="{colour}"/>')
-        title = one["metrics"][name]["title"].partition(",")[0]
-        parts.append(_text(_LEFT + _WIDE + 34, at, title))
-    parts.append(_text(_LEFT, _TOP - 6, "seconds of processor; medians with 95 % intervals"))
-    parts.append(_text(_LEFT + _WIDE / 2, _TOP + _HIGH + 38, "modules", "middle"))
-    return _svg(_LEFT + _WIDE + 270, _TOP + _HIGH + 50, one["title"], parts)
+def _scale(experiment: Mapping[str, Any]) -> Figure:
+    """Plot the time of each operation over the number of modules, both axes logarithmic; medians."""
+    figure = _figure(10, 4)
+    axes = figure.subplots()
+    names = [name for name in experiment["metrics"] if name.rpartition("_")[2] in _UNITS]
+    for number, name in enumerate(names):
+        unit = _UNITS[name.rpartition("_")[2]]
+        cells = {
+            float(row["variant"]): dict(
+                zip(
+                    ("measured", "low", "high"),
+                    (unit * one for one in _value_and_interval(cell)),
+                    strict=True,
+                )
+            )
+            for row in experiment["rows"]
+            for cell in [row["cells"][name]]
+            if min(_value_and_interval(cell)) > 0
+        }
+        colour, label = (
+            _COLOURS[number % len(_COLOURS)],
+            experiment["metrics"][name]["title"].partition(",")[0],
+        )
+        axes.plot(list(cells), [cell["measured"] for cell in cells.values()], color=colour, linewidth=1)
+        _plot_measured(axes, list(cells), list(cells.values()), color=colour, label=label)
+    for set_scale, axis in ((axes.set_xscale, axes.xaxis), (axes.set_yscale, axes.yaxis)):
+        set_scale("log")
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_locator(_no_ticks())
+    axes.set_xlabel("modules")
+    axes.set_ylabel("seconds of processor")
+    axes.set_title("medians with 95 % intervals")
+    figure.legend(loc="outside right upper")
+    return figure
 
 
-def _ends(cell: Mapping[str, Any]) -> list[float]:
-    """The value, and its interval where there is one."""
-    middle = cell["measured"]
-    return [middle, *((middle, middle) if cell["low"] is None else (cell["low"], cell["high"]))]
+def _no_ticks() -> Any:
+    from matplotlib.ticker import NullLocator
+
+    return NullLocator()
 
 
-def _log_axis(among: Sequence[float], begin: float, length: float) -> Callable[[float], float]:
-    """From a value to its place: whole powers of ten at both ends."""
-    low, high = _floor(min(among)), -_floor(1 / max(among))
-    return lambda value: begin + length * (log10(value) - low) / max(high - low, 1)
-
-
-def _floor(value: float) -> int:
-    return floor(log10(value) + 1e-9)
-
-
-def _grid(x_of: Mapping[str, float]) -> Iterator[str]:
-    for share in range(0, 101, 20):
-        yield _bar(_LEFT, _y(share), _LEFT + _WIDE, _y(share), "#e0e0e0")
-        yield _text(_LEFT - 8, _y(share) + 4, str(share), "end")
-    for at, x in x_of.items():
-        yield _text(x, _TOP + _HIGH + 18, at, "middle")
-
-
-def _y(share: float) -> float:
-    return _TOP + _HIGH * (1 - share / 100)
-
-
-def _bar(x1: float, y1: float, x2: float, y2: float, colour: str) -> str:
-    return f'<line x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}" stroke="{colour}"/>'
-
-
-def _diamond(x: float, y: float, colour: str) -> str:
-    corners = ((x, y - 6), (x + 6, y), (x, y + 6), (x - 6, y))
-    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in corners)
-    return f'<polygon points="{points}" fill="#fff" fill-opacity="0.6" stroke="{colour}"/>'
-
-
-def _text(x: float, y: float, text: str, anchor: str = "start") -> str:
-    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{escape(text)}</text>'
-
-
-def _svg(width: float, height: float, title: str, parts: Iterable[str] | Sequence[str]) -> str:
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}" '
-        f'width="{width:.0f}" height="{height:.0f}" font-family="sans-serif" font-size="12" role="img">'
-        f"<title>{escape(title)}</title>"
-        '<rect width="100%" height="100%" fill="#fff"/>' + "".join(parts) + "</svg>"
-    )
+_DRAWING: Final[Mapping[str, Callable[[Mapping[str, Any]], Figure]]] = {
+    "intervals": _intervals,
+    "layers": _layers,
+    "scale": _scale,
+    "series": _series,
+    "sweep": _sweep,
+}

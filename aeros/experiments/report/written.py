@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from aeros.durable import replace_file
-from aeros.experiments.report.document import Figure, document, title_of
+from aeros.experiments.report.document import document, title_of
 from aeros.experiments.report.html import as_html
 from aeros.experiments.report.markdown import as_markdown
 
@@ -31,7 +31,7 @@ def page_of_kept(folders: Iterable[Path]) -> str:
     ]
     for folder, results in kept:
         figures = f"{folder.parent.name}/{folder.name}/{FIGURES}"
-        parts.append(as_markdown(document(results), figures, below=1))
+        parts.append(as_markdown(document(results, figures, top_level=2)))
     return "\n".join(parts)
 
 
@@ -46,11 +46,10 @@ def _listed(folder: str, results: Mapping[str, Any]) -> str:
 
 def write_report(results: Mapping[str, Any], folder: Path) -> None:
     """Write all of it into `folder`; raises `OSError`."""
-    blocks = list(document(results))
+    blocks = list(document(results, FIGURES))
     replace_file(folder / RESULTS, (json.dumps(results, indent=1, ensure_ascii=False) + "\n").encode())
     replace_file(folder / "report.html", as_html(blocks, "AEROS experiments").encode())
-    replace_file(folder / "report.md", as_markdown(blocks, FIGURES).encode())
+    replace_file(folder / "report.md", as_markdown(blocks).encode())
     (folder / FIGURES).mkdir(exist_ok=True)
-    for block in blocks:
-        if isinstance(block, Figure):
-            replace_file(folder / FIGURES / f"{block.name}.svg", block.svg.encode())
+    for figure in (block.figure for block in blocks if block.figure is not None):
+        replace_file(folder / FIGURES / f"{figure.name}.svg", figure.svg.encode())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, Future
 from dataclasses import replace
@@ -65,6 +66,16 @@ def model(**changed: Any) -> Model:
 def told(found: Found, *but: str) -> dict[str, Any]:
     """What was found, but for what may differ from one time to the next, and `but` these."""
     return {name: value for name, value in found.items() if name not in (*VARYING, *but)}
+
+
+def groups(svg: str, name: str) -> list[ET.Element]:
+    """The groups of a figure that are called so."""
+    return ET.fromstring(svg).findall(f".//{{*}}g[@id='{name}']")  # noqa: S314 - our own output
+
+
+def marks(svg: str, name: str) -> list[ET.Element]:
+    """The points in the groups of a figure that are called so."""
+    return [mark for group in groups(svg, name) for mark in group.findall(".//{*}use")]
 
 
 class Here(Executor):

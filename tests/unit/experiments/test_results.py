@@ -19,7 +19,7 @@ from aeros.experiments.report.results import results_of
 from aeros.experiments.report.written import page_of_kept, write_report
 from aeros.experiments.running import run_trials
 from aeros.experiments.store import Store
-from tests.unit.experiments.common import WHERE, Here, premises
+from tests.unit.experiments.common import WHERE, Here, groups, marks, premises
 
 ENTRY = Entry("tests.unit.experiments.entered:Stubborn")
 TRIALS = 6
@@ -116,8 +116,10 @@ def test_what_a_trial_takes_stands_beside_what_the_paper_says(results: dict[str,
 def test_the_report_is_whole_and_needs_no_network(results: dict[str, Any], tmp_path: Path) -> None:
     write_report(results, tmp_path)
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert not re.search(r"(?:src|href)\s*=|url\(|<script|<link", page)
-    assert re.findall(r"https?://[^\"' <]+", page) == ["http://www.w3.org/2000/svg"] * page.count("<svg")
+    assert not re.search(r"(?:src|href)\s*=(?!\"#)|url\((?!#)|<script|<link|@import", page)
+    names = {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"}
+    assert set(re.findall(r"https?://[^\"' <]+", page)) == names
+    assert page.count("<svg") == 2
     text = (tmp_path / "report.md").read_text(encoding="utf-8")
     for one in results["experiments"]:
         for row in one["rows"]:
@@ -141,9 +143,12 @@ def test_what_a_report_says_comes_from_the_results_alone(results: dict[str, Any]
 
 def test_what_somebody_else_named_is_text(results: dict[str, Any], tmp_path: Path) -> None:
     hostile = copy.deepcopy(results)
-    hostile["experiments"][0]["rows"][0]["labels"] = ["<script>alert(1)</script>", "a|b", "c"]
+    labels = ["<script>alert(1)</script>", "a|b", "[c](https://example.org) ![d](e.png) <https://f.org>"]
+    hostile["experiments"][0]["rows"][0]["labels"] = labels
     write_report(hostile, tmp_path)
-    assert "<script>" not in (tmp_path / "report.html").read_text(encoding="utf-8")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "<td>&lt;script&gt;alert(1)&lt;/script&gt;</td>\n<td>a|b</td>" in page
+    assert not re.search(r"<script|<a |<img|<image", page)
     assert "a\\|b" in (tmp_path / "report.md").read_text(encoding="utf-8")
 
 
@@ -279,7 +284,7 @@ def test_the_boundary_is_drawn_of_what_was_measured(tmp_path: Path) -> None:
     (tmp_path / "report").mkdir()
     text_of(found, tmp_path / "report")
     drawn = (tmp_path / "report" / "figures" / "experiment-8.svg").read_text(encoding="utf-8")
-    assert drawn.count("<circle") == 1
+    assert len(marks(drawn, "measured")) == 1
     assert "flat pipeline" in drawn
 
 
@@ -372,8 +377,9 @@ def test_sessions_are_drawn_one_by_one(tmp_path: Path) -> None:
     text_of(results, tmp_path)
     drawn = (tmp_path / "figures" / "experiment-11.svg").read_text(encoding="utf-8")
     # two conditions of fifty sessions, and two quantities of each
-    assert drawn.count("<circle") == 200
-    assert drawn.count("<polyline") == 3
+    assert len(marks(drawn, "mean")) == 200
+    assert len(groups(drawn, "exact")) == 2
+    assert len(groups(drawn, "best")) == 1
     assert "knows the chances" in drawn
 
 
@@ -394,11 +400,10 @@ def test_times_are_drawn_on_logarithmic_axes(tmp_path: Path) -> None:
     assert (cell["measured"], cell["low"], cell["high"]) == (13.0, 10.0, 16.0)
     text_of(results, tmp_path)
     drawn = (tmp_path / "figures" / "experiment-10.svg").read_text(encoding="utf-8")
-    assert drawn.count("<circle") == 3 * len(names)
+    assert len(marks(drawn, "measured")) == 3 * len(names)
     assert all(f">{tick}<" in drawn for tick in ("1", "10", "100", "1000"))
     assert "lookup of a task" in drawn
-    numbers = [float(one) for one in re.findall(r'c[xy]="([^"]+)"', drawn)]
-    assert all(0 <= one <= 1000 for one in numbers)
+    assert all(0 <= float(one.get(axis, "")) <= 1000 for one in marks(drawn, "measured") for axis in "xy")
 
 
 def test_scale_is_the_same_on_each_plant() -> None:
