@@ -212,8 +212,9 @@ def off(joint: int) -> str:
 def posture_of(links: ModuleType, ask: Ask) -> Any:
     """Any posture of the chain."""
     posture = object.__new__(links.Posture)
+    symbolic: Any = Frame
     posture.frames = [ORIGIN] + [
-        Frame(symbols(ask, f"o{joint}"), None, None, symbols(ask, f"z{joint}")) for joint in JOINTS
+        symbolic(symbols(ask, f"o{joint}"), None, None, symbols(ask, f"z{joint}")) for joint in JOINTS
     ]
     return posture
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -10,12 +9,12 @@ from math import hypot
 from pathlib import Path
 from typing import Any, Final
 
-import aeros
 from aeros.runtime.ports import Triple
 from aeros.sim.channel import Channel, Process, shortest
 from aeros.sim.faults.model import Acting, Enter, Fault, OnLook, OnSkill, OnTime, Opportunity, Seen
 from aeros.sim.people_file import person_of
 from aeros.sim.profile import TICK
+from aeros.sim.shipped_files import find_file, shipped_files
 from aeros.spec.declared import faults as declared
 from aeros.spec.declared.faults import (
     KINDS,
@@ -34,9 +33,8 @@ from aeros.spec.declared.faults import (
 )
 from aeros.spec.declared.people import Person
 from aeros.spec.decode import decode
-from aeros.spec.diagnostics import Diagnostic, Diagnostics, did_you_mean
+from aeros.spec.diagnostics import Diagnostics, did_you_mean
 from aeros.spec.elaborate.expressions import elaborate_quantity
-from aeros.spec.errors import UserError
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
 from aeros.spec.located import Number, Text
 from aeros.spec.model import Declared
@@ -63,22 +61,14 @@ class Surroundings:
 
 
 def shipped_faults() -> dict[str, Path]:
-    """The faults files that come with AEROS, by name."""
-    return {path.stem: path for path in sorted((Path(aeros.__file__).parent / "faults").glob("*.yaml"))}
+    """Return the faults files that come with AEROS, by name."""
+    return shipped_files("faults")
 
 
 def read_faults(name_or_path: str, around: Surroundings) -> tuple[Fault, ...]:
     """Those of a file, or of a shipped one by its name; raises `UserError` with every problem there is."""
-    shipped = shipped_faults()
-    if name_or_path in shipped:
-        return faults_of(read_source(shipped[name_or_path]), around)
-    if not os.path.lexists(name_or_path):
-        near = did_you_mean(name_or_path, shipped)
-        listed = ", ".join(f"`{name}`" for name in shipped)
-        headline = f"there is no file `{name_or_path}`, and no faults of that name come with AEROS"
-        help_ = (f"did you mean `{near}`?" if near else f"give a faults file, or one of {listed}",)
-        raise UserError([Diagnostic("AE002", headline, help=help_)])
-    return faults_of(read_source(name_or_path), around)
+    path = find_file(name_or_path, shipped_faults(), "faults file", "no faults of that name come")
+    return faults_of(read_source(path), around)
 
 
 def faults_of(source: Source, around: Surroundings) -> tuple[Fault, ...]:
