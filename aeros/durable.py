@@ -1,7 +1,8 @@
-"""Files that survive a power cut: written through to the disk, and replaced whole or not at all."""
+"""Files that survive a power cut, written through to the disk and replaced whole; and locks on files."""
 
 from __future__ import annotations
 
+import fcntl
 import os
 from pathlib import Path
 
@@ -32,3 +33,15 @@ def sync_folder(folder: Path) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+def try_lock(descriptor: int) -> bool:
+    """Take the exclusive lock of an open file, or return False where somebody else holds it.
+
+    Raises `OSError` where the file cannot be locked at all.
+    """
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True

@@ -1,4 +1,6 @@
-"""A chain of joints as `kinematics.py` computes it, explored: three joints, a point, and what they do to it.
+"""A chain of joints as `kinematic_chain.py` computes it, and what `kinematics.py` says of it, explored.
+
+Three joints and a point that they move.
 
 The geometry of one joint is proved, of its axis and of any point (`link_obligations`).  What is claimed of a
 chain is an induction over its joints, from the tip inwards; its step takes from the geometry what is named in
@@ -14,6 +16,7 @@ from itertools import product
 from types import ModuleType
 from typing import Any, Final
 
+from aeros.kinematic_chain import ORIGIN, Frame
 from aeros.spec.theorems.exploring import Ask, explore, term_of
 from aeros.spec.theorems.formulas import conjunction, literal
 from aeros.spec.theorems.shipped import Code
@@ -33,6 +36,7 @@ from proofs.reals import (
     vector,
 )
 
+LINKS: Final = "aeros.kinematic_chain"
 KINEMATICS: Final = "aeros.runtime.kinematics"
 
 JOINTS: Final = (0, 1, 2)
@@ -51,7 +55,7 @@ _PARTS: Final = ("origin", "x", "y", "z")
 
 def _links(code: Code) -> ModuleType:
     return code.module(
-        KINEMATICS,
+        LINKS,
         cos=lambda turn: Real(_TURNS[turn.term][0], turn.ask),
         sin=lambda turn: Real(_TURNS[turn.term][1], turn.ask),
     )
@@ -64,8 +68,9 @@ def _next_frame(code: Code, name: str, angle: str, *, of_the_base: bool = False)
     def run(ask: Ask, part: int, axis: int) -> str:
         any_frame = links.Frame(*(symbols(ask, one) for one in _PARTS))
         frame = links.ORIGIN if of_the_base else any_frame
-        given = (Real(one, ask) for one in ("a", "alpha", "d", angle))
-        return term_of(links.next_frame(frame, *given)[part][axis])
+        row = tuple(Real(one, ask) for one in ("a", "alpha", "d"))
+        following = links.next_frame(frame, links.mounting_of(row), Real(angle, ask))
+        return term_of(following[part][axis])
 
     for (part, which), (axis, letter) in product(enumerate(_PARTS), enumerate(AXES)):
         yield Table(f"{name}.{which}.{letter}", "Real", explore(partial(run, part=part, axis=axis)))
@@ -207,8 +212,9 @@ def off(joint: int) -> str:
 def posture_of(links: ModuleType, ask: Ask) -> Any:
     """Any posture of the chain."""
     posture = object.__new__(links.Posture)
-    posture.frames = [links.ORIGIN] + [
-        links.Frame(symbols(ask, f"o{joint}"), None, None, symbols(ask, f"z{joint}")) for joint in JOINTS
+    symbolic: Any = Frame
+    posture.frames = [ORIGIN] + [
+        symbolic(symbols(ask, f"o{joint}"), None, None, symbols(ask, f"z{joint}")) for joint in JOINTS
     ]
     return posture
 

@@ -24,6 +24,7 @@ from collections.abc import Callable
 from math import floor, inf
 from typing import Any, Final
 
+from aeros.descriptions import describe_exception
 from aeros.runtime.ports import Runtime
 
 MOST_MEMORY: Final = 2 << 30
@@ -31,6 +32,9 @@ MOST_MEMORY: Final = 2 << 30
 
 MOST_SAID: Final = 4 << 20
 """The longest answer, bytes."""
+
+MOST_REASON: Final = 2000
+"""Characters that are kept of the message of an exception that ended thinking."""
 
 _LOOK_EVERY: Final = 0.02  # s
 _PR_SET_PDEATHSIG: Final = 1
@@ -148,16 +152,11 @@ def _think(think: Callable[[], Any], writing: int, parent: int) -> None:
         try:
             said = json.dumps({"answer": think()})
         except BaseException as error:  # whoever waits hears of it, whatever it is
-            said = json.dumps({"failed": told(error)})
+            said = json.dumps({"failed": describe_exception(error, MOST_REASON, one_line=True)})
         with open(writing, "wb", closefd=False) as pipe:
             pipe.write(said.encode())
     finally:
         os._exit(0)
-
-
-def told(error: BaseException) -> str:
-    """What went wrong, in one bounded line."""
-    return " ".join(f"{type(error).__name__}: {error}"[:2000].split())
 
 
 def _be_killable(parent: int) -> None:

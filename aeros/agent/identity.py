@@ -8,7 +8,6 @@ The lock file is never deleted: a new file of that name would be a second lock.
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import socket
@@ -21,7 +20,7 @@ from pathlib import Path
 from uuid import UUID, uuid4
 
 from aeros.agent.errors import RefusedError
-from aeros.durable import replace_file
+from aeros.durable import replace_file, try_lock
 
 _LOCK = "agent.lock"
 _IDENTITY = "identity.json"
@@ -82,7 +81,7 @@ def exclusive(folder: Path, purpose: str = "", patience: float = 0.0) -> Iterato
     try:
         latest = time.monotonic() + patience
         try:
-            while not _taken(descriptor):
+            while not try_lock(descriptor):
                 if time.monotonic() >= latest:
                     raise RefusedError(f"this robot has an agent already: {_holder(descriptor)}")
                 time.sleep(_LOOK_EVERY)
@@ -96,14 +95,6 @@ def exclusive(folder: Path, purpose: str = "", patience: float = 0.0) -> Iterato
         os.ftruncate(descriptor, 0)
     finally:
         os.close(descriptor)
-
-
-def _taken(descriptor: int) -> bool:
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    return True
 
 
 def _holder(descriptor: int) -> str:

@@ -12,13 +12,14 @@ from dataclasses import replace
 from math import inf
 from typing import Any
 
-from aeros.agent.beside import Beside, LateError, ThinkingFailedError, told
+from aeros.agent.beside import MOST_REASON, Beside, LateError, ThinkingFailedError
 from aeros.agent.graph import TaskGraph
 from aeros.agent.judging import Judge
 from aeros.agent.plan_form import MalformedPlanError, form_of, graph_of
 from aeros.agent.planner import Planner
 from aeros.agent.routing import Routed
 from aeros.agent.world import World
+from aeros.descriptions import describe_exception
 from aeros.runtime.ports import Runtime
 
 
@@ -49,7 +50,7 @@ class Proposals:
             try:
                 return self._planner.plan(routed, world, modules)
             except Exception as error:  # an untrusted planner may raise anything
-                raise ThinkingFailedError(told(error)) from error
+                raise ThinkingFailedError(describe_exception(error, MOST_REASON, one_line=True)) from error
 
         def propose() -> tuple[Any, str]:
             graph = self._planner.plan(routed, world, modules)
@@ -63,7 +64,7 @@ class Proposals:
         try:
             return replace(graph_of(form, self._runtime.site), remark=remark)
         except MalformedPlanError as error:
-            raise ThinkingFailedError(told(error)) from error
+            raise ThinkingFailedError(describe_exception(error, MOST_REASON, one_line=True)) from error
 
     def rest_of(
         self, previous: TaskGraph, routed: Routed, world: World, until: float = inf

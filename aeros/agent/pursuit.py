@@ -29,7 +29,7 @@ from math import inf
 from typing import Final
 
 from aeros.agent.attempt import Attempts
-from aeros.agent.beside import LateError, ThinkingFailedError, told
+from aeros.agent.beside import MOST_REASON, LateError, ThinkingFailedError
 from aeros.agent.checkpoint import Checkpoint, Checkpoints
 from aeros.agent.engine import End, Engine
 from aeros.agent.graph import TaskGraph, verify_plan
@@ -40,6 +40,7 @@ from aeros.agent.proposals import Proposals
 from aeros.agent.recovery import Recovery
 from aeros.agent.report import RunReport
 from aeros.agent.routing import Routed
+from aeros.descriptions import describe_exception
 from aeros.runtime.ports import Runtime, Said
 
 PAUSE: Final = 1.0
@@ -229,7 +230,8 @@ class Pursuit:
             problems = verify_plan(graph, self._runtime.active_modules(), self._runtime.site)
         except Exception as error:
             # What an untrusted planner returned may raise anything when it is looked at.
-            return self._reject([f"the planner failed: {told(error)}"])
+            reason = describe_exception(error, MOST_REASON, one_line=True)
+            return self._reject([f"the planner failed: {reason}"])
         if problems:
             return self._reject(problems)
         self._attempts.observe()

@@ -15,6 +15,8 @@ from json.encoder import encode_basestring_ascii
 from math import isfinite
 from typing import Any, Final, NamedTuple
 
+from aeros.descriptions import type_name
+
 MOST_SIZE: Final = 1_000_000
 """Characters and values in one encoding; more is not encoded.  A record is about 2,000."""
 
@@ -91,12 +93,6 @@ def restored(plain: Any) -> Any:
 def digest_of(value: Any) -> str:
     """The SHA-256 of `value`'s canonical encoding, in hexadecimal."""
     return hashlib.sha256(canonical(value)).hexdigest()
-
-
-def type_name(value: Any) -> str:
-    """The name of `value`'s type, read without asking its metaclass."""
-    name: str = type.__dict__["__name__"].__get__(type(value))
-    return str.__getitem__(name, slice(0, 100))
 
 
 class Encoder:

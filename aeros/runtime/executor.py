@@ -26,6 +26,7 @@ from contextlib import AbstractContextManager, ExitStack
 from math import inf
 from typing import Any, Final, Self
 
+from aeros.descriptions import describe_exception
 from aeros.runtime.audit import AuditError, AuditLog, DecisionCounts
 from aeros.runtime.canonical import restored
 from aeros.runtime.configuration import Configuration
@@ -53,7 +54,6 @@ from aeros.runtime.preparing import RefusedError, prepared, with_outputs
 from aeros.runtime.records import caller_details, session_details, spell_reasons
 from aeros.runtime.recounting import Recount, recounted
 from aeros.runtime.resources import Resources
-from aeros.runtime.skill_code import told
 from aeros.runtime.skill_run import Ending, OpenRun
 from aeros.runtime.step import Step, UnderWay, capacities_of, needs_of
 from aeros.skill import Action
@@ -521,7 +521,8 @@ class Executor:
     def _record_broken(self, step: Step, failure: BaseException) -> None:
         """Say that the step broke off; a record that cannot be written is what is being raised already."""
         try:
-            self._audit.append("step-broken", {"reason": told(failure), **caller_details(step.caller)})
+            reason = describe_exception(failure)
+            self._audit.append("step-broken", {"reason": reason, **caller_details(step.caller)})
         except AuditError as unwritten:
             failure.add_note(f"the end of the step is not in the record: {unwritten}")
 

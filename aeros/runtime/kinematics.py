@@ -1,4 +1,4 @@
-"""What a robot's chain does to points: axes, places, and how far a box of joint positions moves them.
+"""Bounds on how far a box of joint positions moves a point of a robot.
 
 Frames: B, the robot's base.  The bound of `Posture.spread`: let joint i be anywhere within w_i of the
 posture.  Changing one joint after the other moves a point p by at most w_i·ρ_i each, where ρ_i bounds
@@ -17,37 +17,17 @@ what joints do against each other cancels.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import cos, hypot, sin, sqrt
-from typing import NamedTuple
+from math import hypot, sqrt
 
+from aeros.kinematic_chain import frames_of, mounting_of
 from aeros.runtime.ports import Body, Triple
-
-
-class Frame(NamedTuple):
-    """Where a joint's frame is, in B: its origin and its three axes; it turns about `z`."""
-
-    origin: Triple
-    x: Triple
-    y: Triple
-    z: Triple
-
-    def place(self, p: Triple) -> Triple:
-        """Where in B the point is that is at `p` in the frame."""
-        (ox, oy, oz), (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = self
-        a, b, c = p
-        return (ox + a * xx + b * yx + c * zx, oy + a * xy + b * yy + c * zy, oz + a * xz + b * yz + c * zz)
-
-
-ORIGIN = Frame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 class Posture:
     """One joint position `q` of a body, m and rad; `frames[k]` is that of joint k, 0 the base's."""
 
     def __init__(self, body: Body, q: Sequence[float]) -> None:
-        self.frames = [ORIGIN]
-        for (a, alpha, d), angle in zip(body.rows, q, strict=True):
-            self.frames.append(next_frame(self.frames[-1], a, alpha, d, angle))
+        self.frames = frames_of(map(mounting_of, body.rows), q)
 
     def spread(self, joint: int, p: Triple, width: Sequence[float]) -> tuple[float, list[float]]:
         """How far a point at `p` (B), moved by the first `joint` joints, gets within `width`; and each ρ."""
@@ -96,21 +76,6 @@ def along_of(chord: Sequence[float], room: Sequence[float]) -> Along:
         found.append((d, r, w, w * (before + w / 2.0)))
         before += w
     return found
-
-
-def next_frame(frame: Frame, a: float, alpha: float, d: float, angle: float) -> Frame:
-    """The next joint's frame: Rx(alpha)·Tx(a)·Rz(angle)·Tz(d), as Craig has it."""
-    (ox, oy, oz), (xx, xy, xz), y, z = frame
-    ca, sa, c, s = cos(alpha), sin(alpha), cos(angle), sin(angle)
-    # The old axes, tilted about x.
-    ux, uy, uz = ca * y[0] + sa * z[0], ca * y[1] + sa * z[1], ca * y[2] + sa * z[2]
-    vx, vy, vz = ca * z[0] - sa * y[0], ca * z[1] - sa * y[1], ca * z[2] - sa * y[2]
-    return Frame(
-        (ox + a * xx + d * vx, oy + a * xy + d * vy, oz + a * xz + d * vz),
-        (c * xx + s * ux, c * xy + s * uy, c * xz + s * uz),
-        (c * ux - s * xx, c * uy - s * xy, c * uz - s * xz),
-        (vx, vy, vz),
-    )
 
 
 def norm(v: Triple) -> float:

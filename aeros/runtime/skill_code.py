@@ -13,7 +13,7 @@ from functools import lru_cache
 from types import CodeType, ModuleType
 from typing import Final
 
-from aeros.runtime.canonical import type_name
+from aeros.descriptions import describe_exception, type_name
 from aeros.skill import Action, Inputs, Observation, SkillBody
 
 MOST_PARAMETERS: Final = 64
@@ -28,15 +28,6 @@ class SkillRefusedError(Exception):
 
 class NoActionError(Exception):
     """What the skill yielded is no action, or what it returned no outputs; the message says what it is."""
-
-
-def told(failure: BaseException) -> str:
-    """An exception in words, even one that cannot tell itself."""
-    try:
-        message = str(failure)
-    except Exception:
-        message = "(it has no message)"
-    return f"{type_name(failure)}: {message[:1000]}"
 
 
 def execute_skill(module: str, name: str, content: bytes, path: str, function: str) -> SkillFunction:
@@ -68,7 +59,9 @@ def snapshot(yielded: object) -> Action:
             for name, value in dict(yielded.parameters).items()
         }
     except Exception as failure:
-        raise NoActionError(f"the skill yielded parameters that are no mapping: {told(failure)}") from failure
+        raise NoActionError(
+            f"the skill yielded parameters that are no mapping: {describe_exception(failure)}"
+        ) from failure
     if type(yielded.kind) is not str or not all(type(name) is str for name in parameters):
         raise NoActionError("the skill yielded a kind or a parameter name that is no text")
     return Action(yielded.kind, parameters)
@@ -100,7 +93,9 @@ def _execute(module: str, name: str, content: bytes, path: str) -> ModuleType:
         raise
     except BaseException as failure:
         del sys.modules[executed.__name__]
-        raise SkillRefusedError(f"the code of module `{module}` fails to load: {told(failure)}") from failure
+        raise SkillRefusedError(
+            f"the code of module `{module}` fails to load: {describe_exception(failure)}"
+        ) from failure
     return executed
 
 

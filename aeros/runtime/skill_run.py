@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Protocol
 
+from aeros.descriptions import describe_exception
 from aeros.runtime.ports import StepStatus
-from aeros.runtime.skill_code import NoActionError, SkillFunction, returned, snapshot, told
+from aeros.runtime.skill_code import NoActionError, SkillFunction, returned, snapshot
 from aeros.runtime.skills import CertifiedCode, certified_code, executed, load_skill
 from aeros.skill import Action, Observation, SkillBody
 from aeros.spec.cause import Cause
@@ -104,7 +105,7 @@ class SkillRun:
         except NoActionError as failure:
             return Ending(StepStatus.RAISED, str(failure))
         except BaseException as failure:
-            return Ending(StepStatus.RAISED, told(failure))
+            return Ending(StepStatus.RAISED, describe_exception(failure))
 
     def close(self) -> str | None:
         """End the generator; what its own clean-up raised, if anything."""
@@ -115,5 +116,5 @@ class SkillRun:
         except KeyboardInterrupt:
             raise
         except BaseException as failure:
-            return told(failure)
+            return describe_exception(failure)
         return None

@@ -1,4 +1,4 @@
-"""How fast the links move, from what encoders read: joint positions and rates, and the base's velocity.
+"""Speed of the fastest link, from joint positions and rates, and the base's velocity.
 
 Of each link both ends of the axis of its capsule are followed, and of the hand the tool point; as a link is
 rigid, no point of those axes is faster.  Not counted: a link's turning about its own axis.
@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from math import cos, sin, sqrt
 from typing import Final
 
-from aeros.runtime.ports import Triple
+from aeros.kinematic_chain import Triple, mounting_of
 from aeros.sim.body import CAPSULES, PANDA
 
 _POINTS: Final = tuple(
@@ -25,11 +25,8 @@ _POINTS: Final = tuple(
     for joint in range(1, len(PANDA.rows) + 1)
 )
 
-_CHAIN: Final = tuple(
-    (a, -sin(alpha) * d, cos(alpha) * d, cos(alpha), sin(alpha), points)
-    for (a, alpha, d), points in zip(PANDA.rows, _POINTS, strict=True)
-)
-"""Of each joint: its origin in the frame before it, its twist, and the points that it carries."""
+_CHAIN: Final = tuple((*mounting_of(row), points) for row, points in zip(PANDA.rows, _POINTS, strict=True))
+"""Of each joint: its `Mounting`, and the points that it carries, in its frame, m."""
 
 
 def link_speed(q: Sequence[float], rates: Sequence[float], base: Triple) -> float:

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from fractions import Fraction
 from math import dist
 from pathlib import Path
 from typing import Final
 
-import aeros
 from aeros.sim import people
+from aeros.sim.shipped_files import find_file, shipped_files
 from aeros.spec.declared import people as declared
 from aeros.spec.decode import decode
-from aeros.spec.diagnostics import Diagnostics, did_you_mean
+from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.located import Text
 from aeros.spec.reader import read_yaml
@@ -28,24 +27,14 @@ _SPEED: Final = LENGTH * TIME**-1
 
 
 def shipped_people() -> dict[str, Path]:
-    """The people files that come with AEROS, by name."""
-    folder = Path(aeros.__file__).parent / "people"
-    return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
+    """Return the people files that come with AEROS, by name."""
+    return shipped_files("people")
 
 
 def read_people(name_or_path: str) -> tuple[people.Person, ...]:
     """Those of a file, or of a shipped one by its name.  Raises UserError, which says what is wrong."""
-    shipped, sink = shipped_people(), Diagnostics()
-    path = shipped.get(name_or_path, Path(name_or_path))
-    if name_or_path not in shipped and not os.path.lexists(path):
-        near = did_you_mean(name_or_path, shipped)
-        listed = ", ".join(f"`{name}`" for name in shipped)
-        sink.error(
-            "AE002",
-            f"there is no file `{name_or_path}`, and nobody of that name comes with AEROS",
-            help=(f"did you mean `{near}`?" if near else f"give a people file, or one of {listed}",),
-        )
-    sink.raise_if_errors()
+    path = Path(find_file(name_or_path, shipped_people(), "people file", "nobody of that name comes"))
+    sink = Diagnostics()
     node = read_yaml(read_source(path), sink)
     found = None if node is None else decode(node, declared.People, sink)
     sink.raise_if_errors()

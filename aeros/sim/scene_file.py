@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import os
 from fractions import Fraction
 from pathlib import Path
 from typing import Final
 
-import aeros
 from aeros.sim.bodies import GREY, Body, Box, Cylinder, Model
+from aeros.sim.shipped_files import find_file, shipped_files
 from aeros.sim.urdf import check_urdf
 from aeros.spec.declared import scene as declared
 from aeros.spec.decode import decode
-from aeros.spec.diagnostics import Diagnostic, Diagnostics, did_you_mean
+from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.elaborate.expressions import elaborate_quantity
-from aeros.spec.errors import UserError
 from aeros.spec.located import Text
 from aeros.spec.reader import read_yaml
 from aeros.spec.source import Span
@@ -41,20 +39,14 @@ _SHAPES: Final = ("box", "cylinder", "urdf")
 
 
 def shipped_scenes() -> dict[str, Path]:
-    """The scene files that come with AEROS, by name."""
-    return {path.stem: path for path in sorted((Path(aeros.__file__).parent / "scenes").glob("*.yaml"))}
+    """Return the scene files that come with AEROS, by name."""
+    return shipped_files("scenes")
 
 
 def read_bodies(name_or_path: str) -> tuple[Body, ...]:
     """Those of a file, or of a shipped one by its name.  Raises UserError, which says what is wrong."""
-    shipped, sink = shipped_scenes(), Diagnostics()
-    path = shipped.get(name_or_path, Path(name_or_path))
-    if name_or_path not in shipped and not os.path.lexists(path):
-        near = did_you_mean(name_or_path, shipped)
-        listed = ", ".join(f"`{name}`" for name in shipped)
-        headline = f"there is no file `{name_or_path}`, and no scene file of that name comes with AEROS"
-        help_ = (f"did you mean `{near}`?" if near else f"give a scene file, or one of {listed}",)
-        raise UserError([Diagnostic("AE002", headline, help=help_)])
+    path = Path(find_file(name_or_path, shipped_scenes(), "scene file", "no scene file of that name comes"))
+    sink = Diagnostics()
     node = read_yaml(read_source(path), sink)
     found = None if node is None else decode(node, declared.Scene, sink)
     bodies = (

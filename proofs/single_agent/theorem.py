@@ -16,6 +16,7 @@ from aeros.spec.theorems.theorem import Obligation, Theorem
 from proofs.protocol import Do, Program, Way, changed, later, program, variables
 
 IDENTITY: Final = "aeros.agent.identity"
+LOCKS: Final = "aeros.durable"
 
 _AGENTS: Final = {"one": 1, "two": 2}
 """Any two processes, by what `lock` is while they hold it; 0 is nobody, 3 anybody else."""
@@ -53,11 +54,15 @@ def _agent(code: Code) -> Program:
 
         clock = count()
         flags = ("O_RDWR", "O_CREAT", "O_CLOEXEC", "O_NOFOLLOW")
-        identity = code.module(
-            IDENTITY,
+        locks = code.module(
+            LOCKS,
             fcntl=SimpleNamespace(
                 LOCK_EX=fcntl.LOCK_EX, LOCK_NB=fcntl.LOCK_NB, LOCK_SH=fcntl.LOCK_SH, flock=flock
             ),
+        )
+        identity = code.module(
+            IDENTITY,
+            using=(locks,),
             os=SimpleNamespace(
                 **{flag: getattr(os, flag) for flag in flags},
                 open=lambda *_: 3,
@@ -201,7 +206,7 @@ THEOREM = Theorem(
         Mutant(
             "shares-the-lock",
             "claim",
-            IDENTITY,
+            LOCKS,
             "fcntl.LOCK_EX | fcntl.LOCK_NB",
             "fcntl.LOCK_SH | fcntl.LOCK_NB",
         ),

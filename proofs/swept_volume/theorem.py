@@ -15,9 +15,13 @@ THEOREM = Theorem(
         Mutant(
             "turns-one-axis-the-other-way",
             "turns",
-            chains.KINEMATICS,
-            "(c * ux - s * xx, c * uy - s * xy, c * uz - s * xz)",
-            "(c * ux + s * xx, c * uy + s * xy, c * uz + s * xz)",
+            chains.LINKS,
+            "            cct * yx - s * xx + cst * zx,\n"
+            "            cct * yy - s * xy + cst * zy,\n"
+            "            cct * yz - s * xz + cst * zz,\n",
+            "            cct * yx + s * xx + cst * zx,\n"
+            "            cct * yy + s * xy + cst * zy,\n"
+            "            cct * yz + s * xz + cst * zz,\n",
         ),
         Mutant(
             "forgets-what-the-joints-beyond-do",

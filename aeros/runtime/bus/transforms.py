@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from math import sqrt
 from typing import Final
 
+from aeros.kinematic_chain import ORIGIN, Frame, mounting_of, next_frame
 from aeros.runtime.bus.measured import WORLD
 from aeros.runtime.bus.messages import (
     Header,
@@ -19,7 +20,6 @@ from aeros.runtime.bus.messages import (
     TransformStamped,
     Vector3,
 )
-from aeros.runtime.kinematics import ORIGIN, Frame, next_frame
 from aeros.runtime.ports import Body, Joints, Triple
 
 BASE: Final = "base"
@@ -34,8 +34,8 @@ def transforms(body: Body, base: Triple | None, names: Sequence[str], q: Joints,
     """
     found = [] if base is None else [_moved(WORLD, BASE, base, when)]
     parent = BASE
-    for (a, alpha, d), angle, name in zip(body.rows, q, names, strict=True):
-        frame, child = next_frame(ORIGIN, a, alpha, d, angle), f"{name}_link"
+    for row, angle, name in zip(body.rows, q, names, strict=True):
+        frame, child = next_frame(ORIGIN, mounting_of(row), angle), f"{name}_link"
         turned = Transform(Vector3(*frame.origin), rotation_of(frame))
         found.append(TransformStamped(Header(when, parent), child, turned))
         parent = child

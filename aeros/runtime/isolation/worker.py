@@ -9,6 +9,7 @@ from __future__ import annotations
 import sys
 from typing import Final, cast
 
+from aeros.descriptions import describe_exception
 from aeros.runtime.isolation.frames import (
     MOST_ANSWER,
     Answer,
@@ -35,7 +36,6 @@ from aeros.runtime.skill_code import (
     execute_skill,
     returned,
     snapshot,
-    told,
 )
 from aeros.skill import Action, SkillBody
 
@@ -78,7 +78,7 @@ class _Worker:
         except NoActionError as failure:
             return Raised(question.token, words(str(failure)))
         except BaseException as failure:
-            return Raised(question.token, words(told(failure)))
+            return Raised(question.token, words(describe_exception(failure)))
         return _asked(question.token, asked)
 
     def _loaded(self, load: Load) -> Answer:
@@ -95,7 +95,7 @@ class _Worker:
         except SkillRefusedError as refusal:
             return Refused(load.token, words(str(refusal)))
         except BaseException as failure:
-            return Refused(load.token, words(told(failure)))
+            return Refused(load.token, words(describe_exception(failure)))
         return Loaded(load.token)
 
     def _closed(self, token: bytes) -> Closed:
@@ -103,7 +103,7 @@ class _Worker:
             if self._body is not None:
                 self._body.close()
         except BaseException as failure:
-            return Closed(token, words(told(failure)))
+            return Closed(token, words(describe_exception(failure)))
         return Closed(token, None)
 
 

@@ -19,6 +19,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final, Self
 
+from aeros.durable import try_lock
 from aeros.runtime.governor import Command
 
 _PAGE: Final = struct.Struct("<QQ")  # generation, command
@@ -78,7 +79,7 @@ class Live:
         # A file of its own: the locks of one open file do not exclude each other.
         lock = _opened(self._folder / f"motion-{generation % 2}.lock")
         try:
-            return _taken(lock)
+            return try_lock(lock)
         finally:
             os.close(lock)
 
@@ -123,11 +124,3 @@ def ask(folder: Path, command: Command) -> None:
 
 def _opened(path: Path) -> int:
     return os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
-
-
-def _taken(lock: int) -> bool:
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    return True

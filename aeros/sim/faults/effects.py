@@ -14,23 +14,13 @@ from math import cos, pi, sin
 from numpy.random import Generator
 
 from aeros.sim.faults.hindrance import UNHINDERED, Hindrance
-from aeros.sim.faults.model import (
-    Acting,
-    Bump,
-    Delay,
-    Enter,
-    Loosen,
-    Misplace,
-    Misread,
-    Miss,
-    Seen,
-    Slip,
-    Weaken,
-)
+from aeros.sim.faults.model import Acting, Enter, Seen
 from aeros.sim.geometry import Triple, plus
 from aeros.sim.profile import TICK
 from aeros.sim.scenes.scene import Through
+from aeros.sim.sensing import SensorModel
 from aeros.sim.undisturbed import Stage
+from aeros.spec.declared.faults import Bump, Delay, Loosen, Misplace, Misread, Miss, Slip, Weaken
 
 
 def acting(kind: Acting, source: Generator, name: str, stage: Stage) -> Iterator[Hindrance]:
@@ -46,7 +36,8 @@ def acting(kind: Acting, source: Generator, name: str, stage: Stage) -> Iterator
             return repeat(Hindrance(strength=torque), lasts)
         case Delay(by, lasts):
             return repeat(Hindrance(lag=by), lasts)
-        case Misread(of, model, lasts):
+        case Misread(of, lasts, noise, latency, dropout):
+            model = SensorModel(noise=noise, latency=latency, dropout=dropout)
             return repeat(Hindrance(sensors={of: model}), lasts)
         case Enter(person):
             stage.people.enter(replace(person, name=name))

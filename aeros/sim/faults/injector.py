@@ -15,11 +15,12 @@ from numpy.random import Generator
 
 from aeros.sim.faults.effects import acting, seen
 from aeros.sim.faults.hindrance import UNHINDERED, Hindered, Hindrance
-from aeros.sim.faults.model import Fault, Misplace, Miss, OnLook, OnSkill, OnTime, Opportunity
+from aeros.sim.faults.model import Fault, OnLook, OnSkill, OnTime, Opportunity
 from aeros.sim.faults.process import Draws
 from aeros.sim.randomness import Chance
 from aeros.sim.scenes.scene import Detected, Through
 from aeros.sim.undisturbed import Stage, Undisturbed
+from aeros.spec.declared.faults import Misplace, Miss
 from aeros.spec.errors import MisuseError
 
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from aeros.runtime.ports import Triple
 from aeros.sim.channel import Process
 from aeros.sim.people import Person
-from aeros.sim.sensing import SensorModel
+from aeros.spec.declared.faults import Bump, Delay, Loosen, Misplace, Misread, Miss, Slip, Weaken
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,74 +41,10 @@ Opportunity = OnSkill | OnLook | OnTime
 
 
 @dataclass(frozen=True, slots=True)
-class Bump:
-    """`impulse` (N·s) on `thing` over `over` ticks; `direction` of length 1, any level one if None."""
-
-    thing: str
-    impulse: float
-    over: int
-    direction: Triple | None
-
-
-@dataclass(frozen=True, slots=True)
-class Slip:
-    """Finger pads of at most this friction, for `lasts` ticks."""
-
-    friction: float
-    lasts: int
-
-
-@dataclass(frozen=True, slots=True)
-class Loosen:
-    """A grip of at most this force (N), for `lasts` ticks."""
-
-    force: float
-    lasts: int
-
-
-@dataclass(frozen=True, slots=True)
-class Weaken:
-    """At most this share of the arm motors' torque, for `lasts` ticks."""
-
-    torque: float
-    lasts: int
-
-
-@dataclass(frozen=True, slots=True)
-class Delay:
-    """Commands followed `by` ticks late, for `lasts` ticks."""
-
-    by: int
-    lasts: int
-
-
-@dataclass(frozen=True, slots=True)
-class Misread:
-    """A quantity measured no better than by `model`, for `lasts` ticks."""
-
-    of: str
-    model: SensorModel
-    lasts: int
-
-
-@dataclass(frozen=True, slots=True)
 class Enter:
     """Somebody comes, and goes their way."""
 
     person: Person
-
-
-@dataclass(frozen=True, slots=True)
-class Miss:
-    """Nothing is detected."""
-
-
-@dataclass(frozen=True, slots=True)
-class Misplace:
-    """What is detected is off `by` m; `direction` of length 1, any level one if None."""
-
-    by: float
-    direction: Triple | None
 
 
 Acting = Bump | Slip | Loosen | Weaken | Delay | Misread | Enter

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -10,65 +9,41 @@ from math import hypot
 from pathlib import Path
 from typing import Any, Final
 
-import aeros
 from aeros.runtime.ports import Triple
 from aeros.sim.channel import Channel, Process, shortest
-from aeros.sim.faults.model import (
-    Acting,
-    Bump,
-    Delay,
-    Enter,
-    Fault,
-    Loosen,
+from aeros.sim.faults.model import Acting, Enter, Fault, OnLook, OnSkill, OnTime, Opportunity, Seen
+from aeros.sim.people_file import person_of
+from aeros.sim.profile import TICK
+from aeros.sim.shipped_files import find_file, shipped_files
+from aeros.spec.declared import faults as declared
+from aeros.spec.declared.faults import (
+    KINDS,
+    LONGEST,
+    Amount,
+    Deviation,
+    Direction,
+    Duration,
+    Known,
+    Mark,
     Misplace,
     Misread,
     Miss,
-    OnLook,
-    OnSkill,
-    OnTime,
-    Opportunity,
-    Seen,
-    Slip,
-    Weaken,
+    Share,
+    marks_of,
 )
-from aeros.sim.people_file import person_of
-from aeros.sim.profile import TICK
-from aeros.sim.sensing import SensorModel
-from aeros.spec.declared import faults as declared
 from aeros.spec.declared.people import Person
 from aeros.spec.decode import decode
-from aeros.spec.diagnostics import Diagnostic, Diagnostics, did_you_mean
+from aeros.spec.diagnostics import Diagnostics, did_you_mean
 from aeros.spec.elaborate.expressions import elaborate_quantity
-from aeros.spec.errors import UserError
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
 from aeros.spec.located import Number, Text
 from aeros.spec.model import Declared
 from aeros.spec.reader import read_yaml
 from aeros.spec.source import Source, Span
 from aeros.spec.texts import read_source
-from aeros.spec.units import FORCE, LENGTH, TIME, Dimension
+from aeros.spec.units import TIME, Dimension
 
-_KINDS: Final = (
-    "bump",
-    "slip",
-    "loosen",
-    "weaken",
-    "delay",
-    "misread",
-    "enter",
-    "miss",
-    "misplace",
-)
 _PER: Final = ("skill", "look", "every")
-_IMPULSE: Final = FORCE * TIME
-_PUSH_TIME: Final = 12
-"""How long a push lasts that does not say, ticks (50 ms)."""
-
-_LONGEST: Final = 3600
-"""Longest time that a faults file may speak of, s: more than any task takes."""
-
-_STRONGEST: Final = 10
-"""Largest impulse (N·s), grip force (tens of N) and offset (m) that mean anything on a table."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,22 +61,14 @@ class Surroundings:
 
 
 def shipped_faults() -> dict[str, Path]:
-    """The faults files that come with AEROS, by name."""
-    return {path.stem: path for path in sorted((Path(aeros.__file__).parent / "faults").glob("*.yaml"))}
+    """Return the faults files that come with AEROS, by name."""
+    return shipped_files("faults")
 
 
 def read_faults(name_or_path: str, around: Surroundings) -> tuple[Fault, ...]:
     """Those of a file, or of a shipped one by its name; raises `UserError` with every problem there is."""
-    shipped = shipped_faults()
-    if name_or_path in shipped:
-        return faults_of(read_source(shipped[name_or_path]), around)
-    if not os.path.lexists(name_or_path):
-        near = did_you_mean(name_or_path, shipped)
-        listed = ", ".join(f"`{name}`" for name in shipped)
-        headline = f"there is no file `{name_or_path}`, and no faults of that name come with AEROS"
-        help_ = (f"did you mean `{near}`?" if near else f"give a faults file, or one of {listed}",)
-        raise UserError([Diagnostic("AE002", headline, help=help_)])
-    return faults_of(read_source(name_or_path), around)
+    path = find_file(name_or_path, shipped_faults(), "faults file", "no faults of that name come")
+    return faults_of(read_source(path), around)
 
 
 def faults_of(source: Source, around: Surroundings) -> tuple[Fault, ...]:
@@ -117,8 +84,8 @@ def faults_of(source: Source, around: Surroundings) -> tuple[Fault, ...]:
 def _fault(name: str, one: declared.Fault, around: Surroundings, sink: Diagnostics) -> Fault | None:
     at = _opportunity(one.at, around, sink)
     process = _process(one, sink)
-    word = _the_one(one, _KINDS, one.key_span, f"`{name}`", sink)
-    kind = None if word is None else _kind(name, getattr(one, word), around, sink)
+    word = _the_one(one, tuple(KINDS), one.key_span, f"`{name}`", sink)
+    kind = None if word is None else _kind(name, word, getattr(one, word), around, sink)
     if at is None or process is None or word is None or kind is None:
         return None
     if isinstance(kind, Miss | Misplace) is not isinstance(at, OnLook):
@@ -217,87 +184,66 @@ def _process(one: declared.Fault, sink: Diagnostics) -> Process | None:
 # What.
 
 
-def _kind(name: str, one: Any, around: Surroundings, sink: Diagnostics) -> Acting | Seen | None:
-    match one:
-        case declared.Bump():
-            return _bump(one, around, sink)
-        case declared.Slip():
-            lasts = _ticks(one.lasts, sink)
-            return None if lasts is None else Slip(float(one.friction.value), lasts)
-        case declared.Loosen():
-            force, lasts = _quantity(one.force, FORCE, 10 * _STRONGEST, sink), _ticks(one.lasts, sink)
-            return None if force is None or lasts is None else Loosen(float(force), lasts)
-        case declared.Weaken():
-            lasts = _ticks(one.lasts, sink)
-            return None if lasts is None else Weaken(float(one.torque.value), lasts)
-        case declared.Delay():
-            by, lasts = _ticks(one.by, sink), _ticks(one.lasts, sink)
-            return None if by is None or lasts is None else Delay(by, lasts)
-        case declared.Misread():
-            return _misread(one, around, sink)
-        case Person():
-            return Enter(person_of(name, one, sink))
-        case declared.Misplace():
-            by_m, way = _quantity(one.by, LENGTH, _STRONGEST, sink), _way(one.direction, sink)
-            return None if by_m is None or way is _WRONG else Misplace(float(by_m), way)
-        case _:
-            return Miss()
-
-
-def _bump(one: declared.Bump, around: Surroundings, sink: Diagnostics) -> Bump | None:
-    known = _is_known(one.thing, around.things, "thing of the scene", sink)
-    impulse = _quantity(one.impulse, _IMPULSE, _STRONGEST, sink)
-    over = _PUSH_TIME if one.over is None else _ticks(one.over, sink)
-    way = _way(one.direction, sink)
-    if not known or impulse is None or over is None or way is _WRONG:
-        return None
-    return Bump(one.thing.value, float(impulse), over, way)
-
-
-def _misread(one: declared.Misread, around: Surroundings, sink: Diagnostics) -> Misread | None:
-    if not _is_known(one.of, around.quantities, "quantity of the site", sink):
-        return None
-    type_ = around.quantities[one.of.value].variable.type
-    element = type_.element if isinstance(type_, FamilyType) else type_
-    noise = latency = Fraction(0)
-    if one.noise is not None and isinstance(element, RealType | VectorType):
-        noise = _quantity(one.noise, element.dimension, 1000, sink) or noise
-    elif one.noise is not None:
-        sink.error("AE208", f"`{one.of.value}` is no number, and has no noise", one.noise.span)
-    if one.latency is not None:
-        latency = _quantity(one.latency, TIME, _LONGEST, sink) or latency
-    dropout = Fraction(0) if one.dropout is None else one.dropout.value
-    if one.noise is None and one.latency is None and one.dropout is None:
+def _kind(name: str, word: str, one: Any, around: Surroundings, sink: Diagnostics) -> Acting | Seen | None:
+    if isinstance(one, Person):
+        return Enter(person_of(name, one, sink))
+    kind, values = KINDS[word], dict[str, object]()
+    for field, mark in marks_of(kind).items():
+        written = getattr(one, field)
+        if written is not None:
+            values[field] = _value(mark, written, one, around, sink)
+        if field == "of" and values[field] is None:
+            return None  # what the other fields may be depends on it
+    if kind is Misread and values.keys() == {"of", "lasts"}:
         sink.error("AE208", "a misread needs `noise`, `latency` or `dropout`", one.span)
-    lasts = _ticks(one.lasts, sink)
-    if lasts is None or sink.has_errors:
         return None
-    model = SensorModel(noise=float(noise), latency=float(latency), dropout=float(dropout))
-    return Misread(one.of.value, model, lasts)
+    found: Acting | Seen | None = None if None in values.values() else kind(**values)
+    return found
 
 
-_WRONG: Final[Triple] = (0.0, 0.0, 0.0)
-"""No direction, and reported."""
+def _value(mark: Mark, written: Any, one: Any, around: Surroundings, sink: Diagnostics) -> object:
+    """Return the value in SI of a field of `one`, by its mark; None where it is wrong, and reported."""
+    match mark:
+        case Known(among=among, noun=noun):
+            return written.value if _is_known(written, getattr(around, among), noun, sink) else None
+        case Amount(dimension=dimension, most=most):
+            return _quantity(written, dimension, most, sink)
+        case Deviation():
+            return _deviation(written, one.of, around, sink)
+        case Duration():
+            return _ticks(written, sink)
+        case Share():
+            return float(written.value)
+        case Direction():
+            return _direction(written, sink)
 
 
-def _way(numbers: tuple[Number, ...] | None, sink: Diagnostics) -> Triple | None:
-    """The direction, of length 1; None where there is none to take."""
-    if numbers is None:
-        return None
+def _deviation(text: Text, of: Text, around: Surroundings, sink: Diagnostics) -> float | None:
+    """Return a standard deviation of the known quantity `of`; None where it is wrong and reported."""
+    type_ = around.quantities[of.value].variable.type
+    element = type_.element if isinstance(type_, FamilyType) else type_
+    if isinstance(element, RealType | VectorType):
+        return _quantity(text, element.dimension, 1000, sink)
+    sink.error("AE208", f"`{of.value}` is no number, and has no noise", text.span)
+    return None
+
+
+def _direction(numbers: tuple[Number, ...], sink: Diagnostics) -> Triple | None:
+    """Return the direction with length 1; None where it has none, which is reported."""
     x, y, z = (float(number.value) for number in numbers)
     length = hypot(x, y, z)
     if not 1e-6 < length < 1e6:
         sink.error("AE208", "a direction is not nothing", numbers[0].span.cover(numbers[-1].span))
-        return _WRONG
+        return None
     return (x / length, y / length, z / length)
 
 
 def _ticks(text: Text, sink: Diagnostics, *, least: int = 1) -> int | None:
     """A time in whole ticks, rounded; at least `least`."""
-    time = _quantity(text, TIME, _LONGEST, sink)
+    time = _quantity(text, TIME, LONGEST, sink)
     if time is None:
         return None
-    ticks = round(float(time) / TICK)
+    ticks = round(time / TICK)
     if ticks >= least:
         return ticks
     sink.error(
@@ -306,10 +252,12 @@ def _ticks(text: Text, sink: Diagnostics, *, least: int = 1) -> int | None:
     return None
 
 
-def _quantity(text: Text, dimension: Dimension, most: int, sink: Diagnostics) -> Fraction | None:
+def _quantity(text: Text, dimension: Dimension, most: int, sink: Diagnostics) -> float | None:
     value = elaborate_quantity(text, dimension, sink)
-    if value is None or 0 <= value <= most:
-        return value
+    if value is None:
+        return None
+    if 0 <= value <= most:
+        return float(value)
     help_ = (f"write a value from 0 to {most} {dimension}",)
     sink.error("AE111", f"`{text.value}` is outside its bounds", text.span, help=help_)
     return None

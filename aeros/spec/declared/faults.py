@@ -1,23 +1,202 @@
-"""What a faults file says, unresolved: what goes wrong in simulation, when and how often.
+"""The faults file: what goes wrong in simulation, when and how often.
 
-Names and quantities are still text; `aeros.sim.faults.reading` gives them meaning.
+Each kind of fault is defined once, as simulators use it: in SI, durations in control ticks.  The type of each
+field carries a mark that says how a file writes it; `written_form` derives the schema of the file from that,
+and `aeros.sim.faults.reading` the values from the file.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Annotated, Literal, TypeVar
+from dataclasses import MISSING, dataclass, field, fields, make_dataclass
+from functools import cache
+from typing import Annotated, Any, ClassVar, Final, Generic, Literal, TypeVar, get_type_hints
 
 from aeros.spec.declared.people import Person
+from aeros.spec.hints import options_of, parted
 from aeros.spec.located import Bounds, Choice, Entries, Integer, Length, Number, Pattern, Text
 from aeros.spec.source import Span
+from aeros.spec.units import FORCE, LENGTH, TIME, Dimension
 
 Identifier = Annotated[Text, Pattern("identifier")]
 _T = TypeVar("_T")
-Named = Annotated[Entries[_T], Pattern("identifier")]
-"""A mapping whose keys are identifiers."""
 Probability = Annotated[Number, Bounds(0, 1)]
-Direction = Annotated[tuple[Number, ...], Length(3, 3)]
+
+LONGEST: Final = 3600
+"""Longest time that a faults file may speak of, s: more than any task takes."""
+
+_STRONGEST: Final = 10
+"""Largest impulse (N·s), grip force (tens of N) and offset (m) that mean anything on a table."""
+
+
+# How a file writes a value.
+
+
+@dataclass(frozen=True)
+class _Mark:
+    """Marks a field of a fault; `form` is what the file's decoder makes of what is written there."""
+
+    doc: str
+    form: ClassVar[Any] = Text
+
+
+@dataclass(frozen=True)
+class Known(_Mark):
+    """A name of something that is known; `among` is the field of `Surroundings` that lists them."""
+
+    among: Literal["things", "quantities"]
+    noun: str
+    form = Identifier
+
+
+@dataclass(frozen=True)
+class Amount(_Mark):
+    """A number with a unit, from 0 to `most` in SI."""
+
+    dimension: Dimension
+    most: int
+
+
+class Deviation(_Mark):
+    """A number with the unit of the quantity that the field `of` names."""
+
+
+class Duration(_Mark):
+    """A time with a unit, rounded to control ticks."""
+
+
+class Share(_Mark):
+    """A number from 0 to 1."""
+
+    form = Probability
+
+
+class Direction(_Mark):
+    """Three numbers, of which the direction counts and the length does not."""
+
+    form = Annotated[tuple[Number, ...], Length(3, 3)]
+
+
+Mark = Known | Amount | Deviation | Duration | Share | Direction
+
+
+def marks_of(kind: type) -> dict[str, Mark]:
+    """Return how a file writes each field of a kind of fault, by the field's name."""
+    hints = get_type_hints(kind, include_extras=True)
+    return {one.name: parted(options_of(hints[one.name])[0])[1][0] for one in fields(kind)}
+
+
+@cache
+def written_form(kind: type) -> type:
+    """Derive the schema that a file declares a kind of fault by; fields with a default are optional."""
+    declared: list[tuple[str, Any, Any]] = []
+    for one, mark in zip(fields(kind), marks_of(kind).values(), strict=True):
+        if one.default is MISSING:
+            declared.append((one.name, mark.form, field(metadata={"doc": mark.doc})))
+        else:
+            declared.append((one.name, mark.form | None, field(default=None, metadata={"doc": mark.doc})))
+    namespace = {"__doc__": kind.__doc__, "__module__": kind.__module__}
+    return make_dataclass(kind.__name__, [("span", Span), *declared], frozen=True, namespace=namespace)
+
+
+class Written(Generic[_T]):
+    """`Written[Slip]` is a `Slip` as a file declares it, before its values are known."""
+
+    def __class_getitem__(cls, kind: type) -> type:
+        return written_form(kind)
+
+
+# Kinds of faults.
+
+_UnitVector = tuple[float, float, float]
+_WAY: Final = Direction("which way, in W; any level way if absent, as in `direction: [0, 1, 0]`")
+
+
+@dataclass(frozen=True, slots=True)
+class Bump:
+    """A thing is pushed: an impulse on it, in one direction."""
+
+    thing: Annotated[str, Known("what is pushed, as in `thing: wrapper`", "things", "thing of the scene")]
+    impulse: Annotated[float, Amount("how hard, as in `impulse: 0.04 N*s`", FORCE * TIME, _STRONGEST)]
+    over: Annotated[int, Duration("how long the push lasts; 50 ms if absent, as in `over: 100 ms`")] = 12
+    direction: Annotated[_UnitVector, _WAY] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Slip:
+    """The finger pads are slippery for a while."""
+
+    friction: Annotated[float, Share("the pads' friction then (1 else), as in `friction: 0.1`")]
+    lasts: Annotated[int, Duration("for how long, as in `lasts: 500 ms`")]
+
+
+@dataclass(frozen=True, slots=True)
+class Loosen:
+    """The fingers grip with less force for a while."""
+
+    force: Annotated[
+        float, Amount("the most that they grip with then, as in `force: 0 N`", FORCE, 10 * _STRONGEST)
+    ]
+    lasts: Annotated[int, Duration("for how long, as in `lasts: 300 ms`")]
+
+
+@dataclass(frozen=True, slots=True)
+class Weaken:
+    """The arm's motors have less torque for a while."""
+
+    torque: Annotated[float, Share("the share of it that is left, as in `torque: 0.2`")]
+    lasts: Annotated[int, Duration("for how long, as in `lasts: 2 s`")]
+
+
+@dataclass(frozen=True, slots=True)
+class Delay:
+    """The arm's motors follow commands late for a while."""
+
+    by: Annotated[int, Duration("how late, as in `by: 100 ms`")]
+    lasts: Annotated[int, Duration("for how long, as in `lasts: 2 s`")]
+
+
+@dataclass(frozen=True, slots=True)
+class Miss:
+    """A picture is evaluated as if what is looked for were not on it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Misplace:
+    """A picture's evaluation is off: what is looked for seems to be elsewhere."""
+
+    by: Annotated[float, Amount("how far, as in `by: 60 mm`", LENGTH, _STRONGEST)]
+    direction: Annotated[_UnitVector, _WAY] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Misread:
+    """One measured quantity is noisy, late or interrupted for a while."""
+
+    of: Annotated[
+        str,
+        Known("which quantity of the site, as in `of: tool_position`", "quantities", "quantity of the site"),
+    ]
+    lasts: Annotated[int, Duration("for how long, as in `lasts: 2 s`")]
+    noise: Annotated[float, Deviation("standard deviation of each number, as in `noise: 5 mm`")] = 0.0
+    latency: Annotated[float, Amount("how late, as in `latency: 50 ms`", TIME, LONGEST)] = 0.0
+    dropout: Annotated[float, Share("in which share of ticks nothing is read, as in `dropout: 0.2`")] = 0.0
+
+
+KINDS: Final[dict[str, type[Any]]] = {
+    "bump": Bump,
+    "slip": Slip,
+    "loosen": Loosen,
+    "weaken": Weaken,
+    "delay": Delay,
+    "misread": Misread,
+    "enter": Person,
+    "miss": Miss,
+    "misplace": Misplace,
+}
+"""The kinds by the field of `Fault` that declares them; who enters is declared as in a people file."""
+
+
+# The file around them.
 
 
 @dataclass(frozen=True)
@@ -64,93 +243,6 @@ class Bursts:
 
 
 @dataclass(frozen=True)
-class Bump:
-    """A thing is pushed: an impulse on it, in one direction."""
-
-    span: Span
-    thing: Identifier = field(metadata={"doc": "what is pushed, as in `thing: wrapper`"})
-    impulse: Text = field(metadata={"doc": "how hard, as in `impulse: 0.04 N*s`"})
-    over: Text | None = field(
-        default=None, metadata={"doc": "how long the push lasts; 50 ms if absent, as in `over: 100 ms`"}
-    )
-    direction: Direction | None = field(
-        default=None,
-        metadata={"doc": "which way, in W; any level way if absent, as in `direction: [0, 1, 0]`"},
-    )
-
-
-@dataclass(frozen=True)
-class Slip:
-    """The finger pads are slippery for a while."""
-
-    span: Span
-    friction: Probability = field(metadata={"doc": "the pads' friction then (1 else), as in `friction: 0.1`"})
-    lasts: Text = field(metadata={"doc": "for how long, as in `lasts: 500 ms`"})
-
-
-@dataclass(frozen=True)
-class Loosen:
-    """The fingers grip with less force for a while."""
-
-    span: Span
-    force: Text = field(metadata={"doc": "the most that they grip with then, as in `force: 0 N`"})
-    lasts: Text = field(metadata={"doc": "for how long, as in `lasts: 300 ms`"})
-
-
-@dataclass(frozen=True)
-class Weaken:
-    """The arm's motors have less torque for a while."""
-
-    span: Span
-    torque: Probability = field(metadata={"doc": "the share of it that is left, as in `torque: 0.2`"})
-    lasts: Text = field(metadata={"doc": "for how long, as in `lasts: 2 s`"})
-
-
-@dataclass(frozen=True)
-class Delay:
-    """The arm's motors follow commands late for a while."""
-
-    span: Span
-    by: Text = field(metadata={"doc": "how late, as in `by: 100 ms`"})
-    lasts: Text = field(metadata={"doc": "for how long, as in `lasts: 2 s`"})
-
-
-@dataclass(frozen=True)
-class Miss:
-    """A picture is evaluated as if what is looked for were not on it."""
-
-    span: Span
-
-
-@dataclass(frozen=True)
-class Misplace:
-    """A picture's evaluation is off: what is looked for seems to be elsewhere."""
-
-    span: Span
-    by: Text = field(metadata={"doc": "how far, as in `by: 60 mm`"})
-    direction: Direction | None = field(
-        default=None,
-        metadata={"doc": "which way, in W; any level way if absent, as in `direction: [0, 1, 0]`"},
-    )
-
-
-@dataclass(frozen=True)
-class Misread:
-    """One measured quantity is noisy, late or interrupted for a while."""
-
-    span: Span
-    of: Identifier = field(metadata={"doc": "which quantity of the site, as in `of: tool_position`"})
-    lasts: Text = field(metadata={"doc": "for how long, as in `lasts: 2 s`"})
-    noise: Text | None = field(
-        default=None, metadata={"doc": "standard deviation of each number, as in `noise: 5 mm`"}
-    )
-    latency: Text | None = field(default=None, metadata={"doc": "how late, as in `latency: 50 ms`"})
-    dropout: Probability | None = field(
-        default=None, metadata={"doc": "in which share of ticks nothing is read, as in `dropout: 0.2`"}
-    )
-
-
-@dataclass(frozen=True)
 class Fault:
     """One fault: when it can happen, how often it does, and exactly one kind of what happens."""
 
@@ -165,17 +257,19 @@ class Fault:
     bursts: Bursts | None = field(
         default=None, metadata={"doc": "how those that happen come together; independent if absent"}
     )
-    bump: Bump | None = field(default=None, metadata={"doc": "a thing is pushed"})
-    slip: Slip | None = field(default=None, metadata={"doc": "the finger pads are slippery"})
-    loosen: Loosen | None = field(default=None, metadata={"doc": "the fingers grip less"})
-    weaken: Weaken | None = field(default=None, metadata={"doc": "the arm is weak"})
-    delay: Delay | None = field(default=None, metadata={"doc": "the arm is late"})
-    misread: Misread | None = field(default=None, metadata={"doc": "a sensor reads badly"})
+    bump: Written[Bump] | None = field(default=None, metadata={"doc": "a thing is pushed"})
+    slip: Written[Slip] | None = field(default=None, metadata={"doc": "the finger pads are slippery"})
+    loosen: Written[Loosen] | None = field(default=None, metadata={"doc": "the fingers grip less"})
+    weaken: Written[Weaken] | None = field(default=None, metadata={"doc": "the arm is weak"})
+    delay: Written[Delay] | None = field(default=None, metadata={"doc": "the arm is late"})
+    misread: Written[Misread] | None = field(default=None, metadata={"doc": "a sensor reads badly"})
     enter: Person | None = field(
         default=None, metadata={"doc": "somebody comes, who is declared as in a people file"}
     )
-    miss: Miss | None = field(default=None, metadata={"doc": "with `look`: nothing is detected"})
-    misplace: Misplace | None = field(default=None, metadata={"doc": "with `look`: what is detected is off"})
+    miss: Written[Miss] | None = field(default=None, metadata={"doc": "with `look`: nothing is detected"})
+    misplace: Written[Misplace] | None = field(
+        default=None, metadata={"doc": "with `look`: what is detected is off"}
+    )
 
 
 @dataclass(frozen=True)

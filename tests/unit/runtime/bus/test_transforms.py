@@ -8,9 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aeros.kinematic_chain import ORIGIN, Frame, mounting_of, next_frame
 from aeros.runtime.bus.messages import Quaternion, TFMessage, Time, TransformStamped
 from aeros.runtime.bus.transforms import rotation_of, transforms
-from aeros.runtime.kinematics import ORIGIN, Frame, Posture, next_frame
+from aeros.runtime.kinematics import Posture
 from aeros.runtime.ports import Body, Triple
 
 NAMES = ("a", "b", "c")
@@ -90,7 +91,7 @@ def test_half_turns_about_each_axis_are_too(turns: list[tuple[float, float]]) ->
 def assert_rotation(turns: list[tuple[float, float]], p: Triple) -> None:
     frame: Frame = ORIGIN
     for tilt, turn in turns:
-        frame = next_frame(frame, 0.0, tilt, 0.0, turn)
+        frame = next_frame(frame, mounting_of((0.0, tilt, 0.0)), turn)
     found = rotation_of(frame)
     assert sqrt(found.x**2 + found.y**2 + found.z**2 + found.w**2) == pytest.approx(1.0, abs=1e-9)
     assert turned(found, p) == pytest.approx(frame.place(p), abs=1e-9)

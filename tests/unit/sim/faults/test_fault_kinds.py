@@ -14,24 +14,7 @@ from aeros.runtime.ports import Completion
 from aeros.sim.channel import Process
 from aeros.sim.faults.effects import seen
 from aeros.sim.faults.injector import Happening, Injector
-from aeros.sim.faults.model import (
-    Acting,
-    Bump,
-    Delay,
-    Enter,
-    Fault,
-    Loosen,
-    Misplace,
-    Misread,
-    Miss,
-    OnLook,
-    OnSkill,
-    OnTime,
-    Opportunity,
-    Seen,
-    Slip,
-    Weaken,
-)
+from aeros.sim.faults.model import Acting, Enter, Fault, OnLook, OnSkill, OnTime, Opportunity, Seen
 from aeros.sim.panda import Panda
 from aeros.sim.people import Person, Waypoint
 from aeros.sim.physics import PhysicsPlant, make_plant
@@ -39,10 +22,10 @@ from aeros.sim.randomness import Chance
 from aeros.sim.scenes.bare import Bare
 from aeros.sim.scenes.fetch import Fetch
 from aeros.sim.scenes.scene import Detected
-from aeros.sim.sensing import SensorModel
 from aeros.sim.sight import Sight
 from aeros.sim.world import World
 from aeros.skill import act
+from aeros.spec.declared.faults import Bump, Delay, Loosen, Misplace, Misread, Miss, Slip, Weaken
 from tests.unit.sim.acting import allow, execute
 
 pytestmark = pytest.mark.physics
@@ -186,8 +169,7 @@ def test_a_late_arm_is_where_it_was_told_to_be_before_and_catches_up(told: Make)
 
 
 def test_a_misread_quantity_is_noisy_while_it_lasts_and_others_are_not(told: Make) -> None:
-    model = SensorModel(noise=0.01)
-    one = told(fault(Misread("tool_position", model, 120)))
+    one = told(fault(Misread("tool_position", 120, noise=0.01)))
     one.do("wait", duration=0.25)
     calm = one.value("tool_position")
     one.plant.skill_began(SKILL)
@@ -202,7 +184,7 @@ def test_a_misread_quantity_is_noisy_while_it_lasts_and_others_are_not(told: Mak
 
 
 def test_a_dropout_leaves_the_last_reading_which_ages(told: Make) -> None:
-    one = told(fault(Misread("finger_gap", SensorModel(dropout=1.0), 240)))
+    one = told(fault(Misread("finger_gap", 240, dropout=1.0)))
     one.do("wait", duration=0.1)
     one.plant.skill_began(SKILL)
     one.do("wait", duration=0.5)

@@ -8,9 +8,10 @@ from math import sqrt
 import pytest
 
 from aeros.sim.channel import Process
-from aeros.sim.faults.model import Fault, Miss, OnLook
+from aeros.sim.faults.model import Fault, OnLook
 from aeros.sim.faults.process import Draws
 from aeros.sim.randomness import Chance
+from aeros.spec.declared.faults import Miss
 
 DRAWS = 20_000
 

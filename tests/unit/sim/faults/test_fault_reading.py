@@ -4,23 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.sim.faults.model import (
-    Bump,
-    Delay,
-    Enter,
-    Loosen,
-    Misplace,
-    Misread,
-    Miss,
-    OnLook,
-    OnSkill,
-    OnTime,
-    Slip,
-    Weaken,
-)
+from aeros.sim.faults.model import Enter, OnLook, OnSkill, OnTime
 from aeros.sim.faults.reading import Surroundings, faults_of, read_faults, shipped_faults
 from aeros.sim.scenes import SCENES
-from aeros.sim.sensing import SensorModel
+from aeros.spec.declared.faults import Bump, Delay, Loosen, Misplace, Misread, Miss, Slip, Weaken
 from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.errors import UserError
 from aeros.spec.folders import reference_site
@@ -74,7 +61,7 @@ def test_every_kind_is_read_into_si_and_ticks() -> None:
     assert found["loose"].kind == Loosen(0.0, 240)
     assert found["weak"].kind == Weaken(0.2, 240)
     assert found["late"].kind == Delay(24, 240)
-    assert found["misread"].kind == Misread("tool_position", SensorModel(noise=0.005, dropout=0.1), 240)
+    assert found["misread"].kind == Misread("tool_position", 240, noise=0.005, dropout=0.1)
     assert isinstance(found["visited"].kind, Enter)
     assert found["missed"].opportunity == OnLook("mast")
     assert found["missed"].kind == Miss()

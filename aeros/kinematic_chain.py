@@ -1,0 +1,93 @@
+"""Forward kinematics of a chain of revolute joints, for one posture, in plain numbers.
+
+The one scalar definition: the gate bounds motions with it, and simulators place their robot with it.  It
+stands below both, as neither may import the other.  `aeros.sim.kinematics.forward` computes many postures at
+once, with NumPy.
+
+Frames: B, the robot's base; a link's frame is that of the joint that moves it, and turns about its z.
+Source: J. J. Craig, Introduction to Robotics, modified Denavit-Hartenberg parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from math import cos, sin
+from typing import Final, NamedTuple
+
+Triple = tuple[float, float, float]
+Row = tuple[float, float, float]
+"""Modified Denavit-Hartenberg parameters of a joint: a (m), alpha (rad), d (m)."""
+
+
+class Frame(NamedTuple):
+    """A link's frame in B: its origin, m, and its three axes; the joint turns it about `z`."""
+
+    origin: Triple
+    x: Triple
+    y: Triple
+    z: Triple
+
+    def place(self, p: Triple) -> Triple:
+        """Return the position in B, m, of the point that is at `p` in the frame, m."""
+        (ox, oy, oz), (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = self
+        a, b, c = p
+        return (ox + a * xx + b * yx + c * zx, oy + a * xy + b * yy + c * zy, oz + a * xz + b * yz + c * zz)
+
+
+ORIGIN: Final = Frame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+"""The frame of the base itself."""
+
+
+Mounting = tuple[float, float, float, float, float]
+"""How a joint is mounted on the link before it: the part of its transform that its angle does not change.
+
+The joint's origin in the frame before it (x, y, z in m), and the cosine and sine of the twist alpha.
+"""
+
+
+def mounting_of(row: Row) -> Mounting:
+    """Return the constants of a joint's transform Rx(alpha)·Tx(a)·Rz(angle)·Tz(d)."""
+    a, alpha, d = row
+    cos_twist, sin_twist = cos(alpha), sin(alpha)
+    return (a, -sin_twist * d, cos_twist * d, cos_twist, sin_twist)
+
+
+def next_frame(frame: Frame, mounting: Mounting, angle: float) -> Frame:
+    """Return the frame in B of the joint that comes after `frame`, at its angle, rad.
+
+    Recorded simulations depend on the order in which this adds.
+    """
+    (ox, oy, oz), (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = frame
+    a, b, e, ct, st = mounting
+    c, s = cos(angle), sin(angle)
+    sct, sst, cct, cst = s * ct, s * st, c * ct, c * st
+    return Frame(
+        (
+            ox + (a * xx + b * yx + e * zx),
+            oy + (a * xy + b * yy + e * zy),
+            oz + (a * xz + b * yz + e * zz),
+        ),
+        (
+            c * xx + sct * yx + sst * zx,
+            c * xy + sct * yy + sst * zy,
+            c * xz + sct * yz + sst * zz,
+        ),
+        (
+            cct * yx - s * xx + cst * zx,
+            cct * yy - s * xy + cst * zy,
+            cct * yz - s * xz + cst * zz,
+        ),
+        (ct * zx - st * yx, ct * zy - st * yy, ct * zz - st * yz),
+    )
+
+
+def frames_of(mountings: Iterable[Mounting], q: Sequence[float]) -> list[Frame]:
+    """Return the frames in B at joint positions `q` (rad): the base's first, then each joint's.
+
+    Raises:
+        ValueError: there are not as many positions as joints.
+    """
+    frames = [ORIGIN]
+    for mounting, angle in zip(mountings, q, strict=True):
+        frames.append(next_frame(frames[-1], mounting, angle))
+    return frames

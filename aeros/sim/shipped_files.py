@@ -1,0 +1,39 @@
+"""Input files of simulators: by path, or by the name of one that comes with AEROS."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+import aeros
+from aeros.spec.diagnostics import Diagnostic, did_you_mean
+from aeros.spec.errors import UserError
+
+
+def shipped_files(folder: str) -> dict[str, Path]:
+    """Return the YAML files in a folder of the installed package, by their names without suffix."""
+    return {path.stem: path for path in sorted((Path(aeros.__file__).parent / folder).glob("*.yaml"))}
+
+
+def find_file(name_or_path: str, shipped: Mapping[str, Path], kind: str, absent: str) -> str | Path:
+    """Return the path of a shipped file by its name, or the path that was given.
+
+    Args:
+        name_or_path: as a user gives it; a name goes before a path.
+        shipped: the files that come with AEROS, by name.
+        kind: what the file is called, as in `people file`.
+        absent: begins the message where there is none, as in `no people file of that name comes`.
+
+    Raises:
+        UserError: there is neither such a name nor such a file.
+    """
+    if name_or_path in shipped:
+        return shipped[name_or_path]
+    if os.path.lexists(name_or_path):
+        return name_or_path
+    near = did_you_mean(name_or_path, shipped)
+    listed = ", ".join(f"`{name}`" for name in shipped)
+    headline = f"there is no file `{name_or_path}`, and {absent} with AEROS"
+    help_ = (f"did you mean `{near}`?" if near else f"give a {kind}, or one of {listed}",)
+    raise UserError([Diagnostic("AE002", headline, help=help_)])
