@@ -20,6 +20,7 @@ from aeros.cli.arguments import existing_path
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.durable import replace_file
 from aeros.spec.errors import UserError
+from aeros.spec.migrations import formats
 from aeros.spec.migrations.format import UnmigratableError
 from aeros.spec.migrations.rewriting import Rewritten, format_of, has_known_name, rewrite
 from aeros.spec.render import safe
@@ -36,11 +37,17 @@ Databases migrate themselves when they are opened.  docs/formats.md lists format
 
 examples:
   aeros migrate ecms/ cell.yaml       rewrite manifests and a site file
-  aeros migrate ~/.aeros/robot        likewise the files of a state folder, while no agent runs
+  aeros migrate .aeros                likewise the files of a state folder, while no agent runs
   aeros migrate ecms/ --diff          show what would change, and write nothing
   aeros migrate ecms/ --check         write nothing; exit with 1 where a file is of an older version
   aeros migrate ecms/ --format json   for programs
 """
+_PINNED: Final = (
+    "it is old, and the registry keeps it under its digest; "
+    "migrate the original, and install the module or put the policy in force again"
+)
+_REGISTRY: Final = formats.REGISTRY.files[0]
+_KEPT: Final = ("modules", "policies")  # the folders in which a registry has copies
 _MOST_BYTES: Final = 1 << 30
 _CERTIFIED: Final = ("ecm", "site")
 _SKIPPED: Final = frozenset({"__pycache__", "node_modules"})
@@ -129,17 +136,28 @@ def _migrated(path: Path, *, is_named: bool, is_dry: bool) -> _File | None:
             if format_ is None:
                 return _File(path, None, "it is of no format that AEROS migrates") if is_named else None
             rewritten = rewrite(path, text, format_)
+            if rewritten.is_changed and _is_pinned(path):
+                return _File(path, None, _PINNED)
             if rewritten.is_changed and not is_dry:
                 _replace(path, (mark + rewritten.text).encode())
             return _File(path, rewritten, before=text)
     except UnicodeDecodeError:
         return _File(path, None, "it is not UTF-8 text") if is_named else None
-    except UserError as error:
-        return _File(path, None, "; ".join(_told(error)))
     except (UnmigratableError, RefusedError) as error:
         return _File(path, None, str(error))
+    except UserError as error:
+        return _File(path, None, "; ".join(_told(error)))
     except OSError as error:
         return _File(path, None, str(error.strerror or error))
+
+
+def _is_pinned(path: Path) -> bool:
+    """Whether a registry keeps the file under its digest."""
+    real = path.resolve()
+    return any(
+        (folder / _REGISTRY).exists() and real.relative_to(folder).parts[0] in _KEPT
+        for folder in real.parents
+    )
 
 
 def _read(path: Path) -> bytes:
@@ -187,7 +205,7 @@ def _print_text(done: list[tuple[_File, str]], *, is_dry: bool) -> None:
             print(f"{safe(str(found.path))}: {'is old' if is_dry else 'migrated'}: {was} -> {is_}")
             print("".join(f"  {change}\n" for change in found.rewritten.changes), end="")
         if diff:
-            print(safe(diff), end="")
+            print("".join(f"{safe(line)}\n" for line in diff.splitlines()), end="")
     counts = {
         state: sum(found.state == state for found, _ in done) for state in ("old", "current", "refused")
     }

@@ -65,6 +65,18 @@ def test_nothing_is_written_where_it_is_not_asked_for(
     assert (here / "tidy" / "ecm.yaml").read_bytes() == before
 
 
+def test_what_a_registry_keeps_is_not_rewritten(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    kept = here / "modules" / "digest" / "tidy"
+    shutil.copytree(here / "tidy", kept)
+    (here / "registry.sqlite3").touch()
+    before = (kept / "ecm.yaml").read_bytes()
+    assert main(["migrate", "."]) == Exit.REJECTED
+    said = capsys.readouterr()
+    assert "1 migrated" in said.out
+    assert "modules/digest/tidy/ecm.yaml: refused: it is old, and the registry keeps it" in said.err
+    assert (kept / "ecm.yaml").read_bytes() == before
+
+
 def test_mode_links_marks_and_line_ends_stay(here: Path) -> None:
     manifest = here / "tidy" / "ecm.yaml"
     marked = b"\xef\xbb\xbf" + manifest.read_bytes().replace(b"\n", b"\r\n")
