@@ -27,8 +27,9 @@ from aeros.agent.report import RunReport, StepRecord
 from aeros.agent.written import Writing
 from aeros.durable import replace_file
 from aeros.runtime.ports import Head
+from aeros.spec.migrations.formats import CHECKPOINT
 
-SCHEMA: Final = 3
+SCHEMA: Final = CHECKPOINT.version
 
 _FILE: Final = "checkpoint.json"
 _PREVIOUS: Final = "checkpoint.previous.json"
@@ -117,7 +118,7 @@ class Checkpoints:
         """The newest first; or why it is none."""
         for path in (self._path, self._previous):
             try:
-                yield understood(path.read_bytes())
+                yield understood(path.read_bytes(), path)
             except FileNotFoundError:
                 continue
             except (OSError, ValueError) as error:
@@ -159,13 +160,17 @@ def spelt(checkpoint: Checkpoint) -> bytes:
     return json.dumps({"schema": SCHEMA, "digest": _digest(body), "body": body}, indent=1).encode()
 
 
-def understood(content: bytes) -> Checkpoint:
-    """What was kept; raises `ValueError` where it is not whole or of another schema."""
+def understood(content: bytes, path: Path) -> Checkpoint:
+    """What was kept; raises `ValueError` where it is not whole or of another schema.
+
+    path: where it was, for messages.
+    """
     try:
         kept = json.loads(content)
-        schema, digest, body = kept["schema"], kept["digest"], kept["body"]
-        if schema != SCHEMA:
-            raise UnusableError(f"it is of schema {schema}, and this is AEROS for schema {SCHEMA}")
+        digest, body = kept["digest"], kept["body"]
+        version = CHECKPOINT.version_of(kept)
+        if version is not None and version != SCHEMA:
+            raise UnusableError("; ".join(CHECKPOINT.refusal(version, path)))
         if digest != _digest(body):
             raise UnusableError("it is damaged: its digest is another")
         return Checkpoint(**{name: _WRITING.read(value) for name, value in json.loads(body).items()})

@@ -21,6 +21,8 @@ from uuid import UUID, uuid4
 
 from aeros.agent.errors import RefusedError
 from aeros.durable import replace_file, try_lock
+from aeros.spec.migrations.format import FormatVersionError
+from aeros.spec.migrations.formats import IDENTITY
 
 _LOCK = "agent.lock"
 _IDENTITY = "identity.json"
@@ -97,6 +99,28 @@ def exclusive(folder: Path, purpose: str = "", patience: float = 0.0) -> Iterato
         os.close(descriptor)
 
 
+@contextmanager
+def undisturbed(folder: Path) -> Iterator[None]:
+    """Keep agents out of `folder` meanwhile, and leave no trace in its lock; any folder will do.
+
+    Raises:
+        RefusedError: an agent holds the folder.
+    """
+    try:
+        descriptor = os.open(folder / _LOCK, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)
+    except FileNotFoundError:
+        yield  # no agent ever held it
+        return
+    except OSError as error:
+        raise RefusedError(f"{folder / _LOCK} cannot be locked: {error.strerror}") from error
+    try:
+        if not try_lock(descriptor):
+            raise RefusedError(f"an agent is at work here: {_holder(descriptor)}")
+        yield
+    finally:
+        os.close(descriptor)
+
+
 def _holder(descriptor: int) -> str:
     try:
         holder = json.loads(os.pread(descriptor, _MOST_SAID, 0))
@@ -116,7 +140,10 @@ def _read(path: Path) -> Identity | None:
         raise RefusedError(f"the agent's identity {path} cannot be read: {error}") from error
     try:
         kept = json.loads(text)
+        IDENTITY.require_current(kept, path)
         identity = Identity(UUID(kept["id"]), str(kept["name"]), str(kept["created"]), int(kept["sessions"]))
+    except FormatVersionError as error:
+        raise RefusedError(str(error)) from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         # A new identity here would cut the agent off from its memory without a word.
         raise RefusedError(f"the agent's identity {path} is damaged; restore it from a backup") from error
@@ -126,6 +153,7 @@ def _read(path: Path) -> Identity | None:
 def _write(path: Path, identity: Identity) -> None:
     """Replace the file whole: after a power cut it holds the old identity or the new one."""
     kept = {
+        "schema": IDENTITY.schema,
         "id": str(identity.id),
         "name": identity.name,
         "created": identity.created,

@@ -17,6 +17,8 @@ from typing import Final
 from aeros.agent.errors import RefusedError
 from aeros.durable import replace_file
 from aeros.spec.errors import InternalError
+from aeros.spec.migrations.format import FormatVersionError
+from aeros.spec.migrations.formats import PHASE
 
 
 class Phase(Enum):
@@ -89,7 +91,7 @@ class Lifecycle:
         if self._path is None:
             return
         try:
-            replace_file(self._path, json.dumps({"phase": then.value}).encode())
+            replace_file(self._path, json.dumps({"schema": PHASE.schema, "phase": then.value}).encode())
         except OSError as error:
             raise RefusedError(f"{self._path} cannot be written: {error.strerror}") from error
 
@@ -97,9 +99,13 @@ class Lifecycle:
         if self._path is None:
             return Phase.CREATED
         try:
-            return Phase(json.loads(self._path.read_text("utf-8"))["phase"])
+            kept = json.loads(self._path.read_text("utf-8"))
+            PHASE.require_current(kept, self._path)
+            return Phase(kept["phase"])
         except FileNotFoundError:
             return Phase.CREATED
+        except FormatVersionError as error:
+            raise RefusedError(str(error)) from error
         except (OSError, ValueError, KeyError, TypeError):
             # Whatever it was, nobody let it end.
             return Phase.RUNNING

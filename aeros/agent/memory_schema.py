@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from aeros.agent.errors import RefusedError
+from aeros.spec.migrations.formats import MEMORY
 
 _TO_1: Final = (
     """CREATE TABLE sessions (
@@ -51,7 +52,7 @@ _TO_3: Final = ("ALTER TABLE episodes ADD COLUMN causes TEXT",)
 
 _MIGRATIONS: Final = (_TO_1, _TO_2, _TO_3)
 
-SCHEMA_VERSION: Final = len(_MIGRATIONS)
+SCHEMA_VERSION: Final = MEMORY.version
 
 IN_RAM: Final = Path(":memory:")
 """In place of a file: a memory that nothing is left of."""
@@ -92,7 +93,8 @@ def _prepare(database: sqlite3.Connection, path: Path) -> None:
     (tables,) = database.execute("SELECT count(*) FROM sqlite_schema").fetchone()
     if version > SCHEMA_VERSION:
         raise RefusedError(
-            f"the agent's memory {path} has schema {version}; this version reads up to {SCHEMA_VERSION}"
+            f"the agent's memory {path} has schema {version}; this version reads up to {SCHEMA_VERSION}; "
+            "it was written by a newer AEROS: install a newer AEROS"
         )
     if version < 0 or (version == 0 and tables):
         raise RefusedError(f"{path} is a database of something else, not the agent's memory")

@@ -12,6 +12,9 @@ from typing import Any, Final
 
 from aeros.agent.errors import RefusedError
 from aeros.durable import replace_file
+from aeros.spec.migrations.format import FormatVersionError, UnmigratableError
+from aeros.spec.migrations.formats import CRASHES, QUARANTINE
+from aeros.spec.migrations.rewriting import rewrite
 
 _CRASHES: Final = "crashes.json"
 _QUARANTINE: Final = "quarantine.json"
@@ -30,21 +33,24 @@ class Quarantine:
         """
         recent = [one for one in self._recent() if 0.0 <= now - one[0] <= within]
         recent.append((now, why))
-        _keep(self._crashes, recent)
+        _keep(self._crashes, {"schema": CRASHES.schema, "crashes": recent})
         if len(recent) < most:
             return None
         reason = f"it crashed {len(recent)} times within {within:g} s; the last time, {why}"
         since = datetime.fromtimestamp(now, UTC).isoformat(timespec="seconds")
-        _keep(self._path, {"since": since, "reason": reason})
+        _keep(self._path, {"schema": QUARANTINE.schema, "since": since, "reason": reason})
         return reason
 
     def reason(self) -> str | None:
         """What is said to whoever would wake an agent in quarantine; None where it is not in any."""
         try:
             kept = json.loads(self._path.read_text("utf-8"))
+            QUARANTINE.require_current(kept, self._path)
             why = f"{kept['reason']} (since {kept['since']})"
         except FileNotFoundError:
             return None
+        except FormatVersionError as error:
+            why = str(error)
         except (OSError, ValueError, KeyError, TypeError):
             why = f"{self._path} is there, and does not say why"
         return f"this agent is in quarantine: {why}; `aeros release` lets it go on"
@@ -58,10 +64,13 @@ class Quarantine:
 
     def _recent(self) -> list[tuple[float, str]]:
         try:
-            return [(float(at), str(why)) for at, why in json.loads(self._crashes.read_text("utf-8"))]
+            current = rewrite(self._crashes, self._crashes.read_text("utf-8"), CRASHES)
+            return [(float(at), str(why)) for at, why in json.loads(current.text)["crashes"]]
         except FileNotFoundError:
             return []
-        except (OSError, ValueError, TypeError):
+        except UnmigratableError as error:
+            raise RefusedError(f"`{self._crashes}` cannot be read: {error}") from error
+        except (OSError, ValueError, KeyError, TypeError):
             return []  # at worst it is restarted a few times more
 
 

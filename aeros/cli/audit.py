@@ -6,14 +6,16 @@ import argparse
 import json
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aeros.cli.arguments import add_command, existing_path, writable_path
 from aeros.cli.audit_show import add_filters, is_wanted, shown, why
 from aeros.cli.exit_codes import EXIT_CODES, Exit
-from aeros.runtime.audit_check import AuditReport, Record, verify_log
+from aeros.runtime.audit_check import AuditReport, Record, Watcher, verify_log
 from aeros.runtime.audit_checkpoints import CHECKPOINT, AnchorError, SignedReport, verify_signed
+from aeros.runtime.audit_format import explain_problem
 from aeros.runtime.audit_keys import KeyRefusedError, make_key, read_public_key
 from aeros.runtime.configuration import Configurations, only
 from aeros.runtime.gate import GateMode
@@ -165,10 +167,10 @@ def _verify(arguments: argparse.Namespace) -> Exit:
 
     try:
         if arguments.public_key is None:
-            chain = verify_log(arguments.log, count)
+            chain = _checked(arguments.log, count)
         else:
             signed = verify_signed(arguments.log, read_public_key(arguments.public_key), arguments.anchor)
-            chain = signed.chain
+            chain = _explained(arguments.log, signed.chain)
     except (AnchorError, KeyRefusedError) as fault:
         print(f"aeros: {fault}", file=sys.stderr)
         return Exit.REJECTED
@@ -255,7 +257,7 @@ def _show(arguments: argparse.Namespace) -> Exit:
         else:
             print(shown(record, site))
 
-    return _unless_unsound(verify_log(arguments.log, look))
+    return _unless_unsound(_checked(arguments.log, look))
 
 
 def _site(path: Path) -> Site:
@@ -264,6 +266,14 @@ def _site(path: Path) -> Site:
     sink.raise_if_errors()
     assert site is not None  # noqa: S101 - otherwise an error was reported
     return site
+
+
+def _checked(log: Path, watch: Watcher) -> AuditReport:
+    return _explained(log, verify_log(log, watch))
+
+
+def _explained(log: Path, chain: AuditReport) -> AuditReport:
+    return chain if chain.sound else replace(chain, why=explain_problem(log, chain.why))
 
 
 def _unless_unsound(chain: AuditReport) -> Exit:
@@ -288,7 +298,7 @@ def _replay(arguments: argparse.Namespace) -> Exit:
     def take(record: Record, own: str) -> None:
         replay.take(record)
 
-    chain = verify_log(arguments.log, take)
+    chain = _checked(arguments.log, take)
     if arguments.format == "json":
         print(json.dumps(_replayed_json(replay, chain), indent=2))
     else:

@@ -8,14 +8,17 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from aeros.cli.arguments import UsageError
 from aeros.durable import replace_file
+from aeros.spec.migrations.format import FormatVersionError
+from aeros.spec.migrations.formats import LATEST_RUN
 
 _FILE: Final = "latest-run.json"
 
 
 def note_run(state: Path, out: Path) -> None:
     """Say that a run of this process writes to `out`; no run fails for want of somebody who looks on."""
-    said = {"out": str(out.resolve()), "pid": os.getpid()}
+    said = {"schema": LATEST_RUN.schema, "out": str(out.resolve()), "pid": os.getpid()}
     with suppress(OSError):
         replace_file(state / _FILE, json.dumps(said).encode())
 
@@ -24,7 +27,10 @@ def latest_run(state: Path) -> tuple[Path, bool] | None:
     """Its folder, and whether its process is still there; None where nothing was run, or nobody said so."""
     try:
         said = json.loads((state / _FILE).read_text("utf-8"))
+        LATEST_RUN.require_current(said, state / _FILE)
         out, process = Path(said["out"]), int(said["pid"])
+    except FormatVersionError as error:
+        raise UsageError(str(error)) from error
     except (OSError, ValueError, KeyError, TypeError):
         return None
     return out, _is_there(process)

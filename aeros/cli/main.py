@@ -50,6 +50,7 @@ _COMMANDS = {
     "top": "look on at a run from another terminal",
     "mcp": "let an MCP client look, propose plans, and have them executed",
     "approve": "list and approve what clients of `aeros mcp` ask for",
+    "migrate": "rewrite files of older AEROS versions to the current format",
     "new": "start a module that is proved and runs as it stands",
     "schema": "print the JSON Schema of manifests, site, people, faults and scene files, or reports",
 }

@@ -12,6 +12,8 @@ from aeros.agent.errors import RefusedError
 from aeros.agent.identity import exclusive
 from aeros.durable import replace_file
 from aeros.sim.hosting.remote import RemotePlant
+from aeros.spec.migrations.format import FormatVersionError
+from aeros.spec.migrations.formats import RUN
 
 _FILE: Final = "run.json"
 _PATIENCE: Final = 60.0  # s
@@ -26,7 +28,7 @@ def keep(arguments: argparse.Namespace) -> None:
     asked = {name: _told(one) for name, one in vars(arguments).items() if name not in _OF_THIS_COMMAND}
     try:
         arguments.state.mkdir(mode=0o700, parents=True, exist_ok=True)
-        replace_file(arguments.state / _FILE, json.dumps(asked, indent=1).encode())
+        replace_file(arguments.state / _FILE, json.dumps({"schema": RUN.schema, **asked}, indent=1).encode())
     except OSError as error:
         raise RefusedError(f"`{arguments.state}` cannot be written to: {error.strerror}") from error
 
@@ -36,9 +38,12 @@ def restore(arguments: argparse.Namespace) -> argparse.Namespace:
     path = arguments.state / _FILE
     try:
         asked = json.loads(path.read_text("utf-8"))
-        restored = {name: _understood(one) for name, one in asked.items()}
+        RUN.require_current(asked, path)
+        restored = {name: _understood(one) for name, one in asked.items() if name != "schema"}
     except FileNotFoundError:
         raise RefusedError(f"there is nothing to resume in `{arguments.state}`") from None
+    except FormatVersionError as error:
+        raise RefusedError(str(error)) from error
     except (OSError, ValueError, AttributeError) as error:
         raise RefusedError(f"what was asked for cannot be read from `{path}`: {error}") from error
     own = {name: one for name, one in vars(arguments).items() if name in _OF_THIS_COMMAND}

@@ -22,6 +22,8 @@ from typing import Any, Final, NamedTuple, Self
 from aeros.experiments.kinds import Found
 from aeros.spec.diagnostics import Diagnostic
 from aeros.spec.errors import MisuseError, UserError
+from aeros.spec.migrations.format import FormatVersionError
+from aeros.spec.migrations.formats import TRIALS
 
 FILE: Final = "trials.jsonl"
 
@@ -136,7 +138,9 @@ class Store:
 
 
 def _line(one: Kept) -> str:
-    return json.dumps(one._asdict(), sort_keys=True, separators=(",", ":")) + "\n"
+    return (
+        json.dumps({"schema": TRIALS.schema, **one._asdict()}, sort_keys=True, separators=(",", ":")) + "\n"
+    )
 
 
 def _write(file: int, text: str) -> None:
@@ -153,8 +157,12 @@ def _whole(content: bytes) -> bytes:
 def _kept_in(path: Path, whole: bytes) -> Iterator[Kept]:
     for number, line in enumerate(whole.splitlines(), 1):
         try:
-            yield Kept(**json.loads(line))
-        except (ValueError, TypeError) as error:
+            kept = json.loads(line)
+            TRIALS.require_current(kept, path)
+            yield Kept(**{key: value for key, value in kept.items() if key != "schema"})
+        except FormatVersionError as error:
+            raise UserError([Diagnostic("AE114", f"line {number}: {error}")]) from error
+        except (AttributeError, ValueError, TypeError) as error:
             headline = f"`{path}`, line {number}, is no finished trial: {error}"
             help_ = ("give another folder with --out",)
             raise UserError([Diagnostic("AE002", headline, help=help_)]) from error

@@ -52,6 +52,7 @@ from aeros.runtime.audit_checkpoints import (
     read_anchor,
     write_anchor,
 )
+from aeros.runtime.audit_format import explain_problem
 from aeros.runtime.canonical import Encoded, canonical
 from aeros.runtime.decision import Verdict
 from aeros.runtime.ports import Head
@@ -147,7 +148,8 @@ class AuditLog:
 
         report = verify_log(self.path, look)
         if not report.sound:
-            raise AuditError(f"the audit log `{self.path}` is not sound: {report.why}")
+            why = explain_problem(self.path, report.why)
+            raise AuditError(f"the audit log `{self.path}` is not sound: {why}")
         return found if hashes.get(head.records) == head.hash else None
 
     def close(self) -> None:
@@ -192,7 +194,8 @@ class AuditLog:
         if problem is None and watch is not None:
             problem = watch.missing(found.records)
         if problem is not None:
-            raise AuditError(f"the audit log `{self.path}` is not sound: {problem}")
+            why = explain_problem(self.path, problem)
+            raise AuditError(f"the audit log `{self.path}` is not sound: {why}")
         self._sequence, self._head, self._end = found.records, found.head, found.end
         self._id = found.first
         self._broken = None

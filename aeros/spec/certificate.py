@@ -24,6 +24,7 @@ from aeros.spec.backends.release import solver_release
 from aeros.spec.diagnostics import Diagnostic
 from aeros.spec.digests import text_digest
 from aeros.spec.errors import UserError
+from aeros.spec.migrations.formats import CERTIFICATE
 from aeros.spec.texts import read_source
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from aeros.spec.presence import Presence, SitePresence
 
 LOCK = "ecm.lock"
-SCHEMA = "aeros/certificate/1"
+SCHEMA = str(CERTIFICATE.schema)
 
 
 @dataclass(frozen=True)
@@ -135,6 +136,10 @@ def check_lock(folder: Path, expected: Certificate) -> Diagnostic | None:
         found = json.loads(text)
     except (UserError, ValueError, RecursionError):
         return Diagnostic("AE903", f"`{path}` is not a certificate", help=cure)
+    version = CERTIFICATE.version_of(found)
+    if version is not None and version > CERTIFICATE.version:
+        cause, newer = CERTIFICATE.refusal(version, path)
+        return Diagnostic("AE902", f"`{path}` cannot be compared: {cause}", help=(newer, *cure))
     if not isinstance(found, dict) or found.get("digest") != _digest(
         {key: value for key, value in found.items() if key != "digest"}
     ):

@@ -34,6 +34,8 @@ from aeros.spec.located import (
     Pattern,
     Text,
 )
+from aeros.spec.migrations.format import parse_schema
+from aeros.spec.migrations.formats import format_named
 from aeros.spec.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from aeros.spec.source import Span
 
@@ -57,8 +59,28 @@ def decode(node: Node, schema: type[T], sink: Diagnostics) -> T | None:
     """`node` as an instance of the dataclass `schema`; None if `sink` was told why not."""
     if not dataclasses.is_dataclass(schema):
         raise MisuseError(f"{schema!r} is not a dataclass")
+    if _is_of_another_version(node, schema, sink):
+        return None  # its fields are those of its version, and mean nothing here
     decoded: T | None = _Decoder(sink).value(node, schema, _Place("", None))
     return decoded
+
+
+def _is_of_another_version(node: Node, schema: type, sink: Diagnostics) -> bool:
+    """Whether the file is of another version of the format that is asked for, which `sink` then gets."""
+    known = fields_of(schema).get("schema")
+    words = None if known is None else words_of(parted(options_of(known.hint)[0])[0])
+    wanted = parse_schema(words[0]) if words else None
+    entries = node.entries if isinstance(node, MappingNode) else ()
+    said = next((value for key, value in entries if key.text == "schema"), None)
+    if wanted is None or not isinstance(said, ScalarNode):
+        return False
+    format_ = format_named(wanted[0])
+    version = format_.version_said(said.text)
+    if version is None or version < format_.first or version == format_.version:
+        return False
+    cause, cure = format_.refusal(version, said.span.source.path)
+    sink.error("AE114", cause, said.span, help=(cure, "docs/formats.md says what changed in each version"))
+    return True
 
 
 @dataclass(frozen=True, slots=True)

@@ -67,6 +67,7 @@ _TABLE: Final = (
     Code("AE110", "unknown-choice", "form", "a value is not one of the allowed words"),
     Code("AE111", "out-of-bounds", "form", "a number is outside its declared bounds"),
     Code("AE112", "wrong-length", "form", "a list or mapping has too few or too many entries"),
+    Code("AE114", "format-version", "form", "a file is of a format version that this AEROS does not read"),
     Code("AE120", "duplicate-id", "form", "two declarations have the same name"),
     Code("AE121", "name-clash", "form", "a name already means something else"),
     Code("AE122", "unknown-reference", "form", "a name refers to nothing that is declared"),

@@ -17,6 +17,8 @@ from typing import Any, Final
 
 from aeros.runtime.audit_check import GENESIS, AuditReport, DecisionCounts, Record, verify_log
 from aeros.runtime.bus.samples import FILE as SAMPLES
+from aeros.spec.migrations import formats
+from aeros.spec.migrations.format import Format, FormatVersionError
 from aeros.spec.render import safe
 
 AUDIT: Final = "audit.jsonl"
@@ -129,11 +131,15 @@ def read_left(folder: Path) -> Left:
     reading = Recorded()
     left = reading.left
     left.chain = verify_log(folder / AUDIT, reading.take)
-    left.events = [event for line in _lines(folder / TRACE, left) if (event := event_in(line)) is not None]
+    left.events = [
+        event for line in _lines(folder / TRACE, formats.TRACE, left) if (event := event_in(line)) is not None
+    ]
     told = [(one.kind, one.details) for one in left.events if one.kind not in _BESIDE_RECORD]
     if left.events and _spelt(told) != _spelt(left.notes):
         left.trouble.append(f"{TRACE} does not say what the record says that the agent told")
-    left.samples = [sample for line in _lines(folder / SAMPLES, left) if (sample := sample_in(line))]
+    left.samples = [
+        sample for line in _lines(folder / SAMPLES, formats.MEASURED, left) if (sample := sample_in(line))
+    ]
     left.samples.sort(key=lambda sample: sample[0])
     return left
 
@@ -142,7 +148,7 @@ def _spelt(events: list[tuple[str, Mapping[str, Any]]]) -> str:
     return json.dumps(events, sort_keys=True)
 
 
-def _lines(path: Path, left: Left) -> Iterator[Mapping[str, Any]]:
+def _lines(path: Path, format_: Format, left: Left) -> Iterator[Mapping[str, Any]]:
     """The objects of a file of JSON lines; what is none is said once, and passed over."""
     bad = 0
     try:
@@ -153,11 +159,14 @@ def _lines(path: Path, left: Left) -> Iterator[Mapping[str, Any]]:
                 except (ValueError, RecursionError):
                     found = None
                 if type(found) is dict:
+                    format_.require_current(found, path)
                     yield found
                 else:
                     bad += 1
     except OSError as error:
         left.trouble.append(f"{path.name} cannot be read: {error.strerror}")
+    except FormatVersionError as error:
+        left.trouble.append(str(error))
     if bad:
         left.trouble.append(f"{path.name} has {bad} lines that say nothing that is known")
 

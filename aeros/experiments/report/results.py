@@ -28,8 +28,9 @@ from aeros.experiments.kinds import (
 from aeros.experiments.premises import Premises
 from aeros.experiments.report.drawn import exact_as_drawn
 from aeros.experiments.statistics import fisher, mcnemar, of_median, wilson
+from aeros.spec.migrations.formats import RESULTS
 
-SCHEMA: Final = "aeros/experiments/1"
+SCHEMA: Final = RESULTS.schema
 
 Trials = Mapping[tuple[str, int], Found]
 """Finished trials by condition's digest and seed."""

@@ -16,9 +16,11 @@ from typing import Final
 from aeros.runtime.registry.lifecycle import State
 from aeros.spec.diagnostics import Diagnostic
 from aeros.spec.errors import UserError
+from aeros.spec.migrations.formats import REGISTRY
 from aeros.spec.model import Block
 
-_VERSION: Final = 2
+_VERSION: Final = REGISTRY.version
+_CURE: Final = "restore it from a backup, or remove its folder and install again"
 _SCHEMA: Final = (
     "CREATE TABLE policy (only INTEGER PRIMARY KEY CHECK (only = 1), generation INTEGER NOT NULL, "
     "site TEXT NOT NULL) STRICT",
@@ -125,23 +127,21 @@ class Records:
             database.execute("PRAGMA synchronous = EXTRA")
             version = database.execute("PRAGMA user_version").fetchone()[0]
             if version not in (_VERSION, 0) or (version == 0 and not _is_new(database)):
-                raise self._damaged(f"its layout is version {version}; this program knows {_VERSION}")
+                raise self._other_version(version)
             yield database if create or version == _VERSION else None
         except sqlite3.Error as failure:
             raise self._damaged(str(failure)) from failure
         finally:
             database.close()
 
-    def _damaged(self, why: str) -> UserError:
-        return UserError(
-            [
-                Diagnostic(
-                    "AE965",
-                    f"the registry `{self.path}` cannot be used: {why}",
-                    help=("restore it from a backup, or remove its folder and install again",),
-                )
-            ]
-        )
+    def _other_version(self, version: int) -> UserError:
+        if version == 0:
+            return self._damaged("it is a database of something else")
+        return self._damaged(*REGISTRY.refusal(version, self.path))
+
+    def _damaged(self, why: str, cure: str = _CURE) -> UserError:
+        headline = f"the registry `{self.path}` cannot be used: {why}"
+        return UserError([Diagnostic("AE965", headline, help=(cure,))])
 
 
 def _is_new(database: sqlite3.Connection) -> bool:

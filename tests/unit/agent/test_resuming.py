@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
@@ -24,10 +25,15 @@ from aeros.agent.report import RunReport
 from aeros.agent.routing import Routed
 from aeros.agent.world import World
 from aeros.runtime.ports import Ended, Said, StepHandle, StepRequest, StepResult, StepStatus
+from aeros.spec.migrations.formats import CHECKPOINT
+from aeros.spec.migrations.rewriting import rewrite
 from aeros.spec.model import Ecm
 from aeros.spec.parts import If, Par, Seq
 from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, SPAN, module, outcome, site, skill, term
 from tests.unit.agent.fake_runtime import FakeRuntime
+
+STATE_OF_CHECKPOINT_2 = Path(__file__).parents[1] / "spec/migrations/data/state_of_checkpoint_2"
+"""What the fixture `left` was before 5d9039d: of the same agent, in checkpoints of version 2."""
 
 
 class Killed(BaseException):
@@ -336,7 +342,10 @@ def resume(folder: Path, runtime: Mortal, instruction: str = "dumplings") -> Run
     [
         (lambda text: text[: len(text) // 2], "Unterminated string"),
         (lambda text: text.replace("recover", "rewover", 1), "its digest is another"),
-        (lambda text: text.replace(f'"schema": {SCHEMA}', '"schema": 99'), "it is of schema 99"),
+        (
+            lambda text: text.replace(f'"schema": {SCHEMA}', '"schema": 99'),
+            "`99` was written by a newer AEROS, and this one reads `3`; install a newer AEROS",
+        ),
         (lambda text: "[]", "not laid out"),
     ],
 )
@@ -360,6 +369,21 @@ def test_where_no_checkpoint_is_whole_nothing_is_resumed(left: tuple[Path, Morta
     with pytest.raises(RefusedError, match=r"cannot be resumed: .+damaged.+; start it anew"):
         resume(folder, runtime)
     assert runtime.done == ["prepare", "recover"]
+
+
+def test_a_checkpoint_of_an_older_version_is_gone_on_from_once_it_is_migrated(
+    left: tuple[Path, Mortal],
+) -> None:
+    folder, runtime = left
+    for path in STATE_OF_CHECKPOINT_2.iterdir():
+        shutil.copy(path, folder)
+    (folder / "checkpoint.previous.json").unlink()
+    path = folder / "checkpoint.json"
+    with pytest.raises(RefusedError, match=rf"`2` is an older format.+run `aeros migrate {path}`"):
+        resume(folder, runtime)
+    path.write_text(rewrite(path, path.read_text(), CHECKPOINT).text)
+    assert resume(folder, runtime).reached
+    assert runtime.done == ["prepare", "recover", "wrap", "boil"]
 
 
 def test_a_checkpoint_of_another_robot_is_refused(left: tuple[Path, Mortal]) -> None:

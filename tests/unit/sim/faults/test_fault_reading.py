@@ -113,7 +113,7 @@ def test_every_kind_is_read_into_si_and_ticks() -> None:
             "a rate of 0.5 does not come of bursts with 0.4 within and 0 between",
         ),
         ("schema: aeros/faults/1\nfaults: {}\n", "AE112", "0 entries are not allowed here"),
-        ("schema: aeros/faults/2\nfaults: {}\n", "AE110", "`aeros/faults/2` is not one of the allowed words"),
+        ("schema: aeros/faults/2\nfaults: {}\n", "AE114", "`aeros/faults/2` was written by a newer AEROS"),
         (one() + "  it: {}\n", "AE001", "the key `it` is written twice"),
     ],
 )

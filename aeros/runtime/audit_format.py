@@ -1,0 +1,38 @@
+"""Version of the format of an audit record, which its first record names.
+
+`previous` of the first record is the SHA-256 of `aeros/audit/N`.  A record is never rewritten, as its hashes
+and signatures would not hold any more: later programs have to read every earlier version.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Final
+
+from aeros.spec.migrations.formats import AUDIT
+
+_MOST_VERSIONS: Final = 1000
+_LONGEST_LINE: Final = 1 << 20
+
+
+def explain_problem(log: Path, problem: str) -> str:
+    """Say of a log that cannot be read whether a newer AEROS wrote it.
+
+    Args:
+        log: the file.
+        problem: what the checker found.
+
+    Returns:
+        Cause and cure where the log is of a newer version, else `problem`.
+    """
+    try:
+        with log.open("rb") as file:
+            previous = json.loads(file.readline(_LONGEST_LINE))["previous"]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return problem
+    for version in range(AUDIT.version + 1, _MOST_VERSIONS):
+        if hashlib.sha256(str(AUDIT.schema_of(version)).encode()).hexdigest() == previous:
+            return "; ".join(AUDIT.refusal(version, log))
+    return problem

@@ -1,0 +1,1 @@
+"""Version of every file format, and the steps that rewrite files of older versions."""

@@ -1,0 +1,15 @@
+"""Steps of `crashes.json`, which the watchdog keeps."""
+
+from __future__ import annotations
+
+import json
+
+from aeros.spec.migrations.format import UnmigratableError
+
+
+def to_2(text: str) -> str:
+    """Put the list of crashes into an object, which has room for `schema`."""
+    crashes = json.loads(text)
+    if not isinstance(crashes, list):
+        raise UnmigratableError("it is damaged: version 1 is a list of crashes")
+    return json.dumps({"schema": "aeros/crashes/2", "crashes": crashes})

@@ -1,0 +1,180 @@
+"""Registry of the files that AEROS writes or reads.
+
+To change a format: append a `Version` with its step here, let reader and writer follow, regenerate
+docs/formats.md (`AEROS_UPDATE_GOLDEN=1 pytest tests/repo/test_formats.py`).
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from aeros.spec.migrations import checkpoint, crashes
+from aeros.spec.migrations.format import Format, Kind, Version
+
+_FIRST: Final = (Version("the first version"),)
+_AT_OPEN: Final = "open it with this AEROS: it migrates itself"
+
+ECM: Final = Format("ecm", "module manifest", ("ecm.yaml",), Kind.YAML, _FIRST)
+SITE: Final = Format("site", "site file, policy included", (), Kind.YAML, _FIRST)
+PEOPLE: Final = Format("people", "people file", (), Kind.YAML, _FIRST)
+FAULTS: Final = Format("faults", "faults file", (), Kind.YAML, _FIRST)
+SCENE: Final = Format("scene", "scene file", (), Kind.YAML, _FIRST)
+CERTIFICATE: Final = Format(
+    name="certificate",
+    title="certificate of a module",
+    files=("ecm.lock",),
+    kind=Kind.JSON,
+    versions=_FIRST,
+    keys=frozenset({"schema", "digest", "module"}),
+    cure="run `aeros verify` on the module, which proves it again and writes the certificate",
+)
+CHECKPOINT: Final = Format(
+    name="checkpoint",
+    title="state folder: task to be resumed",
+    files=("checkpoint.json", "checkpoint.previous.json"),
+    kind=Kind.JSON,
+    versions=(
+        Version("the first version"),
+        Version("keeps `barred`, the actions that may have happened before a crash", checkpoint.to_2),
+        Version("keeps `ended`, the report of a task that has ended", checkpoint.to_3),
+    ),
+    keys=frozenset({"schema", "digest", "body"}),
+    is_numbered=True,
+)
+RUN: Final = Format(
+    name="run",
+    title="state folder: arguments of a watched run",
+    files=("run.json",),
+    kind=Kind.JSON,
+    versions=_FIRST,
+    keys=frozenset({"instruction", "state"}),
+)
+LATEST_RUN: Final = Format(
+    name="latest-run",
+    title="state folder: output folder of the latest run",
+    files=("latest-run.json",),
+    kind=Kind.JSON,
+    versions=_FIRST,
+    keys=frozenset({"out", "pid"}),
+)
+IDENTITY: Final = Format(
+    name="identity",
+    title="state folder: name and id of the agent",
+    files=("identity.json",),
+    kind=Kind.JSON,
+    versions=_FIRST,
+    keys=frozenset({"id", "name", "created", "sessions"}),
+)
+PHASE: Final = Format(
+    name="phase",
+    title="state folder: phase of the agent's life",
+    files=("phase.json",),
+    kind=Kind.JSON,
+    versions=_FIRST,
+    keys=frozenset({"phase"}),
+)
+QUARANTINE: Final = Format(
+    name="quarantine",
+    title="state folder: reason of a quarantine",
+    files=("quarantine.json",),
+    kind=Kind.JSON,
+    versions=_FIRST,
+    keys=frozenset({"since", "reason"}),
+)
+CRASHES: Final = Format(
+    name="crashes",
+    title="state folder: recent crashes",
+    files=("crashes.json",),
+    kind=Kind.JSON,
+    versions=(
+        Version("the first version: a list"),
+        Version("an object with `schema` and `crashes`", crashes.to_2),
+    ),
+)
+TRIALS: Final = Format(
+    name="trial",
+    title="finished trials of an experiment",
+    files=("trials.jsonl", "finished-*.jsonl"),
+    kind=Kind.JSON_LINES,
+    versions=_FIRST,
+    keys=frozenset({"condition", "seed", "found"}),
+)
+RESULTS: Final = Format(
+    name="experiments",
+    title="results of an experiment",
+    files=("results.json",),
+    kind=Kind.JSON,
+    versions=_FIRST,
+    keys=frozenset({"schema", "experiments"}),
+)
+TRACE: Final = Format(
+    name="trace",
+    title="what the agent told in a run",
+    files=("trace.jsonl",),
+    kind=Kind.JSON_LINES,
+    versions=_FIRST,
+    keys=frozenset({"time", "kind", "text", "details"}),
+)
+MEASURED: Final = Format(
+    name="measured",
+    title="what was measured in a run",
+    files=("measured.jsonl",),
+    kind=Kind.JSON_LINES,
+    versions=_FIRST,
+    keys=frozenset({"time", "state"}),
+)
+MEMORY: Final = Format(
+    name="memory-database",
+    title="state folder: memory of the agent",
+    files=("memory.sqlite3",),
+    kind=Kind.DATABASE,
+    versions=(
+        Version("the first version"),
+        Version("episodes have a context, and say whether they count as evidence"),
+        Version("episodes keep the causes of a failure as data"),
+    ),
+    cure=_AT_OPEN,
+)
+REGISTRY: Final = Format(
+    name="registry-database",
+    title="modules that are installed, and operator's blocks",
+    files=("registry.sqlite3",),
+    kind=Kind.DATABASE,
+    versions=(
+        Version("the first version"),
+        Version("changes are in an audit log of their own, and not in a table"),
+    ),
+    cure="remove the registry's folder and install the modules again",
+)
+AUDIT: Final = Format(
+    name="audit",
+    title="audit record",
+    files=("audit.jsonl",),
+    kind=Kind.OTHER,
+    versions=_FIRST,
+    cure="keep it: a signed chain is never rewritten",
+)
+AUDIT_CHECKPOINT: Final = Format(
+    name="audit-checkpoint",
+    title="signed checkpoint in an audit record, and anchor",
+    files=(),
+    kind=Kind.OTHER,
+    versions=_FIRST,
+    cure="keep it: a signature is never rewritten",
+)
+
+FORMATS: Final = (
+    *(ECM, SITE, PEOPLE, FAULTS, SCENE),
+    CERTIFICATE,
+    *(CHECKPOINT, RUN, LATEST_RUN, IDENTITY, PHASE, QUARANTINE, CRASHES, MEMORY),
+    REGISTRY,
+    *(AUDIT, AUDIT_CHECKPOINT),
+    *(TRACE, MEASURED),
+    *(TRIALS, RESULTS),
+)
+"""Every format that has versions."""
+
+
+def format_named(name: str) -> Format:
+    """The format of that name."""
+    return next(one for one in FORMATS if one.name == name)

@@ -1,0 +1,147 @@
+"""Rewriting of one file's text from an older version of its format to the current one.
+
+Pure functions of a file's name and text: `aeros migrate` reads and writes the files.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import PurePath
+from typing import Any, Final
+
+from aeros.spec.errors import InternalError
+from aeros.spec.migrations import formats
+from aeros.spec.migrations.format import Format, Kind, UnmigratableError, parse_schema
+from aeros.spec.migrations.yaml_edits import schema_of
+
+_SCHEMA: Final = re.compile(r"schema[\"']?\s*:\s*[\"']?aeros/")
+
+
+@dataclass(frozen=True, slots=True)
+class Rewritten:
+    """A text in the current version of its format.
+
+    version: the version that it had.
+    changes: what the versions since then changed, the oldest first.
+    """
+
+    format: Format
+    version: int
+    text: str
+    changes: tuple[str, ...]
+
+    @property
+    def is_changed(self) -> bool:
+        """Whether the text was of an older version."""
+        return self.version < self.format.version
+
+
+def has_known_name(path: PurePath) -> bool:
+    """Whether a file of this name may be of a format that `aeros migrate` knows."""
+    return path.suffix in (".yaml", ".yml") or any(
+        fnmatchcase(path.name, pattern)
+        for one in formats.FORMATS
+        for pattern in one.files
+        if one.kind in (Kind.YAML, Kind.JSON, Kind.JSON_LINES)
+    )
+
+
+def format_of(path: PurePath, text: str) -> Format | None:
+    """The format of the text of a file; None where it is none of AEROS.
+
+    Raises:
+        UserError: a YAML file is not well-formed.
+    """
+    if path.suffix in (".yaml", ".yml"):
+        return _yaml_format(path, text)
+    for one in formats.FORMATS:
+        if one.kind in (Kind.JSON, Kind.JSON_LINES) and any(fnmatchcase(path.name, p) for p in one.files):
+            return one if _is_of(one, text) else None
+    return None
+
+
+def rewrite(path: PurePath, text: str, format_: Format) -> Rewritten:
+    """Rewrite a text to the current version of its format.
+
+    Args:
+        path: of the file, for messages.
+        text: of the file, of any version.
+        format_: the format, as `format_of` found it.
+
+    Returns:
+        The new text; the same text where its version is the current one.
+
+    Raises:
+        UnmigratableError: its version is newer or unknown, or a step cannot be done.
+        UserError: a YAML file is not well-formed.
+    """
+    version = _version(text, format_, path)
+    if version is None or version < format_.first:
+        raise UnmigratableError(f"its `schema` is not `{format_.schema}` or an earlier version of that")
+    if version > format_.version or (version < format_.version and format_.cure):
+        raise UnmigratableError("; ".join(format_.refusal(version, path)))
+    changes = []
+    for number in range(version + 1, format_.version + 1):
+        step = format_.step_to(number)
+        if step is None:
+            raise InternalError(f"version {number} of format {format_.name} has no step")
+        text = step(text)
+        if _version(text, format_, path) != number:
+            raise InternalError(f"the step to version {number} of format {format_.name} left another version")
+        changes.append(format_.versions[number - format_.first].change)
+    return Rewritten(format_, version, text, tuple(changes))
+
+
+def _yaml_format(path: PurePath, text: str) -> Format | None:
+    of_yaml = [one for one in formats.FORMATS if one.kind is Kind.YAML]
+    named = next((one for one in of_yaml if path.name in one.files), None)
+    if named is None and _SCHEMA.search(text) is None:
+        return None  # some other YAML, perhaps with what AEROS refuses
+    found = schema_of(text, str(path))
+    parsed = None if found is None else parse_schema(found[0])
+    said = None if parsed is None else next((one for one in of_yaml if one.name == parsed[0]), None)
+    return said or named
+
+
+def _version(text: str, format_: Format, path: PurePath) -> int | None:
+    if format_.kind is Kind.YAML:
+        found = schema_of(text, str(path))
+        return None if found is None else format_.version_said(found[0])
+    if format_.kind is Kind.JSON_LINES:
+        return _oldest(format_.version_of(one) for one in _lines(text))
+    return format_.version_of(_parsed(text))
+
+
+def _oldest(versions: Iterable[int | None]) -> int | None:
+    """The oldest version of any line, unless a line has none: files may be appended to by newer programs."""
+    found = list(versions)
+    known = [one for one in found if one is not None]
+    return None if len(known) < len(found) else min(known, default=1)
+
+
+def _lines(text: str) -> Iterator[Any]:
+    for line in text.splitlines():
+        yield _parsed(line)
+
+
+def _is_of(format_: Format, text: str) -> bool:
+    """Whether the text has what every file of the format has."""
+    first = text.partition("\n")[0] if format_.kind is Kind.JSON_LINES else text
+    content = _parsed(first)
+    if isinstance(content, dict):
+        parsed = parse_schema(content.get("schema"))
+        return (parsed is not None and parsed[0] == format_.name) or (
+            bool(format_.keys) and format_.keys <= content.keys()
+        )
+    return isinstance(content, list) and format_ is formats.CRASHES
+
+
+def _parsed(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return None

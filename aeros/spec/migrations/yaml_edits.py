@@ -1,0 +1,107 @@
+"""Edits of YAML text by the places of its nodes; comments, quotes, layout and all other bytes stay."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.errors import UserError
+from aeros.spec.migrations.format import Step, UnmigratableError
+from aeros.spec.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from aeros.spec.reader import read_yaml
+from aeros.spec.source import Source, Span
+
+EACH = "*"
+"""In a path: every entry of a mapping or list."""
+
+_QUOTES = ("'", '"')
+
+
+def parse(text: str, path: str = "") -> Node:
+    """The document of `text`; raises `UserError` where it is not well-formed.
+
+    Args:
+        text: YAML.
+        path: file that error messages name.
+    """
+    sink = Diagnostics()
+    node = read_yaml(Source(path, text), sink)
+    if node is None:
+        raise UserError(sink)
+    return node
+
+
+def rename_key(text: str, path: Sequence[str], new: str) -> str:
+    """`text` with another name for a key, wherever it is written.
+
+    Args:
+        text: YAML.
+        path: keys from the top to the one to rename; `EACH` stands for every entry of a mapping or list.
+        new: the new name, a plain word.
+
+    Raises:
+        UnmigratableError: the new name is written in the same mapping already.
+        UserError: `text` is not well-formed.
+    """
+    *above, old = path
+    edits = []
+    for node in _nodes_at(parse(text), above):
+        keys = {key.text: key for key, _ in node.entries} if isinstance(node, MappingNode) else {}
+        if old in keys and new in keys:
+            raise UnmigratableError(f"`{old}` becomes `{new}`, which line {keys[new].span.line} has already")
+        if old in keys:
+            edits.append((keys[old].span, _quoted_like(keys[old], new)))
+    return _edited(text, edits)
+
+
+def set_value(text: str, path: Sequence[str], new: str) -> str:
+    """`text` with another single value, wherever `path` leads to one.
+
+    Args:
+        text: YAML.
+        path: as `rename_key` has it, to the key of the value.
+        new: the new value, a plain word.
+    """
+    nodes = [node for node in _nodes_at(parse(text), path) if isinstance(node, ScalarNode)]
+    return _edited(text, [(node.span, _quoted_like(node, new)) for node in nodes])
+
+
+def yaml_step(schema: str, edit: Step) -> Step:
+    """Make a step of an edit of the text, which leaves `schema` to it.
+
+    Args:
+        schema: value of `schema` in the version that the step leads to, `aeros/ecm/2`.
+        edit: rewrites everything else.
+    """
+    return lambda text: set_value(edit(text), ["schema"], schema)
+
+
+def schema_of(text: str, path: str = "") -> tuple[str, Span] | None:
+    """The value of `schema` at the top of the document and its place; None where there is none."""
+    for node in _nodes_at(parse(text, path), ["schema"]):
+        if isinstance(node, ScalarNode):
+            return node.text, node.span
+    return None
+
+
+def _nodes_at(node: Node, path: Sequence[str]) -> Iterator[Node]:
+    if not path:
+        yield node
+        return
+    head, *rest = path
+    if isinstance(node, MappingNode):
+        inner = [value for key, value in node.entries if head in (EACH, key.text)]
+    else:
+        inner = list(node.items) if isinstance(node, SequenceNode) and head == EACH else []
+    for one in inner:
+        yield from _nodes_at(one, rest)
+
+
+def _quoted_like(node: ScalarNode, new: str) -> str:
+    return f"{node.style}{new}{node.style}" if node.style in _QUOTES else new
+
+
+def _edited(text: str, edits: Sequence[tuple[Span, str]]) -> str:
+    for span, new in sorted(edits, key=lambda edit: edit[0].start, reverse=True):
+        text = text[: span.start] + new + text[span.end :]
+    return text
