@@ -253,7 +253,7 @@ def one_state_for_all(one: Obligation) -> Obligation:
 
 
 def always_left_to_the_gate(one: Obligation) -> Obligation:
-    return replace(one, guard=one.id) if one.code == "AE501" else one
+    return replace(one, guard=str(one.id)) if one.code == "AE501" else one
 
 
 def never_left_to_the_gate(one: Obligation) -> Obligation:
@@ -261,7 +261,7 @@ def never_left_to_the_gate(one: Obligation) -> Obligation:
 
 
 def permission_left_to_the_gate(one: Obligation) -> Obligation:
-    return replace(one, guard=one.id) if one.code == "AE403" else one
+    return replace(one, guard=str(one.id)) if one.code == "AE403" else one
 
 
 def ranges_halved(one: Obligation) -> Obligation:
