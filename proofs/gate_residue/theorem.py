@@ -185,7 +185,7 @@ def _named(code: Code) -> Obligation:
         return literal(True)
 
     return Obligation(
-        "No certificate is made where two claims have one identity, whether or not they were left to the gate.",
+        "No certificate is made where two claims have one identity, left to the gate or not.",
         ("(declare-const guarded.1 Bool)", "(declare-const guarded.2 Bool)"),
         "(not certified)",
         tables=(Table("certified", "Bool", explore(run)),),

@@ -8,13 +8,11 @@ from __future__ import annotations
 
 import json
 import random
-import shutil
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -388,34 +386,9 @@ def test_a_request_with_two_objections_needs_both_to_be_left_out(rule: str) -> N
     assert not differing(twin, everything_of(configuration), [asked])
 
 
-def test_a_rule_whose_claim_bears_the_name_of_another_one_is_not_left_out(tmp_path: Path) -> None:
-    """A skill `goal`, a task with the name of an action kind and a rule `effective` once shared one id."""
-    site = SITE.read_text("utf-8").replace("near-person", "effective")
-    (tmp_path / "site.yaml").write_text(site, encoding="utf-8")
-    folder = tmp_path / MODULE.name
-    shutil.copytree(MODULE, folder, ignore=shutil.ignore_patterns("__pycache__"))
-    manifest = (folder / "ecm.yaml").read_text("utf-8")
-    for old, new in {
-        "near-person": "effective",
-        "  quickly:": "  goal:",
-        "[slowly, quickly, paced]": "[slowly, goal, paced]",
-        "outcomes: {done: {}}\n    envelope:\n      move: target in table and speed <= 100":
-            "outcomes: {done: {effects: {stop_pressed: true}}}\n    envelope:\n"
-            "      move: target in table and speed <= 100",
-        "permissions:": "tasks:\n  move:\n    description: has the name of an action kind\n    words: [go]\n"
-            "    goal: stop_pressed\n    rules:\n      - {unless: stop_pressed, do: slowly}\n"
-            "    initial: {stop_pressed: false}\npermissions:",
-    }.items():  # fmt: skip
-        assert manifest.count(old) == 1
-        manifest = manifest.replace(old, new)
-    (folder / "ecm.yaml").write_text(manifest, encoding="utf-8")
-    configuration, report = prove([folder], tmp_path / "site.yaml", certified=False)
-    ids = Counter(str(told.id) for one in report.modules for told in one.claims)
-    assert set(ids.values()) == {1}
-    assert ids.keys() >= {
-        "safety/goal/move/effective",
-        "safety/skill=goal/action=move/invariant=effective",
-    }
+def test_a_rule_whose_claim_would_bear_the_name_of_another_one_is_not_left_out() -> None:
+    clashing = SITE.parent / "clashing_names"
+    configuration, _ = prove([clashing], clashing / "site.yaml", certified=False)
     near = Request(
         Caller(MODULE.name, "goal", {}),
         measured({**STATE_OF_BENCH, "human_distance": 0.75}),
