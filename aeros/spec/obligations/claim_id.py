@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
+from itertools import takewhile
 from typing import Final
 
 from aeros.spec.errors import MisuseError
@@ -18,15 +19,15 @@ _NUMBERS: Final = ("number", "case")
 _PATH: Final = "path"
 
 
-@dataclass(frozen=True)
 class _Segment:
     """One part of a text between slashes: a fixed word, or a prefix and then the name for `slot`.
 
     The slots `number` and `case` take a number in decimal, `path` takes a path that ends in `.py`.
     """
 
-    word: str
-    slot: str = ""
+    def __init__(self, word: str, slot: str) -> None:
+        self.word = word
+        self.slot = slot
 
     def admits(self, text: str) -> bool:
         """Tell whether `text` may stand in this place."""
@@ -185,7 +186,7 @@ class ClaimForm(Enum):
         Before each stands a quick test that most texts of this kind fail: the position of a part, and how
         that part begins in a text of the other kind.
         """
-        earlier = list(ClaimForm)[: list(ClaimForm).index(self)]
+        earlier = takewhile(lambda one: one is not self, ClaimForm)
         found = [one for one in earlier if one.group == self.group and _overlap(one, self)]
         return tuple((*_difference(self, one), one) for one in found)
 
@@ -254,8 +255,9 @@ def _overlap(one: ClaimForm, other: ClaimForm) -> bool:
     """Tell whether some text fits both patterns; may say yes where there is none."""
     if _PATH in (*one.slots, *other.slots):  # which is of any number of parts, so the last ones must differ
         return one.segments[-1].overlaps(other.segments[-1])
-    pairs = zip(one.segments, other.segments, strict=False)
-    return len(one.segments) == len(other.segments) and all(mine.overlaps(its) for mine, its in pairs)
+    if len(one.segments) != len(other.segments):
+        return False
+    return all(mine.overlaps(its) for mine, its in zip(one.segments, other.segments, strict=True))
 
 
 def _difference(form: ClaimForm, rival: ClaimForm) -> tuple[int, str]:
