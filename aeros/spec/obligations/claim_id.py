@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import takewhile
 from typing import Final
 
@@ -186,8 +186,8 @@ class ClaimForm(Enum):
         Before each stands a quick test that most texts of this kind fail: the position of a part, and how
         that part begins in a text of the other kind.
         """
-        earlier = takewhile(lambda one: one is not self, ClaimForm)
-        found = [one for one in earlier if one.group == self.group and _overlap(one, self)]
+        earlier = takewhile(lambda one: one is not self, _forms_of(self.group))
+        found = [one for one in earlier if _overlap(one, self)]
         return tuple((*_difference(self, one), one) for one in found)
 
 
@@ -237,6 +237,12 @@ class ClaimId:
                     segment.word + ("=".join(next(left)) if segment.slot else "") for segment in form.segments
                 )
         return text
+
+
+@cache
+def _forms_of(group: str) -> tuple[ClaimForm, ...]:
+    """Return the kinds of claim of a group, in order."""
+    return tuple(form for form in ClaimForm if form.group == group)
 
 
 def fits_slot(slot: str, name: str) -> bool:
