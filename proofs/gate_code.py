@@ -24,6 +24,7 @@ from aeros.skill import Action
 from aeros.spec.errors import InternalError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
+from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.theorems.exploring import Ask, Diagram, Symbol, explore
 from aeros.spec.theorems.formulas import application, conjunction, implication, literal
 from aeros.spec.theorems.shipped import Code, put_in_place
@@ -171,12 +172,14 @@ class _Condition:
 class _Proved:
     """The obligations that a certificate says are proved."""
 
-    _CLAIMS: Final = {f"safety/k/a/{rule}": rule for rule in RULES} | {"permission/k/a": "permission"}
+    _CLAIMS: Final = {ClaimForm.ENVELOPE_OBEYS("k", "a", rule): rule for rule in RULES} | {
+        ClaimForm.ENVELOPE_PERMITTED("k", "a"): "permission"
+    }
 
     def __init__(self, ask: Ask, under: str) -> None:
         self._ask, self._under = ask, under
 
-    def __contains__(self, obligation: str) -> bool:
+    def __contains__(self, obligation: ClaimId) -> bool:
         return self._ask(f"{self._under}proved.{self._CLAIMS[obligation]}")
 
 

@@ -144,7 +144,7 @@ def _in_force(code: Code) -> Obligation:
         report = SimpleNamespace(conclusion=conclusion, modules=[module], subjects=())
         proving = code.module(
             PROVING,
-            verify_in_brief=lambda *_, **__: report,
+            verify=lambda *_, **__: report,
             default_store=lambda: None,
             load_site=lambda *_: SimpleNamespace(with_blocks=lambda _: "site"),
             load_ecm=lambda *_: SimpleNamespace(ecm=ecm),

@@ -293,7 +293,7 @@ class Attempts:
             declared=list(skill.outcomes),
             certificate=None if certificate is None else certificate.digest,
             version=None if certificate is None else certificate.version,
-            obligations=resting,
+            obligations=[str(one) for one in resting],
             before=dict(made.beginning.before),
             after=dict(after.predicates),
             causes=causes,

@@ -16,6 +16,7 @@ from aeros.skill import Action
 from aeros.spec.doubles import neighbours
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, VectorType
 from aeros.spec.model import Declared, Ecm, Site, Skill
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.reports import Report
 
 _NOW = 10.0
@@ -35,7 +36,7 @@ def example_requests(gate: Gate, site: Site, ecm: Ecm, skill: Skill, report: Rep
         if finding.witness is not None
     }
     for kind in skill.envelope:
-        values = witnesses.get(f"safety/{skill.id}/{kind}/not-dead", {})
+        values = witnesses.get(ClaimForm.ENVELOPE_NOT_DEAD(skill.id, kind), {})
         for attempt in range(_ATTEMPTS):
             chance = random.Random(attempt)  # noqa: S311 - picks neighbours, guards nothing
             line = json.dumps(_request(site, skill, kind, values, chance))

@@ -24,7 +24,6 @@ from aeros.cli.reports.result import Problem, Result
 from aeros.cli.reports.text import as_text
 from aeros.spec.backends.budget import DEFAULT_RLIMIT
 from aeros.spec.backends.store import default_store
-from aeros.spec.brief import verify_in_brief
 from aeros.spec.certificate import LOCK, check_lock, write_lock
 from aeros.spec.diagnostics import Diagnostic, Severity
 from aeros.spec.errors import DisagreementError
@@ -32,6 +31,7 @@ from aeros.spec.folders import reference_site
 from aeros.spec.render import safe
 from aeros.spec.reports import Progress, Report
 from aeros.spec.verdicts import Conclusion
+from aeros.spec.verify import Detail, verify
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -116,13 +116,16 @@ def _command(arguments: argparse.Namespace) -> Exit:
 def _verified(arguments: argparse.Namespace) -> Report:
     progress: Progress = _progress if sys.stderr.isatty() else lambda _: None
     store = None if arguments.no_cache else default_store()
-    asked = arguments.paths, arguments.site or reference_site(), arguments.rlimit, progress, store
-    if arguments.second_solver is None:
-        return verify_in_brief(*asked, jobs=arguments.jobs or processors())
-    # What proves takes 0.2 s to import, which a run that finds everything need not pay.
-    from aeros.spec.verify import verify
-
-    return verify(*asked, second=arguments.second_solver)
+    return verify(
+        arguments.paths,
+        arguments.site or reference_site(),
+        arguments.rlimit,
+        progress,
+        store,
+        second=arguments.second_solver,
+        detail=Detail.BRIEF if arguments.second_solver is None else Detail.FULL,
+        jobs=arguments.jobs or processors(),
+    )
 
 
 def _renderer(name: str) -> Callable[[Result], str]:

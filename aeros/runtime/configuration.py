@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from aeros.spec.certificate import Certificate
 from aeros.spec.model import Ecm, Site
+from aeros.spec.obligations.claim_id import ClaimId
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class Configuration:
     certificates: Mapping[str, Certificate]
     digest: str
 
-    def proved(self, module: str) -> frozenset[str]:
+    def proved(self, module: str) -> frozenset[ClaimId]:
         """The obligations that are PROVED of exactly this module under exactly this site."""
         ecm, certificate = self.modules[module], self.certificates.get(module)
         subject = (ecm.id, ecm.manifest_digest, self.site.digest)

@@ -24,6 +24,7 @@ from aeros.spec.expr.lower import lower, scalar_variables
 from aeros.spec.expr.semantics import holds
 from aeros.spec.expr.types import FamilyType, VectorType
 from aeros.spec.model import Declared
+from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.witness import show_value
 
 LAYERS: Mapping[str, tuple[str, ...]] = {
@@ -105,19 +106,20 @@ class Explainer:
         declared = {one.name: one for one in (*site.observed.values(), *inputs.values())}
         declared |= kind.parameters
         values = self._values(caller, readings, action, now, inputs, kind.parameters)
-        conditions: list[tuple[str, str, str, t.Term]] = []
+        conditions: list[tuple[str, str, ClaimId | None, t.Term]] = []
         if skill is not None and kind.name in skill.envelope:
             one = skill.envelope[kind.name]
-            conditions.append(("envelope", one.text, "", one.term))
+            conditions.append(("envelope", one.text, None, one.term))
         if ecm is not None and kind.name in ecm.permission:
             one = ecm.permission[kind.name]
-            conditions.append(("permission", one.text, f"permission/{caller.skill}/{kind.name}", one.term))
+            claim_id = ClaimForm.ENVELOPE_PERMITTED(caller.skill, kind.name)
+            conditions.append(("permission", one.text, claim_id, one.term))
         for rule in site.rules_on(kind.name):
-            claim = f"safety/{caller.skill}/{kind.name}/{rule.id}"
-            conditions.append((rule.id, rule.text, claim, rule.terms[kind.name]))
+            claim_id = ClaimForm.ENVELOPE_OBEYS(caller.skill, kind.name, rule.id)
+            conditions.append((rule.id, rule.text, claim_id, rule.terms[kind.name]))
         proved = self._configuration.proved(ecm.id) if ecm else frozenset()
         for name, text, claim, term in conditions:
-            obligation = claim if claim in proved else None
+            obligation = str(claim) if claim in proved else None
             if obligation and allowed and self._relies_on_proof:
                 yield Clause(name, text, obligation, None, {})
             else:

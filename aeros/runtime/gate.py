@@ -47,6 +47,7 @@ from aeros.spec.backends.closure import Truths, compile_truths
 from aeros.spec.errors import InternalError
 from aeros.spec.expr import terms as t
 from aeros.spec.model import ActionKind, Declared, Ecm, Rule, Skill, ranges_of
+from aeros.spec.obligations.claim_id import ClaimForm
 
 
 class GateMode(Enum):
@@ -184,8 +185,11 @@ class _Decider:
         of_kind, at = self._kinds[kind.name], (ecm.id, skill.id, kind.name)
         envelope = skill.envelope[kind.name].term
         permitted = ecm.permission[kind.name].term if kind.name in ecm.permission else t.FALSE
-        claims = {f"safety/{skill.id}/{kind.name}/{rule.id}": rule.terms[kind.name] for rule in of_kind.rules}
-        claims[f"permission/{skill.id}/{kind.name}"] = permitted
+        claims = {
+            ClaimForm.ENVELOPE_OBEYS(skill.id, kind.name, rule.id): rule.terms[kind.name]
+            for rule in of_kind.rules
+        }
+        claims[ClaimForm.ENVELOPE_PERMITTED(skill.id, kind.name)] = permitted
         # A permission that is not there is proved of nothing, whatever a certificate says.
         relied_on = self._compiled and permitted != t.FALSE
         proved = self._configuration.proved(ecm.id) if relied_on else frozenset()

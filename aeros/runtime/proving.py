@@ -9,7 +9,6 @@ from typing import Protocol
 
 from aeros.runtime.configuration import Configuration, configure
 from aeros.spec.backends.store import default_store
-from aeros.spec.brief import verify_in_brief
 from aeros.spec.certificate import Certificate, certificate_for, check_lock
 from aeros.spec.diagnostics import Diagnostic, Diagnostics
 from aeros.spec.errors import UndecidedError, UserError
@@ -17,6 +16,7 @@ from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Block, Ecm, Site
 from aeros.spec.reports import Report, SubjectReport
 from aeros.spec.verdicts import Conclusion
+from aeros.spec.verify import Detail, verify
 
 
 class Prove(Protocol):
@@ -55,7 +55,7 @@ def prove(
     """
     store = default_store()
     with nullcontext() if store is None else closing(store):
-        report = verify_in_brief(paths, site, store=store, blocks=blocks)
+        report = verify(paths, site, store=store, blocks=blocks, detail=Detail.BRIEF)
     if report.conclusion is not Conclusion.PROVED:
         refusal = UndecidedError if report.conclusion is Conclusion.UNDECIDED else UserError
         raise refusal([problem for subject in report.subjects for problem in subject.diagnostics])

@@ -7,13 +7,25 @@ from typing import Final
 from aeros.spec.certificate import Certificate
 from aeros.spec.closed_loop.transition_system import skills_of
 from aeros.spec.model import Ecm
+from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.parts import steps_of
 
-_OF_PATHS: Final = frozenset(("ready", "reachable", "covers"))
+_OF_PATHS: Final = frozenset(
+    (
+        ClaimForm.HANDLER_REACHABLE,
+        ClaimForm.HANDLER_READY,
+        ClaimForm.HANDLER_READY_CASE,
+        ClaimForm.IF_COVERS,
+        ClaimForm.IF_COVERS_CASE,
+        ClaimForm.STEP_REACHABLE,
+        ClaimForm.STEP_READY,
+        ClaimForm.STEP_READY_CASE,
+    )
+)
 """Claims about compositions that are proved of paths of outcomes."""
 
 
-def resting_on(ecm: Ecm, skill: str, certificate: Certificate) -> list[str]:
+def resting_on(ecm: Ecm, skill: str, certificate: Certificate) -> list[ClaimId]:
     """The obligations of `certificate`, that of `ecm`, that rest on the declared outcomes of `skill`.
 
     Those of tasks that run it, and those about paths through compositions that do.  What an action may be
@@ -25,11 +37,10 @@ def resting_on(ecm: Ecm, skill: str, certificate: Certificate) -> list[str]:
         for one in ecm.compositions.values()
         if skill in {step.skill for step in (*steps_of(one.body), *one.handlers.values())}
     }
-    found = []
-    for id_ in certificate.obligations:
-        group, _, rest = id_.partition("/")
-        whose, *what = rest.split("/")
-        of_paths = whose in compositions and not _OF_PATHS.isdisjoint(what)
-        if (group == "closed-loop" and whose in tasks) or (group == "composition" and of_paths):
-            found.append(id_)
-    return sorted(found)
+
+    def rests(claim_id: ClaimId) -> bool:
+        if claim_id.group == "closed-loop":
+            return claim_id.name_of("task") in tasks
+        return claim_id.form in _OF_PATHS and claim_id.name_of("composition") in compositions
+
+    return sorted(filter(rests, certificate.obligations), key=str)

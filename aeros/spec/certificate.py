@@ -17,7 +17,7 @@ from dataclasses import dataclass, fields
 from functools import cached_property
 from json.encoder import encode_basestring_ascii
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import aeros
 from aeros.spec.backends.release import solver_release
@@ -25,6 +25,7 @@ from aeros.spec.diagnostics import Diagnostic
 from aeros.spec.digests import text_digest
 from aeros.spec.errors import UserError
 from aeros.spec.migrations.formats import CERTIFICATE
+from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.texts import read_source
 
 if TYPE_CHECKING:
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
 
 LOCK = "ecm.lock"
 SCHEMA = str(CERTIFICATE.schema)
+GUARDED: Final = "GUARDED"
+"""The verdict on an obligation that the proof left to the gate."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +43,7 @@ class Certificate:
     """What was proved of a module under a site.
 
     manifest, code, site: SHA-256 in hexadecimal; models: likewise, by path in the module.
-    obligations: the verdict on each obligation by id, PROVED or GUARDED.
+    obligations: the verdict on each obligation, PROVED or GUARDED.
     """
 
     schema: str
@@ -52,7 +55,7 @@ class Certificate:
     site: str
     verifier: str
     solver: str
-    obligations: Mapping[str, str]
+    obligations: Mapping[ClaimId, str]
 
     @cached_property
     def digest(self) -> str:
@@ -65,11 +68,12 @@ class Certificate:
 
     def guarded(self, skill: str, kind: str) -> frozenset[str]:
         """The invariants that the gate must decide for this skill's actions of this kind."""
-        prefix = f"safety/{skill}/{kind}/"
         return frozenset(
-            id_.removeprefix(prefix)
-            for id_, verdict in self.obligations.items()
-            if id_.startswith(prefix) and verdict == "GUARDED"
+            claim_id.name_of("invariant")
+            for claim_id, verdict in self.obligations.items()
+            if verdict == GUARDED
+            and claim_id.form is ClaimForm.ENVELOPE_OBEYS
+            and claim_id.names[:2] == (skill, kind)
         )
 
 
@@ -104,7 +108,7 @@ class Lock:
 
 
 def certificate_for(
-    ecm: Ecm | Presence, site: Site | SitePresence, obligations: Mapping[str, str]
+    ecm: Ecm | Presence, site: Site | SitePresence, obligations: Mapping[ClaimId, str]
 ) -> Certificate:
     """The certificate of `ecm` under `site`, given that no obligation failed."""
     return Certificate(
@@ -172,7 +176,9 @@ def write_lock(folder: Path, certificate: Certificate) -> None:
 
 
 def _body(certificate: Certificate) -> dict[str, Any]:
-    return {field.name: getattr(certificate, field.name) for field in fields(certificate)}
+    """The fields as they are written."""
+    body = {field.name: getattr(certificate, field.name) for field in fields(certificate)}
+    return {**body, "obligations": {str(claim_id): one for claim_id, one in certificate.obligations.items()}}
 
 
 def _indented(value: Mapping[str, Any], margin: str) -> str:

@@ -28,11 +28,13 @@ from aeros.spec.backends.store import Store
 from aeros.spec.digests import MAX_MODELS, code_digest, code_files, file_digest, model_digest, text_digest
 from aeros.spec.errors import MisuseError, UserError
 from aeros.spec.folders import MANIFEST
-from aeros.spec.presence import Presence, SitePresence, packed, unpacked, unpacked_site
+from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
+from aeros.spec.presence import SitePresence, packed, unpacked, unpacked_site
+from aeros.spec.reports import Examined, Known, Report, SubjectReport
 from aeros.spec.source import Source
 from aeros.spec.texts import read_source
 from aeros.spec.told import Claims, Tally, Told
-from aeros.spec.verdicts import Verdict
+from aeros.spec.verdicts import Conclusion, Verdict
 
 if TYPE_CHECKING:
     from aeros.spec.model import Block
@@ -47,36 +49,22 @@ _DECIDING: Final = (
 
 
 @dataclass(frozen=True)
-class Kept:
-    """A module that is proved by itself.
+class _KeptClaims:
+    """The claims about a module that is proved by itself, as they were packed; see `told.OwnClaims`."""
 
-    tally: of all its claims but those about other modules.
-    lock_digest: of the text of its certificate, where what it needs of other modules is met.
-    """
-
-    presence: Presence
     tally: Tally
-    lock_digest: str
-    packed_claims: bytes
+    packed: bytes
 
-    def claims(self) -> tuple[tuple[Told, ...], tuple[Told, ...]]:
-        """The claims that come before and after those about other modules."""
-        before, after = json.loads(zlib.decompress(self.packed_claims))
+    def read(self) -> tuple[tuple[Told, ...], tuple[Told, ...]]:
+        """Return the claims that come before and after those about other modules."""
+        before, after = json.loads(zlib.decompress(self.packed))
         return _claims(before), _claims(after)
 
 
-@dataclass(frozen=True)
-class KeptSite:
-    """A site that is proved."""
-
-    presence: SitePresence
-    claims: tuple[Told, ...]
-
-
-class Keeper:
+class ProofCache:
     """Proofs in a store, of one site and of modules under it, under one budget.
 
-    blocks: operator overrides beside those of the site.
+    blocks: operator overrides, in addition to those of the site.
     """
 
     def __init__(self, store: Store, site: Source, rlimit: int, blocks: Sequence[Block] = ()) -> None:
@@ -85,49 +73,63 @@ class Keeper:
         self._about = [_program(), rlimit, text_digest(site.text), [one.told for one in blocks]]
         self._new: dict[str, tuple[str, bytes]] = {}
 
-    def find(self, folder: Path) -> Kept | None:
-        """What was proved of exactly the module that is in `folder`, if anything."""
+    def find(self, folders: Iterable[Path]) -> Known:
+        """Return what was proved of the site and of the modules in `folders`, as far as anything was."""
+        found = ((folder, self.find_module(folder)) for folder in folders)
+        return Known(self.find_site(), {folder: one for folder, one in found if one is not None})
+
+    def find_module(self, folder: Path) -> Examined | None:
+        """Return what was proved of exactly the module that is in `folder`, if anything."""
         try:
             manifest = read_source(folder / MANIFEST)
             digests = text_digest(manifest.text), code_digest(code_files(folder))
             head, claims = self._proof(self._key(*digests))
             presence = unpacked(head["presence"], manifest)
-            found = Kept(presence, _tally(head["tally"]), head["lock"], claims)
+            found = Examined(
+                presence, claims=_KeptClaims(_tally(head["tally"]), claims), lock_digest=head["lock"]
+            )
         except (UserError, MisuseError, OSError, ValueError, LookupError, TypeError):
             return None
         same = (presence.manifest_digest, presence.code_digest) == digests
         return found if same and _models_are(folder, presence.model_digests) else None
 
-    def find_all(self, folders: Iterable[Path]) -> dict[Path, Kept]:
-        """What was proved of those modules of which anything was."""
-        found = ((folder, self.find(folder)) for folder in folders)
-        return {folder: kept for folder, kept in found if kept is not None}
-
-    def find_site(self) -> KeptSite | None:
-        """What was proved of the site, if all of it was and there is nothing to say."""
+    def find_site(self) -> tuple[SitePresence, SubjectReport] | None:
+        """Return the site and the report on it, if all of it was proved and there is nothing to say."""
         try:
-            head, claims = self._proof(self._digest("site"))
-            return KeptSite(unpacked_site(head, self._site), _claims(json.loads(zlib.decompress(claims))))
+            head, packed_claims = self._proof(self._digest("site"))
+            site = unpacked_site(head, self._site)
+            claims = Claims.of(_claims(json.loads(zlib.decompress(packed_claims))))
         except (MisuseError, ValueError, LookupError, TypeError, zlib.error):
             return None
+        return site, SubjectReport(site.id, Path(self._site.path), Conclusion.PROVED, (), claims)
 
-    def keep_site(self, site: SitePresence, claims: Sequence[Told]) -> None:
-        """As `keep`, of the site."""
-        rows = [_row(one) for one in claims]
-        self._put(self._digest("site"), packed(site), rows)
+    def keep(self, report: Report, new: Known) -> None:
+        """Put into the store what of `new` is proved and leaves nothing to say.
 
-    def keep(
-        self,
-        presence: Presence,
-        before: Sequence[Told],
-        after: Sequence[Told],
-        lock_digest: str,
-    ) -> None:
-        """Put what was proved into the store when `close` is called; as `Kept` has it."""
-        key = self._key(presence.manifest_digest, presence.code_digest)
-        tally = Claims.of((*before, *after)).tally
+        report: on all of it.
+        """
+        if new.site is not None and _is_proved(report.site):
+            self.put_site(new.site[0], report.site.claims)
+        for module in report.modules:
+            if module.path in new.modules and module.lock is not None and _is_proved(module):
+                self.put_module(new.modules[module.path], module.lock.digest)
+        self.close()
+
+    def put_site(self, site: SitePresence, claims: Sequence[Told]) -> None:
+        """Keep what was proved of the site until `close` writes it."""
+        self._put(self._digest("site"), packed(site), [_row(one) for one in claims])
+
+    def put_module(self, one: Examined, lock_digest: str) -> None:
+        """Keep what was proved of a module until `close` writes it.
+
+        lock_digest: the SHA-256 of the text of its certificate.
+        """
+        presence = one.presence
+        if presence is None:
+            raise MisuseError("a module that cannot be read is not proved")
+        key, tally = self._key(presence.manifest_digest, presence.code_digest), one.claims.tally
         head = {"presence": packed(presence), "tally": [tally.claims, tally.guarded], "lock": lock_digest}
-        self._put(key, head, [[_row(one) for one in claims] for claims in (before, after)])
+        self._put(key, head, [[_row(claim) for claim in claims] for claims in one.claims.read()])
 
     def close(self) -> None:
         """Write what is to be kept."""
@@ -164,6 +166,10 @@ def _tally(kept: Any) -> Tally:
     return Tally(claims, tuple((rule, boundary, count) for rule, boundary, count in guarded))
 
 
+def _is_proved(report: SubjectReport) -> bool:
+    return report.conclusion is Conclusion.PROVED and not report.diagnostics
+
+
 def _models_are(folder: Path, digests: Mapping[str, str]) -> bool:
     left = MAX_MODELS
     for name, expected in digests.items():
@@ -180,7 +186,7 @@ def _models_are(folder: Path, digests: Mapping[str, str]) -> bool:
 def _row(one: Told) -> list[Any]:
     if one.diagnostic is not None:
         raise MisuseError(f"`{one.id}` is not proved without a word")
-    return [one.id, one.verdict.value, one.guard, one.boundary, one.witness]
+    return [one.id.form.name, one.id.names, one.verdict.value, one.guard, one.boundary, one.witness]
 
 
 _VERDICTS: Final = {one.value: one for one in Verdict}
@@ -190,8 +196,14 @@ def _claims(rows: Any) -> tuple[Told, ...]:
     if not isinstance(rows, list):
         raise TypeError("claims are kept as a list")
     return tuple(
-        Told(id_, _VERDICTS[verdict], guard, boundary, None if witness is None else tuple(witness))
-        for id_, verdict, guard, boundary, witness in rows
+        Told(
+            ClaimId(ClaimForm[form], tuple(names)),
+            _VERDICTS[verdict],
+            guard,
+            boundary,
+            None if witness is None else tuple(witness),
+        )
+        for form, names, verdict, guard, boundary, witness in rows
     )
 
 

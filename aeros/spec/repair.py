@@ -17,13 +17,14 @@ from aeros.spec.elaborate.scopes import scope_over
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import ExpressionSyntaxError
 from aeros.spec.model import Clause, Site
+from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.obligation import Claim, Obligation
 from aeros.spec.verdicts import Verdict
 
 _AMBIGUOUS = re.compile(r"[\[\]{},#:]")  # in a plain YAML scalar
 
 
-def repairs_of(findings: Iterable[Finding], site: Site, oracle: Oracle) -> Mapping[str, str]:
+def repairs_of(findings: Iterable[Finding], site: Site, oracle: Oracle) -> Mapping[ClaimId, str]:
     """By the id of each refuted obligation that can be mended: the line of the envelope to write."""
     known = {finding.obligation.id: finding for finding in findings}
     failing: dict[tuple[str, str], list[Obligation]] = {}
@@ -31,11 +32,11 @@ def repairs_of(findings: Iterable[Finding], site: Site, oracle: Oracle) -> Mappi
         one = finding.obligation
         refuted = finding.verdict is Verdict.REFUTED and not finding.guarded
         if refuted and one.claim is Claim.ALWAYS and one.clause is not None:
-            _, skill, kind, *_ = one.id.split("/")
-            failing.setdefault((skill, kind), []).append(one)
-    lines: dict[str, str] = {}
+            envelope = one.id.name_of("skill"), one.id.name_of("action")
+            failing.setdefault(envelope, []).append(one)
+    lines: dict[ClaimId, str] = {}
     for (skill, kind), obligations in failing.items():
-        alive = known.get(f"safety/{skill}/{kind}/not-dead")
+        alive = known.get(ClaimForm.ENVELOPE_NOT_DEAD(skill, kind))
         clause = obligations[0].clause
         if clause is None or alive is None or alive.verdict is not Verdict.PROVED:
             continue

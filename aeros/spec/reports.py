@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
-from aeros.spec.certificate import Certificate, Lock, certificate_for
+from aeros.spec.certificate import GUARDED, Certificate, Lock, certificate_for
 from aeros.spec.diagnostics import Diagnostic, Diagnostics, Severity
-from aeros.spec.errors import UserError
+from aeros.spec.errors import InternalError, UserError
 from aeros.spec.folders import MANIFEST
-from aeros.spec.keeping import Kept
+from aeros.spec.obligations.claim_id import ClaimId
 from aeros.spec.obligations.configuration import configuration_obligations
 from aeros.spec.obligations.dependencies import dependency_obligations
 from aeros.spec.presence import Presence, SitePresence
-from aeros.spec.told import Claims, Tally, Told, said_of, told_of
+from aeros.spec.told import Claims, ListedClaims, OwnClaims, Tally, Told, said_of, told_of
 from aeros.spec.verdicts import Conclusion, Settled
 
 if TYPE_CHECKING:
@@ -105,19 +105,31 @@ class Examined:
     """What was found of one module by itself.
 
     presence: what others have to know of it; None where it could not be read.
-    before, after: its claims but for those about other modules, which come between them.
-    warnings, problems: what there is to say before and after what the settled claims say.
-    settled: how many claims of `after` were settled when they were made.
+    claims: its claims but for those about other modules.
+    first_problems, last_problems: what there is to say before and after what claims about other modules say.
+    lock_digest: the SHA-256 of the text of its certificate, where what it needs of other modules is met; None
+        where that was not made yet.
     full: the model, and what it has before, after, and open; None where only the report is asked for.
     """
 
     presence: Presence | None
-    warnings: tuple[Diagnostic, ...] = ()
-    before: tuple[Told, ...] = ()
-    after: tuple[Told, ...] = ()
-    settled: int = 0
-    problems: tuple[Diagnostic, ...] = ()
+    first_problems: tuple[Diagnostic, ...] = ()
+    claims: OwnClaims = ListedClaims()  # noqa: RUF009  it cannot be changed
+    last_problems: tuple[Diagnostic, ...] = ()
+    lock_digest: str | None = None
     full: tuple[Ecm, tuple[Settled, ...], tuple[Settled, ...], tuple[Finding, ...]] | None = None
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known of a site and of modules under it before anything of them is proved.
+
+    site: the site as others see it and what there is to say of it; None where it is to be proved.
+    modules: by folder; those that are left out are to be proved.
+    """
+
+    site: tuple[SitePresence, SubjectReport] | None = None
+    modules: Mapping[Path, Examined] = field(default_factory=dict)
 
 
 def report_on_unreadable(path: Path, error: UserError) -> SubjectReport:
@@ -133,16 +145,22 @@ def report_on_paths(sink: Diagnostics) -> tuple[SubjectReport, ...]:
 def report_on(
     folder: Path, one: Examined, site: SitePresence, around: Mapping[str, Presence]
 ) -> SubjectReport:
-    """What there is to say of a module, with what depends on others."""
+    """Report on a module, with what depends on others; its claims are read when they are asked for."""
     presence = one.presence
     if presence is None:
-        return SubjectReport(str(folder), folder, Conclusion.REJECTED, one.warnings)
+        return SubjectReport(str(folder), folder, Conclusion.REJECTED, one.first_problems)
     dependencies = tuple(dependency_obligations(presence, around))
-    first = (*one.before, *map(told_of, dependencies))
-    claims = Claims.of((*first, *one.after))
-    problems = (*one.warnings, *said_of(first), *said_of(one.after[: one.settled]), *one.problems)
+    of_others = tuple(map(told_of, dependencies))
+
+    def read() -> Iterable[Told]:
+        before, after = one.claims.read()
+        return (*before, *of_others, *after)
+
+    tally = one.claims.tally
+    claims = Claims(Tally(tally.claims + len(of_others), tally.guarded), read)
+    problems = (*one.first_problems, *said_of(of_others), *one.last_problems)
     conclusion = conclude(problems)
-    lock = _lock(conclusion, presence, site, claims)
+    lock = _lock(conclusion, presence, site, claims, one.lock_digest)
     if one.full is None:
         return SubjectReport(presence.id, folder, conclusion, problems, claims, lock=lock)
     ecm, before, after, findings = one.full
@@ -150,27 +168,10 @@ def report_on(
     return SubjectReport(presence.id, folder, conclusion, problems, claims, settled, findings, lock, ecm)
 
 
-def report_on_kept(
-    folder: Path, kept: Kept, site: SitePresence, around: Mapping[str, Presence]
-) -> SubjectReport:
-    """As `report_on`, of a module that was proved by itself; its claims are read where they are asked for."""
-    dependencies = tuple(map(told_of, dependency_obligations(kept.presence, around)))
-
-    def read() -> Iterable[Told]:
-        before, after = kept.claims()
-        return (*before, *dependencies, *after)
-
-    claims = Claims(Tally(kept.tally.claims + len(dependencies), kept.tally.guarded), read)
-    problems = said_of(dependencies)
-    conclusion = conclude(problems)
-    lock = _lock(conclusion, kept.presence, site, claims, kept.lock_digest)
-    return SubjectReport(kept.presence.id, folder, conclusion, problems, claims, lock=lock)
-
-
 def _lock(
-    conclusion: Conclusion, presence: Presence, site: SitePresence, claims: Claims, digest: str | None = None
+    conclusion: Conclusion, presence: Presence, site: SitePresence, claims: Claims, digest: str | None
 ) -> Lock | None:
-    """The certificate of a module that is PROVED; `digest` is that of its text, where it was kept."""
+    """The certificate of a module that is PROVED; `digest` is that of its text, where it is known."""
 
     def certify() -> Certificate:
         return certificate_for(presence, site, verdicts_of(claims))
@@ -178,20 +179,18 @@ def _lock(
     return Lock(certify, digest) if conclusion is Conclusion.PROVED else None
 
 
-def verdicts_of(claims: Iterable[Told]) -> dict[str, str]:
-    """What a certificate has of each claim of a module that is PROVED, by id.
+def verdicts_of(claims: Iterable[Told]) -> dict[ClaimId, str]:
+    """Return the verdict of each claim of a module that is PROVED, as a certificate has it.
 
-    Authors and operators give names, so two claims may come to one id; then that counts which the proof left
-    to the gate.
+    Raises:
+        InternalError: two claims have one identity, so one verdict would hide the other.
     """
-    verdicts: dict[str, str] = {}
+    verdicts: dict[ClaimId, str] = {}
     for told in claims:
-        if verdicts.get(told.id) != _GUARDED:
-            verdicts[told.id] = told.verdict.value if told.guard is None else _GUARDED
+        if told.id in verdicts:
+            raise InternalError(f"two claims have one identity: {told.id}")
+        verdicts[told.id] = told.verdict.value if told.guard is None else GUARDED
     return verdicts
-
-
-_GUARDED: Final = "GUARDED"
 
 
 def report_on_configuration(modules: Sequence[Presence], site: SitePresence) -> SubjectReport | None:

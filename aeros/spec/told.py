@@ -6,15 +6,18 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import overload
+from typing import TYPE_CHECKING, Protocol, overload
 
 from aeros.spec.diagnostics import Diagnostic
 from aeros.spec.verdicts import Settled, Verdict
 
+if TYPE_CHECKING:
+    from aeros.spec.obligations.claim_id import ClaimId
+
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """A claim by its id, and what became of it.
+    """A claim by its identity, and what became of it.
 
     guard: the invariant that the gate decides each time, where that is what became of it.
     boundary: what has to hold for the gate then to allow an action.
@@ -22,7 +25,7 @@ class Told:
     diagnostic: what there is to say of it by itself.
     """
 
-    id: str
+    id: ClaimId
     verdict: Verdict
     guard: str | None = None
     boundary: str = ""
@@ -49,6 +52,33 @@ class Tally:
 
     claims: int
     guarded: tuple[tuple[str, str, int], ...] = ()
+
+
+class OwnClaims(Protocol):
+    """The claims about a module by itself, tallied before they are read."""
+
+    @property
+    def tally(self) -> Tally: ...  # noqa: D102
+
+    def read(self) -> tuple[tuple[Told, ...], tuple[Told, ...]]:
+        """Return those that come before and those that come after the claims about other modules."""
+
+
+@dataclass(frozen=True)
+class ListedClaims:
+    """The claims about a module by itself; see `OwnClaims`."""
+
+    before: tuple[Told, ...] = ()
+    after: tuple[Told, ...] = ()
+
+    @property
+    def tally(self) -> Tally:
+        """Counts of all of them."""
+        return Claims.of((*self.before, *self.after)).tally
+
+    def read(self) -> tuple[tuple[Told, ...], tuple[Told, ...]]:
+        """Return them; see `OwnClaims`."""
+        return self.before, self.after
 
 
 class Claims(Sequence[Told]):

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import TYPE_CHECKING
 
 from aeros.spec.diagnostics import Diagnostic, Severity
+
+if TYPE_CHECKING:
+    from aeros.spec.obligations.claim_id import ClaimId
 
 
 class Verdict(Enum):
@@ -38,13 +42,8 @@ class Settled:
     diagnostic: None iff it is proved.
     """
 
-    id: str
+    id: ClaimId
     diagnostic: Diagnostic | None
-
-    @property
-    def group(self) -> str:
-        """The group of claims it belongs to."""
-        return self.id.partition("/")[0]
 
     @property
     def verdict(self) -> Verdict:

@@ -234,7 +234,7 @@ def _proved(code: Code) -> Obligation:
         )
 
     put_in_place(joint, {"Label": lambda *_: None})
-    made = list(joint.joint_obligations("par", site, running("one"), running("other")))
+    made = list(joint.joint_obligations("c", 1, site, running("one"), running("other")))
     proved = {}
     for number, obligation in enumerate(made):
         premise = conjunction(map(_formula, obligation.space.assumptions))
@@ -294,7 +294,7 @@ def _pairs(code: Code) -> Obligation:
         par = Par(inner, cast("Any", None))
         met: set[frozenset[str]] = set()
 
-        def joint_obligations(_: str, __: Any, a: Any, b: Any) -> Sequence[Any]:
+        def joint_obligations(_: str, __: int, ___: Any, a: Any, b: Any) -> Sequence[Any]:
             met.add(frozenset((a.step.id, b.step.id)))
             return ()
 
@@ -302,10 +302,10 @@ def _pairs(code: Code) -> Obligation:
             parallel,
             {"joint_obligations": joint_obligations, "arguments_of": lambda *_: None},
         )
-        composition = SimpleNamespace(body=par, handlers=handlers)
+        composition = SimpleNamespace(id="c", body=par, handlers=handlers)
         skills = dict.fromkeys((*_STEPS, "h"))
         ecm = SimpleNamespace(skills=skills)
-        list(parallel.parallel_obligations("c", composition, ecm, SimpleNamespace()))
+        list(parallel.parallel_obligations(composition, ecm, SimpleNamespace()))
         return literal(_together(inner, handled=s1.handler is not None) <= met)
 
     return Obligation(

@@ -22,8 +22,8 @@ import pytest
 
 import aeros
 import aeros.cli.verify
+import aeros.spec.examine
 import aeros.spec.reports
-import aeros.spec.verify
 from aeros.cli.main import main
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.diagnostics import CODES
@@ -111,16 +111,16 @@ def outcome_of(case: Case) -> Outcome:
         return reports[-1]
 
     with contextlib.chdir(CORPUS), pytest.MonkeyPatch.context() as patch:
-        patch.setattr(aeros.cli.verify, "verify_in_brief", recorded)
+        patch.setattr(aeros.cli.verify, "verify", recorded)
         patch.setattr(aeros, "__version__", "0.1.0")  # stands in messages about versions
-        patch.setattr(aeros.spec.verify, "verify_site", _verify_site)
+        patch.setattr(aeros.spec.examine, "examine_site", _examine_site)
         shown = io.StringIO()
         with contextlib.redirect_stdout(shown):
             exit_code = main(case.arguments)
     return Outcome(exit_code, shown.getvalue(), reports[-1])
 
 
-_proved_site = aeros.spec.verify.verify_site
+_proved_site = aeros.spec.examine.examine_site
 
 
 @cache
@@ -128,7 +128,7 @@ def _site_of(source: Source) -> tuple[Site | None, SubjectReport]:
     return _proved_site(source, Oracle())
 
 
-def _verify_site(source: Source, _: Oracle, __: Sequence[Block]) -> tuple[Site | None, SubjectReport]:
+def _examine_site(source: Source, _: Oracle, __: Sequence[Block]) -> tuple[Site | None, SubjectReport]:
     """Proved once, and not for each of its modules."""
     return _site_of(source)
 
@@ -217,7 +217,7 @@ def of_code(code: str) -> Callable[[Obligation], bool]:
 
 
 def about(part: str) -> Callable[[Obligation], bool]:
-    return lambda one: part in one.id.split("/")
+    return lambda one: part in (*one.id.names, *(segment.word for segment in one.id.form.segments))
 
 
 def negation_dropped(one: Obligation) -> Obligation:
@@ -253,7 +253,7 @@ def one_state_for_all(one: Obligation) -> Obligation:
 
 
 def always_left_to_the_gate(one: Obligation) -> Obligation:
-    return replace(one, guard=one.id) if one.code == "AE501" else one
+    return replace(one, guard=str(one.id)) if one.code == "AE501" else one
 
 
 def never_left_to_the_gate(one: Obligation) -> Obligation:
@@ -261,7 +261,7 @@ def never_left_to_the_gate(one: Obligation) -> Obligation:
 
 
 def permission_left_to_the_gate(one: Obligation) -> Obligation:
-    return replace(one, guard=one.id) if one.code == "AE403" else one
+    return replace(one, guard=str(one.id)) if one.code == "AE403" else one
 
 
 def ranges_halved(one: Obligation) -> Obligation:
@@ -393,7 +393,7 @@ SETTLED = (
 
 def _break(patch: pytest.MonkeyPatch, builder: str, change: Change, silenced: str = "") -> None:
     """Make `verify` call a broken twin of `builder`: it changes obligations and silences one code."""
-    home = next(one for one in (aeros.spec.verify, aeros.spec.reports) if hasattr(one, builder))
+    home = next(one for one in (aeros.spec.examine, aeros.spec.reports) if hasattr(one, builder))
     original: Callable[..., Claims] = getattr(home, builder)
 
     def broken(*arguments: object) -> Claims:
@@ -423,7 +423,7 @@ def test_broken_twin_is_noticed(name: str, monkeypatch: pytest.MonkeyPatch) -> N
     group, change = CHANGES[name]
     monkeypatch.chdir(CORPUS)
     if group != "site":
-        monkeypatch.setattr(aeros.spec.verify, "verify_site", _verify_site)
+        monkeypatch.setattr(aeros.spec.examine, "examine_site", _examine_site)
     for builder in BUILDERS if group == "site" else BUILDERS[2:]:
         _break(monkeypatch, builder, change)
     assert _noticed(group)
@@ -434,7 +434,7 @@ def test_silenced_check_is_noticed(code: str, monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.chdir(CORPUS)
     group = next(path.parts[1] for path in CASES if code in case_at(path).codes and len(path.parts) == 3)
     if group != "site":
-        monkeypatch.setattr(aeros.spec.verify, "verify_site", _verify_site)
+        monkeypatch.setattr(aeros.spec.examine, "examine_site", _examine_site)
     for builder in SETTLERS:
         _break(monkeypatch, builder, unchanged, silenced=code)
     assert _noticed(group)

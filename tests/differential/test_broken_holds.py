@@ -18,6 +18,7 @@ from aeros.spec.closed_loop.exploration import explore
 from aeros.spec.expr import terms as t
 from aeros.spec.holds import starting
 from aeros.spec.model import Clause, Conjunct, Ecm, Skill
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
 from tests.differential.real_loop import Recording, pursue
 from tests.differential.small_tasks import Case, loops
@@ -87,7 +88,7 @@ def _walked(case: Case, held_to: dict[int, str], seed: int) -> None:
             assert tuple(state[name] for name in explored.system.names) in states
         _SEEN["broken"] += sum(step.status is StepStatus.UNHELD for step in report.steps)
         assert "broken-assumption" not in runtime.kinds()
-        if not any(one.endswith("/dispatch") for one in refused):
+        if not any(one.form is ClaimForm.RULES_DISPATCH for one in refused):
             _SEEN["proved"] += 1
             assert _first_tries_all_started(runtime)
 

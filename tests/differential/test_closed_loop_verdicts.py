@@ -161,7 +161,9 @@ def test_a_loop_is_refused_exactly_where_some_run_goes_wrong() -> None:
 )
 @given(_judged() | _turning() | _turning())
 def _loops_are_judged(case: Case) -> None:
-    found = {one.id.split("/", 2)[2]: one.diagnostic for one in closed_loop_obligations(case.ecm, case.site)}
+    found = {
+        str(one.id).split("/", 2)[2]: one.diagnostic for one in closed_loop_obligations(case.ecm, case.site)
+    }
     walk = Walk(case)
     expected = {
         "dispatch": ("AE801", not walk.hindered),

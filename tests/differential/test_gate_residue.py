@@ -8,13 +8,11 @@ from __future__ import annotations
 
 import json
 import random
-import shutil
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -37,6 +35,7 @@ from aeros.spec.expr.semantics import holds
 from aeros.spec.expr.types import EnumType, FamilyType, VectorType
 from aeros.spec.folders import reference_site
 from aeros.spec.model import Declared
+from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.obligation import Claim, Obligation
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.safety import envelope_space, safety_obligations
@@ -67,7 +66,7 @@ def everything_of(configuration: Configuration) -> Gate:
     return Gate(replace(configuration, certificates={}))
 
 
-def claiming(configuration: Configuration, module: str, *obligations: str) -> Configuration:
+def claiming(configuration: Configuration, module: str, *obligations: ClaimId) -> Configuration:
     """The configuration with certificates that claim these obligations PROVED."""
     old = configuration.certificates[module]
     claimed = replace(old, obligations={**old.obligations, **dict.fromkeys(obligations, "PROVED")})
@@ -193,12 +192,12 @@ def test_for_the_shipped_modules_the_residue_decides_as_everything_does() -> Non
 def test_a_false_proof_of_any_guarded_rule_is_noticed_in_the_shipped_modules() -> None:
     configuration, requests = shipped()
     everything = everything_of(configuration)
-    alone: dict[tuple[str, str], Request] = {}
+    alone: dict[tuple[str, ClaimId], Request] = {}
     for one in requests:
         reasons = one.decided_by(everything).reasons
         if len(reasons) == 1:
             alone.setdefault((one.caller.module, _claim(one, reasons[0].rule)), one)
-    implied = set[str]()
+    implied = set[ClaimId]()
     for module, certificate in configuration.certificates.items():
         guarded = [name for name, verdict in certificate.obligations.items() if verdict == "GUARDED"]
         # One gate for all false claims: each of the requests has one objection, so one claim matters to it.
@@ -210,16 +209,16 @@ def test_a_false_proof_of_any_guarded_rule_is_noticed_in_the_shipped_modules() -
             else:
                 assert differing(twin, everything, [met]), name
     # Whatever creeps obeys arm-separation wherever it obeys arm-standing.
-    assert {name.split("/")[-1] for name in implied} <= {"arm-separation"}
+    assert {name.name_of("invariant") for name in implied} <= {"arm-separation"}
 
 
-def _claim(one: Request, rule: str) -> str:
-    return f"safety/{one.caller.skill}/{one.action.kind}/{rule}"
+def _claim(one: Request, rule: str) -> ClaimId:
+    return ClaimForm.ENVELOPE_OBEYS(one.caller.skill, one.action.kind, rule)
 
 
-def _met_alone(configuration: Configuration, everything: Gate, module: str, claim: str) -> Request | None:
+def _met_alone(configuration: Configuration, everything: Gate, module: str, claim: ClaimId) -> Request | None:
     """A request to which nothing but the rule of the claim objects; none where the others imply it."""
-    _, skill, kind, rule = claim.split("/")
+    skill, kind, rule = claim.names
     base = next(
         one
         for one in shipped()[1]
@@ -228,7 +227,7 @@ def _met_alone(configuration: Configuration, everything: Gate, module: str, clai
     values = _alone(configuration, module, skill, kind, rule)
     if values is None:
         return None
-    chance = random.Random(claim)  # noqa: S311 - repeats
+    chance = random.Random(str(claim))  # noqa: S311 - repeats
     for _ in range(MOST_ROUNDINGS):
         request = _with_values(base, values, chance)
         if [reason.rule for reason in request.decided_by(everything).reasons] == [rule]:
@@ -247,7 +246,7 @@ def _alone(
     (finding,) = discharge(
         [
             Obligation(
-                id=f"alone/{skill}/{kind}/{rule}",
+                id=ClaimForm.ENVELOPE_OBEYS(skill, kind, rule),
                 code="AE502",
                 claim=Claim.SOMETIMES,
                 space=envelope_space(site, ecm.skills[skill], kind, clause),
@@ -293,16 +292,17 @@ _VALUES = (-1.0, -0.75, -0.5, -0.0, 0.0, 0.5, 0.75, 1.0)
 
 def _generated(
     rules: list[t.Term], reduced: t.Term, envelope: t.Term, permission: t.Term
-) -> tuple[Configuration, dict[str, bool]]:
+) -> tuple[Configuration, dict[ClaimId, bool]]:
     """A configuration with a certificate of what is proved of it, and which claims are true."""
     site, module = _site(rules, reduced), _module(envelope, permission, ["r0", "r1"], t.TRUE, t.TRUE)
     claims = iter([*permission_obligations(module, site), *safety_obligations(module, site)])
-    verdicts = {name: one.verdict.name for name, one in _findings(claims).items()}
+    verdicts = {one.obligation.id: one.verdict.name for one in _findings(claims).values()}
     certificate = Certificate(
         "", module.id, "", module.manifest_digest, "", {}, site.digest, "", "", verdicts
     )
     configuration = Configuration(site, {module.id: module}, {module.id: certificate}, "")
-    wanted = {f"safety/skill/move/r{number}" for number in range(len(rules))} | {"permission/skill/move"}
+    wanted = {ClaimForm.ENVELOPE_OBEYS("skill", "move", f"r{number}") for number in range(len(rules))}
+    wanted.add(ClaimForm.ENVELOPE_PERMITTED("skill", "move"))
     return configuration, {name: verdicts[name] == "PROVED" for name in wanted}
 
 
@@ -350,8 +350,10 @@ def _residue_decides_as_everything_does(
     requests = list(_everywhere(chance, 40))
     gate, everything = Gate(configuration), everything_of(configuration)
     assert not differing(gate, everything, (asked for asked, _ in requests))
-    terms = {f"safety/skill/move/r{number}": rule for number, rule in enumerate(rules)}
-    terms["permission/skill/move"] = permission
+    terms = {
+        ClaimForm.ENVELOPE_OBEYS("skill", "move", f"r{number}"): rule for number, rule in enumerate(rules)
+    }
+    terms[ClaimForm.ENVELOPE_PERMITTED("skill", "move")] = permission
     SEEN["relied on"] += sum(claims.values())
     for asked, values in requests:
         is_inside = holds(envelope, values)
@@ -378,36 +380,15 @@ def test_a_request_with_two_objections_needs_both_to_be_left_out(rule: str) -> N
     zero = t.Literal(Fraction(0), REAL)
     positive = t.Compare("<", zero, x)
     configuration, _ = _generated([flag, positive], zero, t.TRUE, t.TRUE)
-    twin = Gate(claiming(configuration, "module", f"safety/skill/move/{rule}"))
+    twin = Gate(claiming(configuration, "module", ClaimForm.ENVELOPE_OBEYS("skill", "move", rule)))
     (asked, _), *_ = _everywhere(random.Random(0), 1)  # noqa: S311 - repeats
     asked = replace(asked, readings=measured({"flag": False, "x": -0.5, "open": (True, True)}))
     assert not differing(twin, everything_of(configuration), [asked])
 
 
-def test_a_rule_whose_claim_bears_the_name_of_another_one_is_not_left_out(tmp_path: Path) -> None:
-    """A skill `goal`, a task with the name of an action kind and a rule `effective` share one id."""
-    site = SITE.read_text("utf-8").replace("near-person", "effective")
-    (tmp_path / "site.yaml").write_text(site, encoding="utf-8")
-    folder = tmp_path / MODULE.name
-    shutil.copytree(MODULE, folder, ignore=shutil.ignore_patterns("__pycache__"))
-    manifest = (folder / "ecm.yaml").read_text("utf-8")
-    for old, new in {
-        "near-person": "effective",
-        "  quickly:": "  goal:",
-        "[slowly, quickly, paced]": "[slowly, goal, paced]",
-        "outcomes: {done: {}}\n    envelope:\n      move: target in table and speed <= 100":
-            "outcomes: {done: {effects: {stop_pressed: true}}}\n    envelope:\n"
-            "      move: target in table and speed <= 100",
-        "permissions:": "tasks:\n  move:\n    description: has the name of an action kind\n    words: [go]\n"
-            "    goal: stop_pressed\n    rules:\n      - {unless: stop_pressed, do: slowly}\n"
-            "    initial: {stop_pressed: false}\npermissions:",
-    }.items():  # fmt: skip
-        assert manifest.count(old) == 1
-        manifest = manifest.replace(old, new)
-    (folder / "ecm.yaml").write_text(manifest, encoding="utf-8")
-    configuration, report = prove([folder], tmp_path / "site.yaml", certified=False)
-    ids = Counter(told.id for one in report.modules for told in one.claims)
-    assert ids["safety/goal/move/effective"] == 2
+def test_a_rule_whose_claim_would_bear_the_name_of_another_one_is_not_left_out() -> None:
+    clashing = SITE.parent / "clashing_names"
+    configuration, _ = prove([clashing], clashing / "site.yaml", certified=False)
     near = Request(
         Caller(MODULE.name, "goal", {}),
         measured({**STATE_OF_BENCH, "human_distance": 0.75}),

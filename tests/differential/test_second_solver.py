@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-import aeros.spec.verify
+import aeros.spec.agreement
+import aeros.spec.examine
 from aeros.spec.agreement import Agreement, SecondSolver, agreement_on
 from aeros.spec.backends.oracle import Question
 from aeros.spec.backends.second import Cvc5
@@ -38,8 +39,8 @@ def questions(tmp_path_factory: pytest.TempPathFactory) -> list[Question]:
     second = Cvc5()
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(CORPUS)
-        patch.setattr(aeros.spec.verify, "agreement_on", collect)
-        patch.setattr(aeros.spec.verify, "verify_site", cache(aeros.spec.verify.verify_site))
+        patch.setattr(aeros.spec.agreement, "agreement_on", collect)
+        patch.setattr(aeros.spec.examine, "examine_site", cache(aeros.spec.examine.examine_site))
         verify([ROOT / "ecms"], reference_site(), store=store, second=second)
         for path in sorted([*Path().glob("accepted/*"), *Path().glob("rejected/*/*")]):
             if (path / "site.yaml").exists():

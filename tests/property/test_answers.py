@@ -116,7 +116,7 @@ class Answered:
         oracle = Oracle()
         claims = [one for one in safety_obligations(loaded.ecm, self.site) if isinstance(one, Obligation)]
         found = answered(discharge(claims, oracle), self.site, oracle)
-        return {one.obligation.id.removeprefix("safety/go/move/"): one for one in found}
+        return {str(one.obligation.id).removeprefix("safety/go/move/"): one for one in found}
 
     def condition(self, text: str) -> t.Term:
         return check(parse(text), kind_scope(self.site, self.site.kinds["move"]), BOOL)

@@ -297,9 +297,9 @@ def _interferes(composition: Composition, skills: dict[str, Skill]) -> bool:
 def _refuted(module: Ecm, site: Site) -> tuple[set[str], set[str]]:
     """The ids of all claims and of those that are refuted."""
     claims = list(composition_obligations(module, site))
-    found = {one.id: one.verdict for one in claims if not isinstance(one, Obligation)}
+    found = {str(one.id): one.verdict for one in claims if not isinstance(one, Obligation)}
     findings = discharge([one for one in claims if isinstance(one, Obligation)])
-    found |= {one.obligation.id: one.verdict for one in findings}
+    found |= {str(one.obligation.id): one.verdict for one in findings}
     assert Verdict.UNKNOWN not in found.values()
     return set(found), {id_ for id_, verdict in found.items() if verdict is not Verdict.PROVED}
 
@@ -556,10 +556,10 @@ def test_one_order_of_the_roles_is_noticed(monkeypatch: pytest.MonkeyPatch) -> N
     original = joint.joint_obligations
     monkeypatch.setattr(
         "aeros.spec.obligations.parallel.joint_obligations",
-        lambda identity, site, one, other: (
+        lambda composition, par, site, one, other: (
             claim
-            for claim in original(identity, site, one, other)
-            if f"/{one.name}/{other.name}/" in claim.id
+            for claim in original(composition, par, site, one, other)
+            if claim.id.names[2:4] == (one.name, other.name)
         ),
     )
     with pytest.raises(AssertionError):

@@ -78,7 +78,7 @@ def _dependencies_are_judged(ones: list[dict[str, Any]], runtime: str) -> None:
     own = presence_of(_ecm(first))
     beside = {name: presence_of(_ecm(one)) for name, one in around.items()}
     found = {
-        claim.id.removeprefix("dependencies/"): claim.diagnostic
+        str(claim.id).removeprefix("dependencies/"): claim.diagnostic
         for claim in (*runtime_obligations(own), *dependency_obligations(own, beside))
     }
     for name, specifier in first["requires"].items():
@@ -139,7 +139,7 @@ def _configurations_are_judged(
         limits=None,
     )
     claims = list(configuration_obligations([presence_of(_ecm(one)) for one in ones], presence_of_site(site)))
-    found = {claim.id.removeprefix("configuration/"): claim.diagnostic for claim in claims}
+    found = {str(claim.id).removeprefix("configuration/"): claim.diagnostic for claim in claims}
     assert len(found) == len(claims)
 
     def judge(code: str, claim: str, expected: bool) -> None:
@@ -193,12 +193,16 @@ def test_no_module_reaches_more_because_another_is_added(
     alone = {name: everyone.union(grants.get(name, Access())) for name in names}
     for count in range(1, len(names) + 1):
         ecms = [presence_of(build(Ecm, id=name)) for name in names[:count]]
-        claims = {one.id: one.diagnostic for one in configuration_obligations(ecms, presence_of_site(site))}
+        claims = {
+            str(one.id): one.diagnostic for one in configuration_obligations(ecms, presence_of_site(site))
+        }
         assert all(claims[f"configuration/identity/{ecm.id}"] is None for ecm in ecms)
         assert {ecm.id: site.access_of(ecm.id) for ecm in ecms} == {n: alone[n] for n in names[:count]}
         # One that is added under a name that is taken would reach what is granted to the first.
         again = [*ecms, presence_of(build(Ecm, id=names[0]))]
-        told = {one.id: one.diagnostic for one in configuration_obligations(again, presence_of_site(site))}
+        told = {
+            str(one.id): one.diagnostic for one in configuration_obligations(again, presence_of_site(site))
+        }
         assert told[f"configuration/identity/{names[0]}"] is not None
 
 

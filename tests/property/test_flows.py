@@ -109,7 +109,7 @@ def _admitted(one: Declared) -> set[tuple[Type, Any]]:
 def _settled(body: Part, skills: dict[str, Skill], handlers: dict[str, Step]) -> dict[str, Settled]:
     composition = Composition("c", t.TRUE, None, body, handlers, SPAN)
     claims = composition_obligations(_module(skills, composition), _site())
-    return {one.id.removeprefix("composition/c/"): one for one in claims if isinstance(one, Settled)}
+    return {str(one.id).removeprefix("composition/c/"): one for one in claims if isinstance(one, Settled)}
 
 
 FLOWS, FAILURES, HANDLERS, ARMS = Mix(), Mix(), Mix(), Mix()
@@ -130,7 +130,10 @@ def _flows_are_judged(body: Part, data: st.DataObject, output: Declared, wanted:
     done = Outcome("done", {}, False, None, None)
     skill = _skill("s0", None, [done], outputs={"out": output}, inputs={"given": wanted})
     composition = Composition("c", t.TRUE, None, _with(body, flows), {}, SPAN)
-    found = {one.id.removeprefix("c/"): one for one in data_obligations("c", composition, {"s0": skill})}
+    found = {
+        str(one.id).removeprefix("composition/c/"): one
+        for one in data_obligations(composition, {"s0": skill})
+    }
     runs = [run for run, _ in zip(_runs(body), range(5_000), strict=False)]
     assert len(runs) < 5_000
     for name, flow in flows.items():

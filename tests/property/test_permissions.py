@@ -140,7 +140,7 @@ def test_every_use_that_is_not_permitted_is_refused_and_nothing_else() -> None:
 @given(WORLDS)
 def _uses_are_judged(w: dict[str, Any]) -> None:
     settled = [one for one in permission_obligations(_module(w), _site(w)) if isinstance(one, Settled)]
-    found = {one.id: one for one in settled}
+    found = {str(one.id): one for one in settled}
     assert len(found) == len(settled)
 
     def judge(code: str, claim: str, expected: bool) -> None:

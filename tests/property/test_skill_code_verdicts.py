@@ -128,7 +128,7 @@ def _askings_are_judged(body: list[str], helped: list[str], envelope: frozenset[
     claims = skill_code_obligations(
         _module(*envelope), SITE, read_skill_files("", {"skills.py": code.encode()})
     )
-    found = {one.id: one.diagnostic for one in claims}["form/tidy/asks"]
+    found = {str(one.id): one.diagnostic for one in claims}["form/tidy/asks"]
     assert found is None or found.code == "AE133"
 
     def act(kind: str, **parameters: Any) -> tuple[str, frozenset[str]]:
@@ -171,7 +171,7 @@ def test_code_is_refused_exactly_where_running_it_opens_a_door() -> None:
 def _reaches_are_judged(lines: list[str]) -> None:
     code = "\n".join(lines) + "\n"
     claims = skill_code_obligations(_module(), SITE, read_skill_files("", {"skills.py": code.encode()}))
-    found = {one.id: one.diagnostic for one in claims}["form/code/skills.py"]
+    found = {str(one.id): one.diagnostic for one in claims}["form/code/skills.py"]
     assert found is None or found.code == "AE134"
     REACHES.compare("AE134", proved=found is None, expected=not _opens_a_door(code))
 

@@ -39,6 +39,7 @@ from aeros.spec.model import (
     Skill,
     Task,
 )
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import Claim, Obligation, Space
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.policy import policy_obligations
@@ -187,7 +188,13 @@ def test_the_verdict_is_what_enumeration_finds(
 ) -> None:
     space = Space(EVERYTHING, tuple(assumptions))
     label = Label(SPAN)
-    (found,) = discharge([Obligation("i", "AE501", claim, space, conclusion, "h", label, failing=failing)])
+    (found,) = discharge(
+        [
+            Obligation(
+                ClaimForm.SKILL_CAN_START("i"), "AE501", claim, space, conclusion, "h", label, failing=failing
+            )
+        ]
+    )
     if claim is Claim.ALWAYS:
         expected = Verdict.REFUTED if possible(*assumptions, t.Not(conclusion)) else Verdict.PROVED
     else:
@@ -244,7 +251,9 @@ def _module(
 
 
 def _findings(claims: Iterator[Any]) -> dict[str, Finding]:
-    return {one.obligation.id: one for one in discharge([c for c in claims if isinstance(c, Obligation)])}
+    return {
+        str(one.obligation.id): one for one in discharge([c for c in claims if isinstance(c, Obligation)])
+    }
 
 
 ON_ACTIONS = conditions(t.Role.STATE, t.Role.PARAMETER)
@@ -330,7 +339,7 @@ def _stop_is_judged(rules: list[t.Term], blocked: list[str | None]) -> None:
         verdict = found[f"policy/stop/allowed/r{i}"].verdict
         always = all(holds(rule, env) for env in environments(rule))
         STOPS.compare("AE602", proved=verdict is Verdict.PROVED, expected=always)
-    settled = {one.id: one.verdict for one in claims if isinstance(one, Settled)}
+    settled = {str(one.id): one.verdict for one in claims if isinstance(one, Settled)}
     for i, action in enumerate(blocked):
         verdict = settled[f"policy/stop/unblocked/b{i}"]
         STOPS.compare("AE602", proved=verdict is Verdict.PROVED, expected=action != "stop")
@@ -383,7 +392,7 @@ def _module_is_judged_by_its_words(
         left = t.Role.STATE in roles[i] and (t.Role.PARAMETER not in roles[i] or f"r{i}" in gated)
         expected = left and one.verdict is Verdict.REFUTED
         MODULES.compare("guarded", proved=one.guarded, expected=expected)
-    settled = {one.id: one.verdict for one in claims if isinstance(one, Settled)}
+    settled = {str(one.id): one.verdict for one in claims if isinstance(one, Settled)}
     for i in (i for i in range(len(rules)) if f"r{i}" in gated):
         if t.Role.STATE in roles[i]:
             judge("AE506", f"safety/skill/gated-r{i}/move", state_matters(rules[i]))

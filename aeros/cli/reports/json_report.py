@@ -38,7 +38,7 @@ def as_json(result: Result) -> str:
 def _subject(subject: SubjectReport) -> dict[str, Any]:
     verdicts: list[dict[str, Any]] = [
         {
-            "id": one.id,
+            "id": str(one.id),
             "verdict": one.verdict.value,
             "guarded": one.guard is not None,
             **({} if one.witness is None else {"witness": list(one.witness)}),

@@ -36,7 +36,7 @@ def _suite(subject: SubjectReport) -> ET.Element:
     suite = ET.Element("testsuite", name=name)
     told: set[Diagnostic] = set()
     for one in subject.claims:
-        case = _case(suite, name, one.id)
+        case = _case(suite, name, str(one.id))
         if one.diagnostic is not None:
             told.add(one.diagnostic)
             _tell(case, one.diagnostic, "error" if one.verdict is Verdict.UNKNOWN else "failure")

@@ -9,7 +9,7 @@ each of which is proved, and the same agent pursues the second task, at a bench 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final, cast
@@ -29,7 +29,6 @@ from aeros.runtime.ports import Runtime
 from aeros.runtime.proving import prove
 from aeros.runtime.registry.governing import Governing
 from aeros.runtime.registry.registry import Registry
-from aeros.spec.model import Block
 from aeros.spec.reports import Report
 
 
@@ -138,17 +137,16 @@ class _ProvedOnce:
         paths: Iterable[Path],
         site: Path,
         *,
-        certified: bool,
-        blocks: Sequence[Block] = (),
         active: Callable[[str], bool] = lambda _: True,
+        **options: Any,
     ) -> tuple[Configuration, Report]:
-        """See `proving.prove`."""
+        """See `proving.prove`; `options` are its others."""
         folders = tuple(paths)
         # Below a registry a module's folder has its digest as its parent, and nobody here changes what it is
         # installed from.
-        key = folders, site, certified, tuple(blocks), tuple(active(one.name) for one in folders)
+        key = folders, site, *sorted(options.items()), tuple(active(one.name) for one in folders)
         if key not in self._proved:
-            self._proved[key] = prove(folders, site, certified=certified, blocks=blocks, active=active)
+            self._proved[key] = prove(folders, site, **options, active=active)
         return self._proved[key]
 
 

@@ -34,13 +34,13 @@ from aeros.runtime.proving import configuration_of
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.skill import act
 from aeros.spec.backends.store import Store
-from aeros.spec.brief import verify_in_brief
 from aeros.spec.doubles import as_doubles
 from aeros.spec.errors import MisuseError
 from aeros.spec.folders import reference_site
 from aeros.spec.model import Ecm
 from aeros.spec.reports import Report
 from aeros.spec.verdicts import Conclusion
+from aeros.spec.verify import Detail, verify
 
 _TIMES: Final = 200
 """How often what takes microseconds is done for one measurement."""
@@ -126,7 +126,7 @@ def _robot(folder: Path, count: int, skills: int, given: str | None) -> _Robot:
     paths = write_modules(folder / "modules", count, skills)
     store = Store(folder / "proved.sqlite3")
     began = time.process_time()
-    report = _proved(verify_in_brief(paths, site, store=store))
+    report = _proved(verify(paths, site, store=store, detail=Detail.BRIEF))
     proving = time.process_time() - began
     configuration = configuration_of(report, site)
     began = time.process_time()
@@ -148,7 +148,7 @@ def _install_one_more(robot: _Robot, skills: int, seed: int) -> None:
     number = _FURTHER + (seed + seed // 9) % _FURTHER_AT_MOST
     module = write_module(robot.folder / "modules", number, f"1.0.{seed}", skills)
     try:
-        _proved(verify_in_brief([robot.folder / "modules"], robot.site, store=robot.store))
+        _proved(verify([robot.folder / "modules"], robot.site, store=robot.store, detail=Detail.BRIEF))
     finally:
         shutil.rmtree(module)
 

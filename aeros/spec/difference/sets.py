@@ -18,6 +18,7 @@ from aeros.spec.discharge import Finding, discharge
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
 from aeros.spec.model import Declared
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import Claim, Obligation, Space
 from aeros.spec.source import Span
 from aeros.spec.verdicts import Verdict
@@ -105,7 +106,7 @@ def _beyond(
     if not further:
         return None
     claim = Obligation(
-        id=f"difference/{subject}/{relation.value}",
+        id=ClaimForm.DIFFERENCE(subject, relation.value),
         code="AE951" if relation is Relation.NEWLY_ALLOWED else "AE952",
         claim=Claim.ALWAYS,
         space=Space(declared, assumed),

@@ -20,23 +20,24 @@ from aeros.spec.closed_loop.exploration import Exploration, explore
 from aeros.spec.closed_loop.transition_system import NotExploredError
 from aeros.spec.diagnostics import Diagnostic, Label
 from aeros.spec.model import Ecm, Site, Task, TaskInvariant
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.verdicts import Settled
 
 
 def closed_loop_obligations(ecm: Ecm, site: Site) -> Iterator[Settled]:
     """Every claim of group closed-loop about the tasks of `ecm`."""
     for task in ecm.tasks.values():
-        identity = f"closed-loop/{task.id}"
         try:
             explored = explore(ecm, task, site)
         except NotExploredError as why:
-            yield Settled(f"{identity}/analysed", _not_analysed(task, str(why)))
+            yield Settled(ClaimForm.RULES_ANALYSED(task.id), _not_analysed(task, str(why)))
             continue
-        yield Settled(f"{identity}/dispatch", _undispatched(ecm, explored))
-        yield Settled(f"{identity}/progress", _stuck(explored))
-        yield Settled(f"{identity}/effective", _nothing_to_do(explored))
+        yield Settled(ClaimForm.RULES_DISPATCH(task.id), _undispatched(ecm, explored))
+        yield Settled(ClaimForm.RULES_PROGRESS(task.id), _stuck(explored))
+        yield Settled(ClaimForm.RULES_EFFECTIVE(task.id), _nothing_to_do(explored))
         for invariant in task.invariants:
-            yield Settled(f"{identity}/invariant/{invariant.id}", _not_kept(invariant, explored))
+            kept = ClaimForm.RULES_KEEP_INVARIANT(task.id, invariant.id)
+            yield Settled(kept, _not_kept(invariant, explored))
 
 
 def _undispatched(ecm: Ecm, explored: Exploration) -> Diagnostic | None:

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Final
 
 from aeros.spec.composition import Composition, Step
 from aeros.spec.diagnostics import Diagnostic, Label
@@ -25,6 +26,7 @@ from aeros.spec.flow.graph import handler_cycle
 from aeros.spec.flow.paths import Situations, TooManyPathsError, conjuncts, earlier_in, folded, paths_of
 from aeros.spec.holds import UNHELD
 from aeros.spec.model import Declared, Ecm, Site, Skill
+from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.flows import data_obligations
 from aeros.spec.obligations.obligation import Claim, Member, Obligation, Space
 from aeros.spec.obligations.parallel import parallel_obligations
@@ -35,22 +37,22 @@ from aeros.spec.verdicts import Settled, Verdict
 def composition_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Settled]:
     """Every claim of group composition about `ecm` under `site`."""
     for composition in ecm.compositions.values():
-        identity = f"composition/{composition.id}"
-        yield from _failures_handled(identity, composition, ecm.skills)
-        yield from data_obligations(identity, composition, ecm.skills)
+        yield from _failures_handled(composition, ecm.skills)
+        yield from data_obligations(composition, ecm.skills)
         cycle = handler_cycle(composition)
-        yield Settled(f"{identity}/handlers", _cycle(composition, cycle) if cycle else None)
+        acyclic = ClaimForm.HANDLERS_ACYCLIC(composition.id)
+        yield Settled(acyclic, _cycle(composition, cycle) if cycle else None)
         if cycle:
             continue
-        parallel = list(parallel_obligations(identity, composition, ecm, site))
+        parallel = list(parallel_obligations(composition, ecm, site))
         yield from parallel
         if any(isinstance(one, Settled) and one.verdict is Verdict.REFUTED for one in parallel):
             continue  # branches that interfere are not walked: their order would decide
         try:
-            yield from _path_obligations(identity, composition, ecm, site)
+            yield from _path_obligations(composition, ecm, site)
         except TooManyPathsError:
             yield Settled(
-                f"{identity}/explored",
+                ClaimForm.PATHS_EXPLORED(composition.id),
                 Diagnostic(
                     "AE862",
                     f"`{composition.id}` has too many paths to prove anything of them",
@@ -60,16 +62,14 @@ def composition_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Settl
             )
 
 
-def _failures_handled(
-    identity: str, composition: Composition, skills: Mapping[str, Skill]
-) -> Iterator[Settled]:
+def _failures_handled(composition: Composition, skills: Mapping[str, Skill]) -> Iterator[Settled]:
     for step in steps_of(composition.body):
         skill = skills[step.skill]
         failures = [one.id for one in skill.outcomes.values() if one.failure and one.probability != 0]
         failures += [] if skill.hold is None else [UNHELD]
         said = not failures or step.retry > 0 or step.on_failure is not None
         yield Settled(
-            f"{identity}/{step.id}/handled",
+            ClaimForm.STEP_FAILURE_HANDLED(composition.id, step.id),
             None
             if said
             else Diagnostic(
@@ -92,13 +92,11 @@ def _cycle(composition: Composition, cycle: list[str]) -> Diagnostic:
     )
 
 
-def _path_obligations(
-    identity: str, composition: Composition, ecm: Ecm, site: Site
-) -> Iterator[Obligation | Settled]:
+def _path_obligations(composition: Composition, ecm: Ecm, site: Site) -> Iterator[Obligation | Settled]:
     states = tuple(site.state.values())
     if composition.precondition_span is not None:
         yield Obligation(
-            f"{identity}/can-start",
+            ClaimForm.COMPOSITION_CAN_START(composition.id),
             "AE855",
             Claim.SOMETIMES,
             Space(states, ()),
@@ -108,17 +106,18 @@ def _path_obligations(
         )
     paths = paths_of(composition, ecm.skills, site.state)
     steps = {step.id: step for step in steps_of(composition.body)}
-    listed = [(step.id, step) for step in steps.values()]
-    listed += [(f"handler/{name}", step) for name, step in composition.handlers.items()]
-    for name, step in listed:
-        visits = paths.visits.get(name, {})
-        yield _reachable(f"{identity}/{name}/reachable", composition, step, visits, states)
+    listed = [(id_, _STEP, id_, step) for id_, step in steps.items()]
+    listed += [(f"handler/{id_}", _HANDLER, id_, step) for id_, step in composition.handlers.items()]
+    for visited, (reachable, ready, ready_case), id_, step in listed:
+        visits = paths.visits.get(visited, {})
+        yield _reachable(reachable(composition.id, id_), composition, step, visits, states)
         skill = ecm.skills[step.skill]
         if skill.precondition is None:
             continue
         arguments = arguments_of(step, steps, ecm.skills)
         yield from _in_each(
-            f"{identity}/{name}/ready",
+            (ready, ready_case),
+            (composition.id, id_),
             t.substitute(skill.precondition.term, arguments.terms),
             visits,
             site.state,
@@ -139,7 +138,8 @@ def _path_obligations(
     for number, part in enumerate(conditions, 1):
         if part.otherwise is None:
             yield from _in_each(
-                f"{identity}/if-{number}/covers",
+                (ClaimForm.IF_COVERS, ClaimForm.IF_COVERS_CASE),
+                (composition.id, number),
                 part.condition,
                 paths.cases.get(part.span.start, {}),
                 site.state,
@@ -154,7 +154,10 @@ def _path_obligations(
             )
 
 
-_Builder = Callable[[str, tuple[t.Term, ...], t.Term, str, tuple[Declared, ...]], Obligation]
+_STEP: Final = ClaimForm.STEP_REACHABLE, ClaimForm.STEP_READY, ClaimForm.STEP_READY_CASE
+_HANDLER: Final = ClaimForm.HANDLER_REACHABLE, ClaimForm.HANDLER_READY, ClaimForm.HANDLER_READY_CASE
+
+_Builder = Callable[[ClaimId, tuple[t.Term, ...], t.Term, str, tuple[Declared, ...]], Obligation]
 """From an id, what is assumed, what is claimed, a note and further variables to an obligation."""
 
 
@@ -167,10 +170,14 @@ def _obligation(
     declared: tuple[Declared, ...],
 ) -> _Builder:
     def build(
-        id_: str, assumed: tuple[t.Term, ...], conclusion: t.Term, note: str, further: tuple[Declared, ...]
+        claim_id: ClaimId,
+        assumed: tuple[t.Term, ...],
+        conclusion: t.Term,
+        note: str,
+        further: tuple[Declared, ...],
     ) -> Obligation:
         return Obligation(
-            id_,
+            claim_id,
             code,
             Claim.ALWAYS,
             Space((*declared, *further), assumed),
@@ -186,7 +193,8 @@ def _obligation(
 
 
 def _in_each(
-    identity: str,
+    forms: tuple[ClaimForm, ClaimForm],
+    about: tuple[str | int, ...],
     term: t.Term,
     situations: Situations,
     state: Mapping[str, Declared],
@@ -196,6 +204,8 @@ def _in_each(
     """`term` holds in every situation: at once where no variable matters, else as a question each.
 
     Where it fails for certain, that one is all there is to tell.
+    forms: of the claim where it is one, and of each where they are several, which are numbered from 1.
+    about: the names of the composition and of what in it the claim is about.
     parts: the conjuncts of `term`.
     """
     asked: dict[tuple[tuple[t.Term, ...], t.Term], tuple[str, tuple[Member, ...]]] = {}
@@ -211,18 +221,18 @@ def _in_each(
         note = "\n".join(["after", *trace, *then]) if trace else ""
         members = tuple(Member(situation.condition(part.term, state), part.label) for part in parts)
         if condition == t.FALSE and not assumed:
-            yield replace(build(identity, (), condition, note, ()), members=members)
+            yield replace(build(forms[0](*about), (), condition, note, ()), members=members)
             return
         asked.setdefault((assumed, condition), (note, members))
     if not asked:
-        yield Settled(identity, None)
+        yield Settled(forms[0](*about), None)
     for number, ((assumed, condition), (note, members)) in enumerate(asked.items(), 1):
-        id_ = f"{identity}/{number}" if len(asked) > 1 else identity
-        yield replace(build(id_, assumed, condition, note, earlier_in(assumed, state)), members=members)
+        claim_id = forms[1](*about, number) if len(asked) > 1 else forms[0](*about)
+        yield replace(build(claim_id, assumed, condition, note, earlier_in(assumed, state)), members=members)
 
 
 def _reachable(
-    id_: str,
+    claim_id: ClaimId,
     composition: Composition,
     step: Step,
     visits: Situations,
@@ -233,12 +243,12 @@ def _reachable(
     label = Label(step.span, "no path of outcomes leads here")
     help_ = ("remove it, or correct the condition or the outcome before it",)
     if not visits:
-        return Settled(id_, Diagnostic("AE855", headline, label, help=help_))
+        return Settled(claim_id, Diagnostic("AE855", headline, label, help=help_))
     known = conjuncts(folded(composition.precondition))
     if any(situation.assumed <= known for situation in visits):
-        return Settled(id_, None)
+        return Settled(claim_id, None)
     ways = tuple(t.And(tuple(sorted(situation.assumed, key=repr))) for situation in visits)
     mentioned = {name for way in ways for name in t.variables_of(way)}
     past = earlier_in(ways, {one.name: one for one in declared})
     space = Space(tuple(one for one in (*declared, *past) if one.name in mentioned), ())
-    return Obligation(id_, "AE855", Claim.SOMETIMES, space, t.Or(ways), headline, label, help=help_)
+    return Obligation(claim_id, "AE855", Claim.SOMETIMES, space, t.Or(ways), headline, label, help=help_)

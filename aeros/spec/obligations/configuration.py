@@ -24,6 +24,7 @@ from itertools import combinations
 from typing import TypeVar
 
 from aeros.spec.diagnostics import Diagnostic, Label, Severity
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.versions import suits
 from aeros.spec.presence import Presence, SitePresence
 from aeros.spec.source import Span
@@ -39,12 +40,12 @@ _Phrase = tuple[str, ...]
 def configuration_obligations(ecms: Sequence[Presence], site: SitePresence) -> Iterator[Settled]:
     """Every claim of group configuration about `ecms` under `site`; near-linear in their number."""
     for name, same in _grouped((ecm.id, ecm) for ecm in ecms).items():
-        yield Settled(f"configuration/identity/{name}", _same_name(same) if len(same) > 1 else None)
+        yield Settled(ClaimForm.MODULE_UNIQUE(name), _same_name(same) if len(same) > 1 else None)
     yield from _routing(ecms)
     provided = _grouped((capability, ecm) for ecm in ecms for capability in ecm.capabilities)
     for capability, providers in provided.items():
         twice = _same_capability(capability, providers) if len(providers) > 1 else None
-        yield Settled(f"configuration/capability/{capability}", twice)
+        yield Settled(ClaimForm.CAPABILITY_UNIQUE(capability), twice)
     yield from _effects(ecms)
     yield from _dependencies(ecms)
     yield from _names_of_the_policy(ecms, site)
@@ -87,7 +88,8 @@ def _routing(ecms: Sequence[Presence]) -> Iterator[Settled]:
         meant = [way for part in sorted(inner) for way in by_phrase.get(part, ())]
         other = next((way for way in meant if way.module != asked[0].module), None)
         yield Settled(
-            f"configuration/word/{'-'.join(phrase)}", None if other is None else _ambiguous(asked[0], other)
+            ClaimForm.WORDS_UNAMBIGUOUS("-".join(phrase)),  # no word holds a `-`
+            None if other is None else _ambiguous(asked[0], other),
         )
 
 
@@ -130,7 +132,7 @@ def _effects(ecms: Sequence[Presence]) -> Iterator[Settled]:
                 help=("what a task of one has brought about may not hold after a task of the other",),
                 severity=Severity.WARNING,
             )
-        yield Settled(f"configuration/effect/{name}", diagnostic)
+        yield Settled(ClaimForm.EFFECTS_AGREE(name), diagnostic)
 
 
 def _dependencies(ecms: Sequence[Presence]) -> Iterator[Settled]:
@@ -144,7 +146,7 @@ def _dependencies(ecms: Sequence[Presence]) -> Iterator[Settled]:
         what = "not in this set" if there is None else f"version {there} in this set"
         labels = [Label(ecm.requires_spans[name], f"needs {ecm.requires[name]}") for ecm in asking]
         yield Settled(
-            f"configuration/dependency/{name}",
+            ClaimForm.VERSIONS_AGREE(name),
             None
             if agreed
             else Diagnostic(
@@ -166,7 +168,7 @@ def _names_of_the_policy(ecms: Sequence[Presence], site: SitePresence) -> Iterat
             span,
             "whatever takes that name gets the access: remove the grant while nobody needs it",
         )
-        yield Settled(f"configuration/grant/{name}", None if name in skills else gone)
+        yield Settled(ClaimForm.GRANT_IS_USED(name), None if name in skills else gone)
     for block in site.blocks:
         there = block.module in skills and (block.skill is None or block.skill in skills[block.module])
         named = block.module if block.skill is None else f"{block.module}.{block.skill}"
@@ -175,7 +177,7 @@ def _names_of_the_policy(ecms: Sequence[Presence], site: SitePresence) -> Iterat
             block.span,
             "correct the name if something is meant to be blocked",
         )
-        yield Settled(f"configuration/block/{block.id}", None if there else gone)
+        yield Settled(ClaimForm.BLOCK_IS_USED(block.id), None if there else gone)
 
 
 def _absent(headline: str, at: Span, help_: str) -> Diagnostic:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 
 import aeros
 from aeros.spec.diagnostics import Diagnostic, Label
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.versions import suits
 from aeros.spec.presence import Presence
 from aeros.spec.verdicts import Settled
@@ -15,7 +16,7 @@ from aeros.spec.verdicts import Settled
 def runtime_obligations(ecm: Presence) -> Iterator[Settled]:
     """That `ecm` works with this version of AEROS."""
     yield Settled(
-        "dependencies/runtime",
+        ClaimForm.RUNTIME_SUITS(),
         None
         if suits(ecm.runtime, aeros.__version__)
         else Diagnostic(
@@ -29,10 +30,10 @@ def runtime_obligations(ecm: Presence) -> Iterator[Settled]:
 def dependency_obligations(ecm: Presence, around: Mapping[str, Presence]) -> Iterator[Settled]:
     """Every claim about what `ecm` needs of other modules, where `around` are those beside it."""
     for name, specifier in ecm.requires.items():
-        yield Settled(f"dependencies/{name}", _unmet(ecm, name, specifier, around))
+        yield Settled(ClaimForm.DEPENDENCY_MET(name), _unmet(ecm, name, specifier, around))
     cycle = _cycle(ecm, around)
     yield Settled(
-        "dependencies/acyclic",
+        ClaimForm.DEPENDENCIES_ACYCLIC(),
         Diagnostic(
             "AE303",
             "modules depend on each other in a circle: " + " → ".join(f"`{name}`" for name in cycle),

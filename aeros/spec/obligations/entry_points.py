@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 
 from aeros.spec.diagnostics import Diagnostic, Label, did_you_mean
 from aeros.spec.model import Ecm, Skill
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.skill_source import SkillFile, UnreadableCodeError
 from aeros.spec.verdicts import Settled
 
@@ -21,7 +22,7 @@ def entry_point_obligations(
     files: the module's Python files by path relative to its folder.
     """
     for skill in ecm.skills.values():
-        yield Settled(f"form/{skill.id}/entry", _fault(skill, files))
+        yield Settled(ClaimForm.ENTRY_POINT(skill.id), _fault(skill, files))
 
 
 def _fault(skill: Skill, files: Mapping[str, SkillFile | UnreadableCodeError]) -> Diagnostic | None:

@@ -8,14 +8,13 @@ from fractions import Fraction
 from aeros.spec.composition import Composition, Flow, Part, Step
 from aeros.spec.diagnostics import Diagnostic, Label
 from aeros.spec.model import Declared, Skill
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.parts import If, Par, Seq, steps_of
 from aeros.spec.units import Unit, show_number
 from aeros.spec.verdicts import Settled
 
 
-def data_obligations(
-    identity: str, composition: Composition, skills: Mapping[str, Skill]
-) -> Iterator[Settled]:
+def data_obligations(composition: Composition, skills: Mapping[str, Skill]) -> Iterator[Settled]:
     """Every input that takes an output can have it, whatever happened before, and admits all of it."""
     available: dict[str, frozenset[str]] = {}
     _succeeded(composition.body, frozenset(), available)
@@ -25,8 +24,9 @@ def data_obligations(
             wanted = skills[step.skill].inputs[name]
             output = skills[steps[flow.step].skill].outputs[flow.output]
             there = flow.step in available[step.id]
-            yield Settled(f"{identity}/{step.id}/{name}/there", None if there else _absent(step, flow, steps))
-            yield Settled(f"{identity}/{step.id}/{name}/fits", _misfit(name, flow, output, wanted))
+            about = composition.id, step.id, name
+            yield Settled(ClaimForm.INPUT_AVAILABLE(*about), None if there else _absent(step, flow, steps))
+            yield Settled(ClaimForm.INPUT_FITS(*about), _misfit(name, flow, output, wanted))
 
 
 def _succeeded(part: Part, before: frozenset[str], found: dict[str, frozenset[str]]) -> frozenset[str]:

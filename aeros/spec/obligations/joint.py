@@ -16,6 +16,7 @@ from aeros.spec.diagnostics import Label
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import Arguments
 from aeros.spec.model import Declared, JointRule, Site, Skill
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import Claim, Member, Obligation, Space, members_of, required_by
 from aeros.spec.verdicts import Verdict
 
@@ -37,7 +38,7 @@ def joint_policy_obligations(site: Site) -> Iterator[Obligation]:
         space = Space(joint_variables(site, rule), allowed)
         label = Label(rule.require_span)
         yield Obligation(
-            f"policy/joint/{rule.id}/satisfiable",
+            ClaimForm.JOINT_RULE_SATISFIABLE(rule.id),
             "AE601",
             Claim.SOMETIMES,
             space,
@@ -47,7 +48,7 @@ def joint_policy_obligations(site: Site) -> Iterator[Obligation]:
             members=(*members_of(rule.conjuncts, "clashes"), *_required(site, rule)),
         )
         yield Obligation(
-            f"policy/joint/{rule.id}/effective",
+            ClaimForm.JOINT_RULE_EFFECTIVE(rule.id),
             "AE603",
             Claim.SOMETIMES,
             space,
@@ -59,11 +60,22 @@ def joint_policy_obligations(site: Site) -> Iterator[Obligation]:
         )
 
 
-def joint_obligations(identity: str, site: Site, one: Running, other: Running) -> Iterator[Obligation]:
-    """Whatever both may ask for at the same time obeys every joint rule, in either order of the roles."""
+def joint_obligations(
+    composition: str, par: int, site: Site, one: Running, other: Running
+) -> Iterator[Obligation]:
+    """Yield that whatever both may ask for at the same time obeys every joint rule, in either order of roles.
+
+    Args:
+        composition: the id of the composition that runs both.
+        par: which of its `par` it is that runs them at the same time, counted from 1.
+        site: whose joint rules are meant.
+        one: a step in one branch.
+        other: a step in another branch; a handler of both branches may run beside itself.
+    """
+    orders = ((one, other),) if one.name == other.name else ((one, other), (other, one))
     for rule in site.joint:
         (first, left), (second, right) = rule.roles
-        for a, b in ((one, other), (other, one)):
+        for a, b in orders:
             if left not in a.skill.envelope or right not in b.skill.envelope:
                 continue
             assumed = (
@@ -77,7 +89,7 @@ def joint_obligations(identity: str, site: Site, one: Running, other: Running) -
             if any(f"{role}.{name}" in begun for role in (first, second) for name in site.state):
                 note += "; of measured values, as they were when the action began"
             yield Obligation(
-                f"{identity}/{a.name}/{b.name}/{rule.id}",
+                ClaimForm.PAR_JOINT_RULE(composition, par, a.name, b.name, rule.id),
                 "AE861",
                 Claim.ALWAYS,
                 Space(tuple({d.name: d for d in declared}.values()), assumed),

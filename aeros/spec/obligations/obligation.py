@@ -13,6 +13,7 @@ from functools import cached_property
 from aeros.spec.diagnostics import Label
 from aeros.spec.expr import terms as t
 from aeros.spec.model import Clause, Conjunct, Declared, Rule
+from aeros.spec.obligations.claim_id import ClaimId
 from aeros.spec.verdicts import Verdict
 
 
@@ -65,7 +66,7 @@ def required_by(rules: Iterable[Rule], kind: str) -> tuple[Member, ...]:
 class Obligation:
     """One claim, as a formula over a space, and what to say if it fails.
 
-    id: stable and unique in its module, as in `safety/wrap/move_tool/workspace`.
+    id: stable and unique in its module; its text is as in `safety/wrap/move_tool/workspace`.
     code, headline, primary, secondary, notes, help: the diagnostic of a refutation.
     failing: the verdict of a SOMETIMES claim that fails, REFUTED or VACUOUS.
     guard: the invariant that the gate may decide where this claim fails, if the manifest or the
@@ -75,7 +76,7 @@ class Obligation:
     primary_alone: whether a member inside the primary label is shown where it alone of those is at fault.
     """
 
-    id: str
+    id: ClaimId
     code: str
     claim: Claim
     space: Space
@@ -90,8 +91,3 @@ class Obligation:
     clause: Clause | None = None
     notes: tuple[str, ...] = ()
     primary_alone: bool = False
-
-    @property
-    def group(self) -> str:
-        """The group of claims it belongs to: `permission`, `safety` or `policy`."""
-        return self.id.partition("/")[0]

@@ -16,6 +16,7 @@ from aeros.spec.diagnostics import Diagnostic, Label
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import arguments_of
 from aeros.spec.model import Ecm, Site, Skill
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.joint import Running, joint_obligations
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.parts import If, Par, children_of, parts_of, steps_of
@@ -23,23 +24,23 @@ from aeros.spec.source import Span
 from aeros.spec.verdicts import Settled
 
 
-def parallel_obligations(
-    identity: str, composition: Composition, ecm: Ecm, site: Site
-) -> Iterator[Obligation | Settled]:
+def parallel_obligations(composition: Composition, ecm: Ecm, site: Site) -> Iterator[Obligation | Settled]:
     """Every claim about every `par` of `composition`, whose handlers lead back to none of themselves."""
     pars = [part for part in parts_of(composition.body) if isinstance(part, Par)]
     for number, par in enumerate(pars, 1):
-        beside = _Beside(f"{identity}/par-{number}", par, composition, ecm.skills, site)
+        beside = _Beside(number, par, composition, ecm.skills, site)
+        claimed: set[frozenset[str]] = set()
         yield from beside.resources()
         for first, second in combinations(par.branches, 2):
             yield from beside.sharing(first, second)
-            yield from beside.actions(first, second)
+            yield from beside.actions(first, second, claimed)
 
 
 def interference(composition: Composition, skills: Mapping[str, Skill], site: Site) -> Iterator[Settled]:
     """The claims about every `par` that take no solver: all but those on joint rules."""
-    for par in (part for part in parts_of(composition.body) if isinstance(part, Par)):
-        beside = _Beside("par", par, composition, skills, site)
+    pars = [part for part in parts_of(composition.body) if isinstance(part, Par)]
+    for number, par in enumerate(pars, 1):
+        beside = _Beside(number, par, composition, skills, site)
         yield from beside.resources()
         for first, second in combinations(par.branches, 2):
             yield from beside.sharing(first, second)
@@ -55,7 +56,7 @@ class _Use:
 
 @dataclass(frozen=True)
 class _Beside:
-    identity: str
+    number: int
     par: Par[Step]
     composition: Composition
     skills: Mapping[str, Skill]
@@ -71,7 +72,7 @@ class _Beside:
             holders = [self._holder(branch, name) for branch in self.par.branches]
             labels = tuple(Label(one.span, f"holds `{name}`") for one in holders if one is not None)
             yield Settled(
-                f"{self.identity}/resources/{name}",
+                ClaimForm.PAR_RESOURCES(self.composition.id, self.number, name),
                 Diagnostic(
                     "AE858",
                     f"these branches need {needed} of `{name}` at the same time; the site has {capacity}",
@@ -110,19 +111,19 @@ class _Beside:
 
     def _actuators(self, first: Part, second: Part) -> Settled:
         """No actuator is moved by both branches."""
-        id_ = f"{self.identity}/{_name(first)}/{_name(second)}/actuators"
+        claim_id = ClaimForm.PAR_ACTUATORS(self.composition.id, self.number, _name(first), _name(second))
         for a, b in product(self._all_runs(first), self._all_runs(second)):
             shared = sorted(self.skills[a.skill].actuators & self.skills[b.skill].actuators)
             if shared:
                 headline = f"`{a.id}` and `{b.id}` may move `{shared[0]}` at the same time"
                 labels = (Label(a.span, f"moves `{shared[0]}`"), Label(b.span, "moves it too"))
                 help_ = ("run them one after the other, in a `seq`",)
-                return Settled(id_, Diagnostic("AE859", headline, labels[0], labels[1:], help=help_))
-        return Settled(id_, None)
+                return Settled(claim_id, Diagnostic("AE859", headline, labels[0], labels[1:], help=help_))
+        return Settled(claim_id, None)
 
     def _effects(self, first: Part, second: Part) -> Settled:
         """Neither branch writes what the other reads or writes."""
-        id_ = f"{self.identity}/{_name(first)}/{_name(second)}/effects"
+        claim_id = ClaimForm.PAR_EFFECTS(self.composition.id, self.number, _name(first), _name(second))
         for one, other in ((first, second), (second, first)):
             uses = self._writes(other) | self._reads(other)
             for name, written in self._writes(one).items():
@@ -131,8 +132,8 @@ class _Beside:
                     labels = (Label(uses[name].span, uses[name].what),)
                     help_ = ("run them one after the other, in a `seq`",)
                     label = Label(written.span, written.what)
-                    return Settled(id_, Diagnostic("AE860", headline, label, labels, help=help_))
-        return Settled(id_, None)
+                    return Settled(claim_id, Diagnostic("AE860", headline, label, labels, help=help_))
+        return Settled(claim_id, None)
 
     def _writes(self, branch: Part) -> dict[str, _Use]:
         found: dict[str, _Use] = {}
@@ -161,11 +162,19 @@ class _Beside:
             if variable.role is t.Role.STATE
         }
 
-    def actions(self, first: Part, second: Part) -> Iterator[Obligation]:
-        """Every two actions that the branches may ask for together obey the joint rules."""
+    def actions(self, first: Part, second: Part, claimed: set[frozenset[str]]) -> Iterator[Obligation]:
+        """Yield that every two actions that the branches may ask for together obey the joint rules.
+
+        claimed: the names of each two steps of which this was claimed, to which it adds these.  Branches that
+        share a handler share claims.
+        """
         runs = ({one.name: one for one in self._running(branch)} for branch in (first, second))
         for a, b in product(*(each.values() for each in runs)):
-            yield from joint_obligations(f"{self.identity}/joint", self.site, a, b)
+            pair = frozenset((a.name, b.name))
+            if pair in claimed:
+                continue
+            claimed.add(pair)
+            yield from joint_obligations(self.composition.id, self.number, self.site, a, b)
 
     def _running(self, branch: Part) -> Iterator[Running]:
         sources = {step.id: step for step in steps_of(self.composition.body)}

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator
 from aeros.spec.diagnostics import Diagnostic, Label, Severity
 from aeros.spec.expr import terms as t
 from aeros.spec.model import Ecm, Risk, Site, Skill
+from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.obligation import Claim, Obligation, members_of
 from aeros.spec.obligations.policy import space_of
 from aeros.spec.obligations.safety import envelope_space
@@ -24,7 +25,7 @@ def permission_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Settle
     yield from _access_granted(ecm, site)
     for kind, clause in ecm.permission.items():
         yield Obligation(
-            id=f"permission/{kind}/not-empty",
+            id=ClaimForm.PERMISSION_NOT_EMPTY(kind),
             code="AE409",
             claim=Claim.SOMETIMES,
             space=space_of(site, site.kinds[kind]),
@@ -42,17 +43,18 @@ def permission_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Settle
         yield _sensors_permitted(ecm, site, skill)
     for task in ecm.tasks.values():
         read = [(task.goal, ecm.span), *((rule.unless, rule.span) for rule in task.rules)]
-        yield _reads_permitted(f"permission/task/{task.id}/sensors", ecm, site, read)
+        yield _reads_permitted(ClaimForm.TASK_SENSORS_PERMITTED(task.id), ecm, site, read)
     for composition in ecm.compositions.values():
         guards = [part for part in parts_of(composition.body) if isinstance(part, If)]
         read = [(guard.condition, guard.span) for guard in guards]
         read.append((composition.precondition, composition.precondition_span or composition.span))
-        yield _reads_permitted(f"permission/composition/{composition.id}/sensors", ecm, site, read)
+        claim_id = ClaimForm.COMPOSITION_SENSORS_PERMITTED(composition.id)
+        yield _reads_permitted(claim_id, ecm, site, read)
     yield from _not_blocked(ecm, site)
 
 
-def _settled(id_: str, holds: bool, diagnostic: Diagnostic) -> Settled:
-    return Settled(id_, None if holds else diagnostic)
+def _settled(claim_id: ClaimId, holds: bool, diagnostic: Diagnostic) -> Settled:
+    return Settled(claim_id, None if holds else diagnostic)
 
 
 def _access_granted(ecm: Ecm, site: Site) -> Iterator[Settled]:
@@ -61,7 +63,7 @@ def _access_granted(ecm: Ecm, site: Site) -> Iterator[Settled]:
     for group in ("actuators", "sensors", "channels", "compute"):
         excess = sorted(getattr(ecm.access, group) - getattr(granted, group))
         yield _settled(
-            f"permission/access/{group}",
+            ClaimForm.ACCESS_GRANTED(group),
             not excess,
             Diagnostic(
                 "AE404",
@@ -78,7 +80,7 @@ def _envelope_permitted(ecm: Ecm, site: Site, skill: Skill) -> Iterator[Obligati
         permitted = ecm.permission.get(kind)
         moved = sorted(site.kinds[kind].actuators - skill.actuators)
         yield _settled(
-            f"permission/{skill.id}/{kind}/actuators",
+            ClaimForm.ENVELOPE_ACTUATORS_DECLARED(skill.id, kind),
             not moved,
             Diagnostic(
                 "AE402",
@@ -89,7 +91,7 @@ def _envelope_permitted(ecm: Ecm, site: Site, skill: Skill) -> Iterator[Obligati
         )
         if permitted is None:
             yield Settled(
-                f"permission/{skill.id}/{kind}",
+                ClaimForm.ENVELOPE_PERMITTED(skill.id, kind),
                 Diagnostic(
                     "AE401",
                     f"`{skill.id}` may ask for `{kind}`, but `{ecm.id}` has no permission for it",
@@ -99,7 +101,7 @@ def _envelope_permitted(ecm: Ecm, site: Site, skill: Skill) -> Iterator[Obligati
             )
             continue
         yield Obligation(
-            id=f"permission/{skill.id}/{kind}",
+            id=ClaimForm.ENVELOPE_PERMITTED(skill.id, kind),
             code="AE403",
             claim=Claim.ALWAYS,
             space=envelope_space(site, skill, kind, clause),
@@ -116,7 +118,7 @@ def _envelope_permitted(ecm: Ecm, site: Site, skill: Skill) -> Iterator[Obligati
 def _actuators_permitted(ecm: Ecm, skill: Skill) -> Settled:
     excess = sorted(skill.actuators - ecm.access.actuators)
     return _settled(
-        f"permission/{skill.id}/actuators",
+        ClaimForm.SKILL_ACTUATORS_PERMITTED(skill.id),
         not excess,
         Diagnostic(
             "AE402",
@@ -131,7 +133,7 @@ def _actuators_held(site: Site, skill: Skill) -> Settled:
     """What a skill moves and the site counts as a resource, it holds: no other skill moves it meanwhile."""
     loose = sorted((skill.actuators & site.resources.keys()) - skill.resources)
     return _settled(
-        f"permission/{skill.id}/held",
+        ClaimForm.SKILL_ACTUATORS_HELD(skill.id),
         not loose,
         Diagnostic(
             "AE410",
@@ -146,7 +148,7 @@ def _risk_in_bounds(site: Site, skill: Skill) -> Iterator[Settled]:
     """A skill's risk is at most the ceiling and at least that of every action it may ask for."""
     ceiling = site.risk_ceiling
     yield _settled(
-        f"permission/{skill.id}/risk-ceiling",
+        ClaimForm.SKILL_RISK_UNDER_CEILING(skill.id),
         skill.risk <= ceiling,
         Diagnostic(
             "AE406",
@@ -156,7 +158,7 @@ def _risk_in_bounds(site: Site, skill: Skill) -> Iterator[Settled]:
     )
     riskier = sorted(kind for kind in skill.envelope if site.kinds[kind].risk > skill.risk)
     yield _settled(
-        f"permission/{skill.id}/risk-stated",
+        ClaimForm.SKILL_RISK_STATED(skill.id),
         not riskier,
         Diagnostic(
             "AE407",
@@ -173,10 +175,10 @@ def _sensors_permitted(ecm: Ecm, site: Site, skill: Skill) -> Settled:
     read: list[tuple[t.Term, Span]] = [(clause.term, clause.span) for clause in clauses]
     for outcome in skill.outcomes.values():
         read += [(site.state[name].variable, skill.span) for name in outcome.effects]
-    return _reads_permitted(f"permission/{skill.id}/sensors", ecm, site, read)
+    return _reads_permitted(ClaimForm.SKILL_SENSORS_PERMITTED(skill.id), ecm, site, read)
 
 
-def _reads_permitted(id_: str, ecm: Ecm, site: Site, read: Iterable[tuple[t.Term, Span]]) -> Settled:
+def _reads_permitted(claim_id: ClaimId, ecm: Ecm, site: Site, read: Iterable[tuple[t.Term, Span]]) -> Settled:
     """Every state variable that is read comes from a sensor the module may use."""
     for term, span in read:
         for name, variable in t.variables_of(term).items():
@@ -188,8 +190,8 @@ def _reads_permitted(id_: str, ecm: Ecm, site: Site, read: Iterable[tuple[t.Term
                     Label(span),
                     help=(f"add `{sensor}` to `permissions.sensors`",),
                 )
-                return Settled(id_, diagnostic)
-    return Settled(id_, None)
+                return Settled(claim_id, diagnostic)
+    return Settled(claim_id, None)
 
 
 def _not_blocked(ecm: Ecm, site: Site) -> Iterator[Settled]:
@@ -202,7 +204,7 @@ def _not_blocked(ecm: Ecm, site: Site) -> Iterator[Settled]:
             if block.matches(ecm.id, skill.id, kind)
         ]
         yield _settled(
-            f"permission/unblocked/{block.id}",
+            ClaimForm.NOT_BLOCKED(block.id),
             not hit,
             Diagnostic(
                 "AE408",

@@ -9,6 +9,7 @@ from aeros.spec.diagnostics import Diagnostic, Label
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.model import ActionKind, Rule, Site
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import Claim, Member, Obligation, Space, members_of, required_by
 from aeros.spec.obligations.quotas import quota_obligations
 from aeros.spec.verdicts import Settled, Verdict
@@ -41,7 +42,7 @@ def _stop_obligations(
     """The protective stop is allowed in every state: no rule ever denies it, no override blocks it."""
     for rule in rules:
         yield Obligation(
-            id=f"policy/{kind.name}/allowed/{rule.id}",
+            id=ClaimForm.STOP_ALLOWED(kind.name, rule.id),
             code="AE602",
             claim=Claim.ALWAYS,
             space=space_of(site, kind),
@@ -54,7 +55,7 @@ def _stop_obligations(
     for block in site.blocks:
         blocked = block.action == kind.name
         yield Settled(
-            f"policy/{kind.name}/unblocked/{block.id}",
+            ClaimForm.STOP_NOT_BLOCKED(kind.name, block.id),
             Diagnostic(
                 "AE602",
                 f"the operator override `{block.id}` blocks the protective stop",
@@ -69,7 +70,7 @@ def _stop_obligations(
 def _satisfiable(site: Site, kind: ActionKind, rules: tuple[Rule, ...]) -> Obligation:
     """Some action of the kind is allowed in some state."""
     return Obligation(
-        id=f"policy/{kind.name}/satisfiable",
+        id=ClaimForm.RULES_SATISFIABLE(kind.name),
         code="AE601",
         claim=Claim.SOMETIMES,
         space=space_of(site, kind),
@@ -84,7 +85,7 @@ def _satisfiable(site: Site, kind: ActionKind, rules: tuple[Rule, ...]) -> Oblig
 def _not_vacuous(site: Site, kind: ActionKind, rule: Rule) -> Obligation:
     """The rule denies something: some state and action inside the declared ranges breaks it."""
     return Obligation(
-        id=f"policy/{kind.name}/effective/{rule.id}",
+        id=ClaimForm.RULE_EFFECTIVE(kind.name, rule.id),
         code="AE603",
         claim=Claim.SOMETIMES,
         space=space_of(site, kind),
@@ -102,7 +103,7 @@ def _not_shadowed(site: Site, kind: ActionKind, rule: Rule, rules: tuple[Rule, .
     """The rule denies something that no other rule denies."""
     others = tuple(other for other in rules if other is not rule)
     return Obligation(
-        id=f"policy/{kind.name}/unshadowed/{rule.id}",
+        id=ClaimForm.RULE_NOT_SHADOWED(kind.name, rule.id),
         code="AE604",
         claim=Claim.SOMETIMES,
         space=space_of(site, kind, *(other.terms[kind.name] for other in others)),
@@ -136,7 +137,7 @@ def _attenuation_obligations(
     others = [other.terms[kind.name] for other in rules if other is not rule]
     space = space_of(site, kind, t.Not(rule.terms[kind.name]), *others)
     yield Obligation(
-        id=f"policy/{kind.name}/attenuation-allowed/{rule.id}",
+        id=ClaimForm.ATTENUATION_ALLOWED(kind.name, rule.id),
         code="AE605",
         claim=Claim.ALWAYS,
         space=space,
@@ -145,7 +146,7 @@ def _attenuation_obligations(
         primary=Label(rule.span, "attenuates to an action that is still denied"),
     )
     yield Obligation(
-        id=f"policy/{kind.name}/attenuation-shrinks/{rule.id}",
+        id=ClaimForm.ATTENUATION_SHRINKS(kind.name, rule.id),
         code="AE606",
         claim=Claim.ALWAYS,
         space=space,

@@ -11,6 +11,7 @@ from math import ceil
 
 from aeros.spec.diagnostics import Diagnostic, Label, Severity
 from aeros.spec.model import Quota, Site
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.verdicts import Settled
 
 
@@ -21,7 +22,7 @@ def quota_obligations(site: Site) -> Iterator[Settled]:
             (kind, why) for kind in sorted(quota.kinds) if (why := _never_allowed(site, kind)) is not None
         ]
         yield Settled(
-            f"policy/quotas/{quota.id}/effective",
+            ClaimForm.QUOTA_EFFECTIVE(quota.id),
             _warning(
                 "AE609",
                 f"the quota `{quota.id}` counts "
@@ -36,7 +37,7 @@ def quota_obligations(site: Site) -> Iterator[Settled]:
         later = (one for one in site.quotas[position + 1 :] if not implies(quota, one))
         other = next((one for one in (*site.quotas[:position], *later) if implies(one, quota)), None)
         yield Settled(
-            f"policy/quotas/{quota.id}/needed",
+            ClaimForm.QUOTA_NEEDED(quota.id),
             None
             if other is None
             else _warning(

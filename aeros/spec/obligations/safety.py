@@ -21,6 +21,7 @@ from aeros.spec.diagnostics import Diagnostic, Label
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import constant
 from aeros.spec.model import Clause, Ecm, Rule, Site, Skill, Task, about
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import Claim, Obligation, Space, members_of, required_by
 from aeros.spec.verdicts import Settled, Verdict
 
@@ -75,7 +76,7 @@ def _can_start(site: Site, skill: Skill, precondition: Clause) -> Obligation:
     """Some state satisfies the precondition and every rule on states that all its actions must obey."""
     always = _always_obeyed(site, skill)
     return Obligation(
-        id=f"safety/{skill.id}/can-start",
+        id=ClaimForm.SKILL_CAN_START(skill.id),
         code="AE504",
         claim=Claim.SOMETIMES,
         space=Space((*site.observed.values(), *skill.inputs.values()), ()),
@@ -96,7 +97,7 @@ def _can_go_on(site: Site, skill: Skill, hold: Clause) -> Iterator[Obligation]:
     if set(hold.conjuncts) <= set(known):
         return
     yield Obligation(
-        id=f"safety/{skill.id}/hold",
+        id=ClaimForm.HOLD_SATISFIABLE(skill.id),
         code="AE510",
         claim=Claim.SOMETIMES,
         space=Space((*site.observed.values(), *skill.inputs.values()), ()),
@@ -116,7 +117,7 @@ def _can_succeed(site: Site, skill: Skill, hold: Clause) -> Iterator[Obligation]
         if not set_.keys() & t.variables_of(hold.term).keys():
             continue
         yield Obligation(
-            id=f"safety/{skill.id}/hold/{outcome.id}",
+            id=ClaimForm.HOLD_ALLOWS_SUCCESS(skill.id, outcome.id),
             code="AE510",
             claim=Claim.SOMETIMES,
             space=Space((*site.observed.values(), *skill.inputs.values()), ()),
@@ -129,7 +130,7 @@ def _can_succeed(site: Site, skill: Skill, hold: Clause) -> Iterator[Obligation]
 
 def _not_empty(skill: Skill, kind: str, clause: Clause, space: Space) -> Obligation:
     return Obligation(
-        id=f"safety/{skill.id}/{kind}/not-empty",
+        id=ClaimForm.ENVELOPE_NOT_EMPTY(skill.id, kind),
         code="AE503",
         claim=Claim.SOMETIMES,
         space=Space(space.declared, ()),
@@ -148,7 +149,7 @@ def _not_dead(ecm: Ecm, site: Site, skill: Skill, kind: str, clause: Clause, spa
     permitted = t.TRUE if permission is None else permission.term
     allowed = () if permission is None else members_of(permission.conjuncts, "required by the permission")
     return Obligation(
-        id=f"safety/{skill.id}/{kind}/not-dead",
+        id=ClaimForm.ENVELOPE_NOT_DEAD(skill.id, kind),
         code="AE502",
         claim=Claim.SOMETIMES,
         space=space,
@@ -165,7 +166,7 @@ def _obeys(skill: Skill, kind: str, clause: Clause, rule: Rule, space: Space) ->
     if _reads_state(rule, kind):
         help_.append(f"or leave it to the gate, which then decides each action: `gated: [{rule.id}]`")
     return Obligation(
-        id=f"safety/{skill.id}/{kind}/{rule.id}",
+        id=ClaimForm.ENVELOPE_OBEYS(skill.id, kind, rule.id),
         code="AE501",
         claim=Claim.ALWAYS,
         space=space,
@@ -201,7 +202,7 @@ def _gates_that_help(site: Site, skill: Skill) -> Iterator[Obligation | Settled]
             beside, help_ = "governs other action kinds", "remove it from `gated`"
         labels = (Label(rule.require_span, beside),)
         yield Settled(
-            f"safety/{skill.id}/gated-{rule.id}",
+            ClaimForm.GATED_RULE_READS_STATE(skill.id, rule.id),
             Diagnostic("AE506", headline, Label(skill.gated[rule.id]), labels, help=(help_,)),
         )
 
@@ -220,7 +221,7 @@ def _state_matters(site: Site, skill: Skill, rule: Rule, kind: str) -> Obligatio
         for one in read
     ]
     return Obligation(
-        id=f"safety/{skill.id}/gated-{rule.id}/{kind}",
+        id=ClaimForm.GATED_RULE_NEEDS_STATE(skill.id, rule.id, kind),
         code="AE506",
         claim=Claim.SOMETIMES,
         space=Space((*read, *others, *site.kinds[kind].parameters.values()), ()),
@@ -236,7 +237,7 @@ def _goal_can_hold(site: Site, ecm: Ecm, task: Task) -> Obligation:
     whole = task.goal_conjuncts
     place = whole[0].span.cover(whole[-1].span) if whole else ecm.span
     return Obligation(
-        id=f"safety/goal/{task.id}",
+        id=ClaimForm.GOAL_SATISFIABLE(task.id),
         code="AE507",
         claim=Claim.SOMETIMES,
         space=Space(tuple(site.observed.values()), ()),
@@ -251,7 +252,7 @@ def _goal_can_fail(site: Site, ecm: Ecm, task: Task) -> Obligation:
     """The goal says something: in some state it is not reached."""
     whole = task.goal_conjuncts
     return Obligation(
-        id=f"safety/goal/{task.id}/effective",
+        id=ClaimForm.GOAL_EFFECTIVE(task.id),
         code="AE508",
         claim=Claim.SOMETIMES,
         space=Space(tuple(site.observed.values()), ()),

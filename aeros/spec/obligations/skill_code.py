@@ -14,6 +14,7 @@ from pathlib import Path
 
 from aeros.spec.diagnostics import Diagnostic, Label, did_you_mean
 from aeros.spec.model import Ecm, Site, Skill
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.skill_reach import first_reach
 from aeros.spec.obligations.skill_source import SkillFile, UnreadableCodeError
 from aeros.spec.verdicts import Settled
@@ -32,14 +33,15 @@ def skill_code_obligations(
         if isinstance(file, UnreadableCodeError):
             name, help_ = Path(ecm.folder) / path, ("write it as plain UTF-8",)
             yield Settled(
-                f"form/code/{path}", Diagnostic("AE134", f"`{name}` is not plain Python: {file}", help=help_)
+                ClaimForm.CODE_REACHES_NOTHING(path),
+                Diagnostic("AE134", f"`{name}` is not plain Python: {file}", help=help_),
             )
             continue
-        yield Settled(f"form/code/{path}", _reach(ecm, file))
-        yield Settled(f"form/code/{path}/asking", _only_asks_plainly(file))
+        yield Settled(ClaimForm.CODE_REACHES_NOTHING(path), _reach(ecm, file))
+        yield Settled(ClaimForm.CODE_ASKS_PLAINLY(path), _only_asks_plainly(file))
         for skill in ecm.skills.values():
             if path == f"{skill.module_name}.py":
-                yield Settled(f"form/{skill.id}/asks", _asks(skill, site, file))
+                yield Settled(ClaimForm.SKILL_ASKS_WITHIN_ENVELOPE(skill.id), _asks(skill, site, file))
 
 
 def _reach(ecm: Ecm, file: SkillFile) -> Diagnostic | None:

@@ -29,6 +29,7 @@ from aeros.spec.cause import Cause
 from aeros.spec.certificate import Certificate
 from aeros.spec.expr.shortfall import Shortfall
 from aeros.spec.model import Ecm
+from aeros.spec.obligations.claim_id import ClaimForm
 from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, module, outcome, rule, site, skill, task
 from tests.unit.agent.fake_runtime import FakeRuntime
 
@@ -214,7 +215,11 @@ def test_a_halt_in_a_state_that_nothing_declares_is_replanned_and_breaks_an_assu
 
 
 def test_a_broken_assumption_names_the_certificate_and_what_of_it_rests_on_outcomes(tmp_path: Path) -> None:
-    proved = ("closed-loop/make_dumplings/progress", "closed-loop/other/progress", "safety/wrap/grip/force")
+    proved = (
+        ClaimForm.RULES_PROGRESS("make_dumplings"),
+        ClaimForm.RULES_PROGRESS("other"),
+        ClaimForm.ENVELOPE_OBEYS("wrap", "grip", "force"),
+    )
     certificate = Certificate(
         "s", "dumpling", "1.2.3", "m", "c", {}, "d", "v", "z", dict.fromkeys(proved, "PROVED")
     )

@@ -269,7 +269,7 @@ def test_an_internal_fault_is_our_bug_and_shows_no_traceback(
     def broken(*_: object, **__: object) -> None:
         raise AssertionError("not in the scalar core")
 
-    monkeypatch.setattr("aeros.cli.verify.verify_in_brief", broken)
+    monkeypatch.setattr("aeros.cli.verify.verify", broken)
     monkeypatch.delenv("AEROS_DEBUG", raising=False)
     assert verify(module) == Exit.OUR_BUG
     shown = capsys.readouterr().err

@@ -3,6 +3,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from aeros.runtime.configuration import configure
+from aeros.spec.obligations.claim_id import ClaimForm
 from tests.unit.runtime.bench import configuration
 
 
@@ -11,7 +12,8 @@ def test_the_digest_is_that_of_site_and_certificates() -> None:
     ecm, certificate = one.modules["handling"], one.certificates["handling"]
     again = configure(one.site, {"handling": (ecm, certificate)})
     assert again == one
-    weaker = replace(certificate, obligations={**certificate.obligations, "permission/access/compute": "?"})
+    obligations = {**certificate.obligations, ClaimForm.ACCESS_GRANTED("compute"): "?"}
+    weaker = replace(certificate, obligations=obligations)
     digests = {
         one.digest,
         configure(one.site, {}).digest,

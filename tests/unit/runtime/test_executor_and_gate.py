@@ -21,6 +21,7 @@ from aeros.spec.certificate import certificate_for
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.model import Access, Clause, Declared, Ecm, Site
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.units import NUMBER
 
 CODE = """
@@ -47,7 +48,9 @@ def executor(site: Site, make_ecm: Any, tmp_path: Path) -> Iterator[Executor]:
     made: Ecm = make_ecm(CODE)
     skill = replace(made.skills["lift"], envelope={"move": slow})
     ecm = replace(made, skills={"lift": skill}, permission={"move": everything}, access=arm)
-    certificate = certificate_for(ecm, governed, {"safety/lift/move/separation": "GUARDED"})
+    certificate = certificate_for(
+        ecm, governed, {ClaimForm.ENVELOPE_OBEYS("lift", "move", "separation"): "GUARDED"}
+    )
     configuration = configure(governed, {"handling": (ecm, certificate)})
     plant = SymbolicPlant(governed, configuration.modules, seed=0)
     with AuditLog(tmp_path / "audit.jsonl") as audit:

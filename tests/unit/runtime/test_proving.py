@@ -13,10 +13,10 @@ from aeros.experiments.trials.synthetic import write_modules
 from aeros.runtime import proving
 from aeros.runtime.proving import prove
 from aeros.runtime.registry.registry import Registry
-from aeros.spec.brief import verify_in_brief
 from aeros.spec.errors import UserError
 from aeros.spec.folders import reference_site
 from aeros.spec.model import Block
+from aeros.spec.verify import verify
 from tests.unit.spec.examining import note_examined
 
 
@@ -42,11 +42,11 @@ def test_what_changes_while_it_is_proved_is_refused(
     site = Path(shutil.copy(reference_site(), tmp_path / "site.yaml"))
 
     def edited_then(*args: Any, **options: Any) -> Any:
-        report = verify_in_brief(*args, **options)
+        report = verify(*args, **options)
         _append(changed(module, site))
         return report
 
-    monkeypatch.setattr(proving, "verify_in_brief", edited_then)
+    monkeypatch.setattr(proving, "verify", edited_then)
     with pytest.raises(UserError) as refused:
         prove([module], site, certified=False)
     (diagnostic,) = refused.value.diagnostics

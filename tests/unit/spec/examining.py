@@ -7,17 +7,17 @@ from typing import Any
 
 import pytest
 
-from aeros.spec import verify
+from aeros.spec import examine
 
 
 def note_examined(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The names of the modules that are examined from now on."""
     names: list[str] = []
-    honest = verify.examine
+    honest = examine.examine_module
 
     def noted(folder: Path, *rest: Any) -> Any:
         names.append(folder.name)
         return honest(folder, *rest)
 
-    monkeypatch.setattr(verify, "examine", noted)
+    monkeypatch.setattr(examine, "examine_module", noted)
     return names

@@ -18,7 +18,8 @@ LOOP = ["closed-loop/clean_up/dispatch", "closed-loop/clean_up/effective", "clos
 )  # fmt: skip
 def test_claims_about_paths_rest_on_outcomes_and_no_others(skill: str, expected: list[str]) -> None:
     configuration, _ = prove([BASE / "tidy"], BASE / "site.yaml", certified=False)
-    found = resting_on(configuration.modules["tidy"], skill, configuration.certificates["tidy"])
+    resting = resting_on(configuration.modules["tidy"], skill, configuration.certificates["tidy"])
+    found = list(map(str, resting))
     assert [one for one in found if one.startswith("closed-loop/")] == expected
     others = [one for one in found if not one.startswith("closed-loop/")]
     assert "composition/clean_once/wipe/ready" in others

@@ -40,7 +40,9 @@ def means_the_rule(finding: Finding, text: str, site: Site) -> bool:
 def boundary(judge: Judge, require: str, envelope: str = "pace <= 410 mm/s") -> str:
     site = ((RULE, f"require: {require}"), ('attenuate: {pace: "min(pace, slow)"}', ""))
     report = judge("approach", envelope, gated="slow-near-person", site=site)
-    (found,) = [one for one in report.findings if one.obligation.id.endswith("/approach/slow-near-person")]
+    (found,) = [
+        one for one in report.findings if str(one.obligation.id).endswith("/approach/slow-near-person")
+    ]
     assert found.guarded, report.diagnostics
     assert means_the_rule(found, found.boundary, site_of(report))
     return found.boundary

@@ -52,7 +52,7 @@ def claims(
 
 
 def settled(ecm: Ecm) -> dict[str, Settled]:
-    return {one.id.split("/", 2)[2]: one for one in closed_loop_obligations(ecm, site())}
+    return {str(one.id).split("/", 2)[2]: one for one in closed_loop_obligations(ecm, site())}
 
 
 def refutation(found: Settled, code: str) -> tuple[str, ...]:

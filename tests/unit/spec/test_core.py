@@ -16,6 +16,7 @@ from aeros.spec.discharge import Finding
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.model import Declared
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import Claim, Member, Obligation, Space
 from aeros.spec.questions import impossible
 from aeros.spec.reports import SubjectReport
@@ -48,7 +49,14 @@ def claim_of(*terms: t.Term) -> Obligation:
     space = Space(DECLARED, ())
     whole = Label(TEXT.span(0, len(terms) + 2), "whole")
     return Obligation(
-        "safety/x", "AE504", Claim.SOMETIMES, space, t.conjunction(*terms), "h", whole, members=members
+        ClaimForm.SKILL_CAN_START("x"),
+        "AE504",
+        Claim.SOMETIMES,
+        space,
+        t.conjunction(*terms),
+        "h",
+        whole,
+        members=members,
     )
 
 

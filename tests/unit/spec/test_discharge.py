@@ -14,6 +14,7 @@ from aeros.spec.discharge import discharge
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.model import Declared
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import Claim, Obligation, Space
 from aeros.spec.source import Source
 from aeros.spec.units import NUMBER
@@ -36,7 +37,9 @@ def obligation(
     conclusion: t.Term, *assumptions: t.Term, claim: Claim = Claim.ALWAYS, **more: Any
 ) -> Obligation:
     space = Space(DECLARED, assumptions)
-    return Obligation("safety/s/k/r", "AE501", claim, space, conclusion, "h", Label(SPAN), **more)
+    return Obligation(
+        ClaimForm.ENVELOPE_OBEYS("s", "k", "r"), "AE501", claim, space, conclusion, "h", Label(SPAN), **more
+    )
 
 
 def verdict_of(one: Obligation) -> Verdict:

@@ -10,21 +10,20 @@ from pathlib import Path
 
 import pytest
 
+import aeros.spec.verify as verify_module
 from aeros.cli.reports.json_report import as_json
 from aeros.cli.reports.result import Result
 from aeros.experiments.trials.synthetic import write_module, write_modules
-from aeros.spec import brief, keeping
-from aeros.spec import verify as verify_module
+from aeros.spec import examine, keeping
 from aeros.spec.backends.budget import DEFAULT_RLIMIT
 from aeros.spec.backends.store import Store
-from aeros.spec.brief import verify_in_brief
 from aeros.spec.digests import text_digest
 from aeros.spec.folders import reference_site
 from aeros.spec.model import Block
 from aeros.spec.reports import Report
 from aeros.spec.texts import read_source
 from aeros.spec.verdicts import Conclusion
-from aeros.spec.verify import verify
+from aeros.spec.verify import Detail, verify
 from tests.unit.spec.examining import note_examined
 
 REPOSITORY = Path(__file__).parents[3]
@@ -57,7 +56,7 @@ def _told(report: Report) -> tuple[str, list[str]]:
 
 
 def _brief(folder: Path, store: Store | None, site: Path | None = None, jobs: int = 1) -> Report:
-    return verify_in_brief([folder], site or reference_site(), store=store, jobs=jobs)
+    return verify([folder], site or reference_site(), store=store, detail=Detail.BRIEF, jobs=jobs)
 
 
 def test_what_is_kept_says_the_same_and_examines_nothing(
@@ -86,10 +85,10 @@ def test_a_run_that_finds_everything_imports_nothing_that_proves(modules: Path, 
 import sys
 from pathlib import Path
 from aeros.spec.backends.store import Store
-from aeros.spec.brief import verify_in_brief
 from aeros.spec.folders import reference_site
+from aeros.spec.verify import Detail, verify
 store = Store(Path({str(answers)!r}))
-report = verify_in_brief([Path({str(modules)!r})], reference_site(), store=store)
+report = verify([Path({str(modules)!r})], reference_site(), store=store, detail=Detail.BRIEF)
 print(report.conclusion.value, *sorted({{"yaml", "z3", "networkx", "packaging"}} & set(sys.modules)))
 print(*sorted(name for name in sys.modules if name.startswith("aeros.spec.e")))
 """
@@ -138,10 +137,10 @@ def test_another_site_budget_override_or_program_is_examined(
     site = tmp_path / "site.yaml"
     site.write_text(reference_site().read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
     _brief(modules, store, site)
-    verify_in_brief([modules], reference_site(), 7, store=store)
+    verify([modules], reference_site(), 7, store=store, detail=Detail.BRIEF)
     block = Block("no_welder", "it is being repaired", "welder", None, None)
     for blocks in ([block], [replace(block, reason="it was repaired badly")], [block]):
-        report = verify_in_brief([modules], reference_site(), store=store, blocks=blocks)
+        report = verify([modules], reference_site(), store=store, blocks=blocks, detail=Detail.BRIEF)
         assert _told(report) == _told(verify([modules], reference_site(), blocks=blocks))
     found_in_full = 3 * ["clean_table", "fetch_object"]
     assert len(examined) == 8 + len(found_in_full)
@@ -216,20 +215,22 @@ def test_a_proof_whose_claims_are_not_those_that_were_kept_is_not_there(
 
 def test_a_report_on_other_bytes_is_not_believed(module: Path, store: Store) -> None:
     _brief(module, store)
-    keeper = keeping.Keeper(store, read_source(reference_site()), DEFAULT_RLIMIT)
-    kept = keeper.find(module)
+    cache = keeping.ProofCache(store, read_source(reference_site()), DEFAULT_RLIMIT)
+    kept = cache.find_module(module)
     assert kept is not None
-    forged = replace(kept.presence, code_digest="0" * 64)
-    key = keeper._key(kept.presence.manifest_digest, kept.presence.code_digest)
-    keeper.keep(forged, *kept.claims(), kept.lock_digest)
-    store.put_proofs({key: next(iter(keeper._new.values()))})
-    assert keeper.find(module) is None
+    assert kept.presence is not None
+    assert kept.lock_digest is not None
+    forged = replace(kept, presence=replace(kept.presence, code_digest="0" * 64))
+    key = cache._key(kept.presence.manifest_digest, kept.presence.code_digest)
+    cache.put_module(forged, kept.lock_digest)
+    store.put_proofs({key: next(iter(cache._new.values()))})
+    assert cache.find_module(module) is None
 
 
 def test_several_processes_say_the_same_in_the_same_order(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(brief, "MANY", 2)
+    monkeypatch.setattr(verify_module, "MANY", 2)
     modules = write_modules(tmp_path / "modules", 4)
     (modules[3] / "ecm.yaml").write_text("nonsense: true\n", encoding="utf-8")
     _edit("ecm.yaml", "force <= 15 N", "force <= 1 N")(modules[1])
@@ -247,7 +248,7 @@ def test_what_is_kept_of_a_site_says_the_same_and_is_not_asked_again(
     def asked(*_: object) -> object:
         raise AssertionError("the site was examined")
 
-    monkeypatch.setattr(verify_module, "verify_site", asked)
+    monkeypatch.setattr(examine, "examine_site", asked)
     assert _told(_brief(modules, store)) == cold
     store._connection.execute("UPDATE proofs SET head = '[[1]]'")
     with pytest.raises(AssertionError, match="was examined"):

@@ -140,14 +140,14 @@ def test_a_lower_bound_is_raised(judge: Judge) -> None:
 
 def test_one_line_mends_everything_that_is_wrong_with_an_envelope(judge: Judge) -> None:
     report = judge("wait", "duration <= 31 s", permission="duration >= 2 s")
-    mended = [one.obligation.id for one in report.findings if one.repair]
+    mended = [str(one.obligation.id) for one in report.findings if one.repair]
     assert mended == ["permission/tidy/wait", "safety/tidy/wait/short-waits"]
     assert repairs(report) == {"wait: duration <= 30 s and duration >= 2 s"}
 
 
 def test_what_cannot_be_mended_does_not_keep_the_rest_from_being_mended(judge: Judge) -> None:
     report = judge("approach", "pace <= 200 mm/s", permission="table_tidy")
-    mended = [one.obligation.id for one in report.findings if one.repair]
+    mended = [str(one.obligation.id) for one in report.findings if one.repair]
     assert mended == ["safety/tidy/approach/slow-near-person"]
     assert repairs(report) == {"approach: pace <= 100 mm/s"}
 

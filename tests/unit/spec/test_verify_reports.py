@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from aeros.spec.backends.boxes import Boxes
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.reports import Report
 from aeros.spec.verdicts import Conclusion, Verdict
 from aeros.spec.verify import verify
@@ -76,7 +77,7 @@ def test_the_same_files_give_the_same_verdicts_and_witnesses() -> None:
     def said() -> list[tuple[str, Verdict, object]]:
         report = report_of("rejected/safety/distance_measured_along_an_axis")
         found = [*report.site.findings, *report.modules[0].findings]
-        return [(one.obligation.id, one.verdict, one.witness and one.witness.values) for one in found]
+        return [(str(one.obligation.id), one.verdict, one.witness and one.witness.values) for one in found]
 
     assert said() == said()
 
@@ -127,7 +128,7 @@ def test_a_goal_cannot_take_the_place_of_a_guarded_rule(tmp_path: Path) -> None:
     (found,) = verify([path], site).modules
     assert found.conclusion is Conclusion.PROVED
     assert found.certificate is not None
-    assert found.certificate.obligations["safety/task/approach/goal"] == "GUARDED"
+    assert found.certificate.obligations[ClaimForm.ENVELOPE_OBEYS("task", "approach", "goal")] == "GUARDED"
     assert found.certificate.guarded("task", "approach") == {"stop-button", "goal"}
 
 

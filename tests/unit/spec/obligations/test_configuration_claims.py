@@ -10,6 +10,7 @@ from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.folders import reference_site
 from aeros.spec.loading import load_ecm, load_site
 from aeros.spec.model import Block
+from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.configuration import configuration_obligations
 from aeros.spec.presence import presence_of, presence_of_site
 from aeros.spec.reports import Report
@@ -98,8 +99,8 @@ def test_an_override_that_blocks_nothing_in_the_set_is_told() -> None:
     claims = configuration_obligations(
         [presence_of(one.ecm) for one in ecms if one], presence_of_site(replace(site, blocks=blocks))
     )
-    told = {one.id: one.diagnostic for one in claims if one.id.startswith("configuration/block/")}
-    assert {id_.rpartition("/")[2]: one and one.headline for id_, one in told.items()} == {
+    told = {one.id: one.diagnostic for one in claims if one.id.form is ClaimForm.BLOCK_IS_USED}
+    assert {id_.name_of("block"): one and one.headline for id_, one in told.items()} == {
         "a-module": None,
         "a-skill": None,
         "no-module": "the operator override `no-module` blocks `gone`, which is not in this set",

@@ -103,7 +103,7 @@ def test_a_name_that_is_bound_twice_hides_nothing(loaded: tuple[Ecm, Site], code
 
 def test_a_claim_about_code_goes_by_one_name_whether_it_holds_or_not(loaded: tuple[Ecm, Site]) -> None:
     def names(code: bytes) -> list[str]:
-        return [one.id for one in _claims(loaded, code)]
+        return [str(one.id) for one in _claims(loaded, code)]
 
     whole = ["form/code/skills.py", "form/code/skills.py/asking", "form/wipe/asks"]
     assert names(b"def wipe(o, i):\n    yield act('grip', width=0.0, force=1.0)\n") == whole

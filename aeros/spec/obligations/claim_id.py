@@ -1,0 +1,279 @@
+"""Identities of claims: what kind of claim it is, and the names of what it is about.
+
+A claim is identified by a `ClaimId` and never by its text.  The text (`str(claim_id)`) is for lock files,
+reports and JSON; nothing parses it.  Two different identities never have the same text, whatever names
+authors and operators choose: see `ClaimForm`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from functools import cache, cached_property
+from itertools import takewhile
+from typing import Final
+
+from aeros.spec.errors import MisuseError
+
+_NUMBERS: Final = ("number", "case")
+_PATH: Final = "path"
+
+
+class _Segment:
+    """One part of a text between slashes: a fixed word, or a prefix and then the name for `slot`.
+
+    The slots `number` and `case` take a number in decimal, `path` takes a path that ends in `.py`.
+    """
+
+    def __init__(self, word: str, slot: str) -> None:
+        self.word = word
+        self.slot = slot
+
+    def admits(self, text: str) -> bool:
+        """Tell whether `text` may stand in this place."""
+        if not self.slot:
+            return text == self.word
+        return text.startswith(self.word) and fits_slot(self.slot, text[len(self.word) :])
+
+    def overlaps(self, other: _Segment) -> bool:
+        """Tell whether some text may stand in both places; may say yes where there is none."""
+        if not self.slot:
+            return other.admits(self.word)
+        if not other.slot:
+            return self.admits(other.word)
+        return self.word.startswith(other.word) or other.word.startswith(self.word)
+
+
+class ClaimForm(Enum):
+    """Every kind of claim, with the pattern of its text.
+
+    Call a member with a name for each slot of its pattern to make a `ClaimId`.  Some patterns overlap: the
+    text `safety/goal/move/effective` fits a task named `move`, and a skill named `goal` with an invariant
+    named `effective`.  The kind that is listed first keeps that text.  In the text of the other, each name is
+    written with its slot: `safety/skill=goal/action=move/invariant=effective`, which fits no pattern.
+    """
+
+    # Every state that a task's planning rules can come to.
+    RULES_ANALYSED = "closed-loop/{task}/analysed"
+    RULES_DISPATCH = "closed-loop/{task}/dispatch"
+    RULES_PROGRESS = "closed-loop/{task}/progress"
+    RULES_EFFECTIVE = "closed-loop/{task}/effective"
+    RULES_KEEP_INVARIANT = "closed-loop/{task}/invariant/{invariant}"
+
+    # Every path through a composition.
+    HANDLERS_ACYCLIC = "composition/{composition}/handlers"
+    PATHS_EXPLORED = "composition/{composition}/explored"
+    COMPOSITION_CAN_START = "composition/{composition}/can-start"
+    IF_COVERS = "composition/{composition}/if-{number}/covers"
+    IF_COVERS_CASE = "composition/{composition}/if-{number}/covers/{case}"
+    PAR_RESOURCES = "composition/{composition}/par-{number}/resources/{resource}"
+    PAR_ACTUATORS = "composition/{composition}/par-{number}/{first}/{second}/actuators"
+    PAR_EFFECTS = "composition/{composition}/par-{number}/{first}/{second}/effects"
+    PAR_JOINT_RULE = "composition/{composition}/par-{number}/joint/{first}/{second}/{invariant}"
+    STEP_FAILURE_HANDLED = "composition/{composition}/{step}/handled"
+    STEP_REACHABLE = "composition/{composition}/{step}/reachable"
+    STEP_READY = "composition/{composition}/{step}/ready"
+    STEP_READY_CASE = "composition/{composition}/{step}/ready/{case}"
+    INPUT_AVAILABLE = "composition/{composition}/{step}/{input}/there"
+    INPUT_FITS = "composition/{composition}/{step}/{input}/fits"
+    HANDLER_REACHABLE = "composition/{composition}/handler/{handler}/reachable"
+    HANDLER_READY = "composition/{composition}/handler/{handler}/ready"
+    HANDLER_READY_CASE = "composition/{composition}/handler/{handler}/ready/{case}"
+
+    # All modules together.
+    MODULE_UNIQUE = "configuration/identity/{module}"
+    CAPABILITY_UNIQUE = "configuration/capability/{capability}"
+    WORDS_UNAMBIGUOUS = "configuration/word/{words}"
+    EFFECTS_AGREE = "configuration/effect/{variable}"
+    VERSIONS_AGREE = "configuration/dependency/{module}"
+    GRANT_IS_USED = "configuration/grant/{module}"
+    BLOCK_IS_USED = "configuration/block/{block}"
+
+    # What a module needs around it.
+    RUNTIME_SUITS = "dependencies/runtime"
+    DEPENDENCIES_ACYCLIC = "dependencies/acyclic"
+    DEPENDENCY_MET = "dependencies/{module}"
+
+    # Skill code.
+    CODE_REACHES_NOTHING = "form/code/{path}"
+    CODE_ASKS_PLAINLY = "form/code/{path}/asking"
+    ENTRY_POINT = "form/{skill}/entry"
+    SKILL_ASKS_WITHIN_ENVELOPE = "form/{skill}/asks"
+
+    # What a module is permitted.
+    ACCESS_GRANTED = "permission/access/{device}"
+    NOT_BLOCKED = "permission/unblocked/{block}"
+    PERMISSION_NOT_EMPTY = "permission/{action}/not-empty"
+    SKILL_ACTUATORS_PERMITTED = "permission/{skill}/actuators"
+    SKILL_ACTUATORS_HELD = "permission/{skill}/held"
+    SKILL_RISK_UNDER_CEILING = "permission/{skill}/risk-ceiling"
+    SKILL_RISK_STATED = "permission/{skill}/risk-stated"
+    SKILL_SENSORS_PERMITTED = "permission/{skill}/sensors"
+    TASK_SENSORS_PERMITTED = "permission/task/{task}/sensors"
+    COMPOSITION_SENSORS_PERMITTED = "permission/composition/{composition}/sensors"
+    ENVELOPE_ACTUATORS_DECLARED = "permission/{skill}/{action}/actuators"
+    ENVELOPE_PERMITTED = "permission/{skill}/{action}"
+
+    # A site's policy.
+    JOINT_RULE_SATISFIABLE = "policy/joint/{invariant}/satisfiable"
+    JOINT_RULE_EFFECTIVE = "policy/joint/{invariant}/effective"
+    QUOTA_EFFECTIVE = "policy/quotas/{quota}/effective"
+    QUOTA_NEEDED = "policy/quotas/{quota}/needed"
+    RULES_SATISFIABLE = "policy/{action}/satisfiable"
+    STOP_ALLOWED = "policy/{action}/allowed/{invariant}"
+    STOP_NOT_BLOCKED = "policy/{action}/unblocked/{block}"
+    RULE_EFFECTIVE = "policy/{action}/effective/{invariant}"
+    RULE_NOT_SHADOWED = "policy/{action}/unshadowed/{invariant}"
+    ATTENUATION_ALLOWED = "policy/{action}/attenuation-allowed/{invariant}"
+    ATTENUATION_SHRINKS = "policy/{action}/attenuation-shrinks/{invariant}"
+
+    # A skill's envelope and a task's goal.
+    GOAL_SATISFIABLE = "safety/goal/{task}"
+    GOAL_EFFECTIVE = "safety/goal/{task}/effective"
+    SKILL_CAN_START = "safety/{skill}/can-start"
+    HOLD_SATISFIABLE = "safety/{skill}/hold"
+    HOLD_ALLOWS_SUCCESS = "safety/{skill}/hold/{outcome}"
+    ENVELOPE_NOT_EMPTY = "safety/{skill}/{action}/not-empty"
+    ENVELOPE_NOT_DEAD = "safety/{skill}/{action}/not-dead"
+    GATED_RULE_READS_STATE = "safety/{skill}/gated-{invariant}"
+    GATED_RULE_NEEDS_STATE = "safety/{skill}/gated-{invariant}/{action}"
+    ENVELOPE_OBEYS = "safety/{skill}/{action}/{invariant}"
+
+    # What two manifests or sites differ in.
+    DIFFERENCE = "difference/{subject}/{relation}"
+
+    def __call__(self, *names: str | int) -> ClaimId:
+        """Make the identity of a claim of this kind.
+
+        Args:
+            names: one for each slot of the pattern, in order.
+
+        Raises:
+            MisuseError: there are more or fewer names than slots, or one is not what its slot takes.
+        """
+        return ClaimId(self, tuple(map(str, names)))
+
+    @cached_property
+    def segments(self) -> tuple[_Segment, ...]:
+        """The parts of the pattern between its slashes."""
+        parts = (part.partition("{") for part in self.value.split("/"))
+        return tuple(_Segment(word, rest.rstrip("}")) for word, _, rest in parts)
+
+    @cached_property
+    def slots(self) -> tuple[str, ...]:
+        """What the names of a claim of this kind stand for, in order."""
+        return tuple(segment.slot for segment in self.segments if segment.slot)
+
+    @cached_property
+    def group(self) -> str:
+        """The group of claims that it belongs to, such as `safety`."""
+        return self.segments[0].word
+
+    @cached_property
+    def checked_slots(self) -> tuple[tuple[int, str], ...]:
+        """The slots that do not take every name, with the position of each."""
+        return tuple((at, slot) for at, slot in enumerate(self.slots) if slot in (*_NUMBERS, _PATH))
+
+    @cached_property
+    def format(self) -> str:
+        """The pattern with `%s` for each slot."""
+        return "/".join(segment.word + ("%s" if segment.slot else "") for segment in self.segments)
+
+    @cached_property
+    def rivals(self) -> tuple[tuple[int, str, ClaimForm], ...]:
+        """The kinds listed before this one that some text of it would fit as well.
+
+        Before each stands a quick test that most texts of this kind fail: the position of a part, and how
+        that part begins in a text of the other kind.
+        """
+        earlier = takewhile(lambda one: one is not self, _forms_of(self.group))
+        found = [one for one in earlier if _overlap(one, self)]
+        return tuple((*_difference(self, one), one) for one in found)
+
+
+@dataclass(frozen=True, slots=True)
+class ClaimId:
+    """The identity of a claim.
+
+    form: which kind of claim it is.
+    names: what it is about: a name for each slot of the form's pattern.
+    """
+
+    form: ClaimForm
+    names: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        form, names = self.form, self.names
+        if len(names) != len(form.slots):
+            raise MisuseError(f"`{form.value}` takes {len(form.slots)} names, not {len(names)}")
+        for at, slot in form.checked_slots:
+            if not fits_slot(slot, names[at]):
+                raise MisuseError(f"`{names[at]}` is no {slot}, which `{form.value}` takes")
+
+    @property
+    def group(self) -> str:
+        """The group of claims that it belongs to, such as `safety`."""
+        return self.form.group
+
+    def name_of(self, slot: str) -> str:
+        """Return the name for `slot`, such as `skill`; raises MisuseError where its form has none."""
+        if slot not in self.form.slots:
+            raise MisuseError(f"`{self.form.value}` has no `{slot}`")
+        return self.names[self.form.slots.index(slot)]
+
+    def __str__(self) -> str:
+        form = self.form
+        names = self.names
+        for name in names:
+            if "/" in name or "=" in name or "%" in name:
+                names = tuple(map(_escaped, form.slots, names))
+                break
+        text = form.format % names
+        if form.rivals:
+            parts = text.split("/")
+            if any(parts[at].startswith(word) and _fits(rival, parts) for at, word, rival in form.rivals):
+                left = iter(zip(form.slots, names, strict=True))
+                return "/".join(
+                    segment.word + ("=".join(next(left)) if segment.slot else "") for segment in form.segments
+                )
+        return text
+
+
+@cache
+def _forms_of(group: str) -> tuple[ClaimForm, ...]:
+    """Return the kinds of claim of a group, in order."""
+    return tuple(form for form in ClaimForm if form.group == group)
+
+
+def fits_slot(slot: str, name: str) -> bool:
+    """Tell whether `name` is what `slot` takes."""
+    if slot in _NUMBERS:
+        return name.isascii() and name.isdecimal()
+    return slot != _PATH or name.endswith(".py")
+
+
+def _fits(form: ClaimForm, parts: list[str]) -> bool:
+    """Tell whether a text, given by its parts between slashes, fits the pattern of `form`."""
+    return all(segment.admits(part) for segment, part in zip(form.segments, parts, strict=True))
+
+
+def _overlap(one: ClaimForm, other: ClaimForm) -> bool:
+    """Tell whether some text fits both patterns; may say yes where there is none."""
+    if _PATH in (*one.slots, *other.slots):  # which is of any number of parts, so the last ones must differ
+        return one.segments[-1].overlaps(other.segments[-1])
+    if len(one.segments) != len(other.segments):
+        return False
+    return all(mine.overlaps(its) for mine, its in zip(one.segments, other.segments, strict=True))
+
+
+def _difference(form: ClaimForm, rival: ClaimForm) -> tuple[int, str]:
+    """Return where `rival` has a fixed word or prefix and `form` has none, and that."""
+    pairs = enumerate(zip(form.segments, rival.segments, strict=True))
+    return next(((at, its.word) for at, (own, its) in pairs if own.word != its.word and its.word), (0, ""))
+
+
+def _escaped(slot: str, name: str) -> str:
+    """Return `name` without the characters that patterns are made of; a path stays as it is."""
+    if slot == _PATH:
+        return name
+    return name.replace("%", "%25").replace("/", "%2F").replace("=", "%3D")
