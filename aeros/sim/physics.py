@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from typing import Any, Final, Protocol
+from typing import Any, Final, Protocol, TypedDict, Unpack
 
 from aeros.runtime.ports import Readings
 from aeros.sim.bodies import Body, place, refuse_overlaps
@@ -49,33 +49,37 @@ class Spectator(Protocol):
         """There is nothing more to see; safe to call twice."""
 
 
+class PlantOptions(TypedDict, total=False):
+    """Options of a physics plant, all of them keywords that may be left out.
+
+    spectators: films and windows that show the world; none by default.
+    people: simulated people on scripted paths; nobody by default.
+    sensors: sensor model of each state variable that is not measured exactly and at once, by its name.
+    referee: is given the true state after every tick; nobody by default.
+    disturbance: faults, from when the clock runs; none by default.
+    bodies: bodies that stand or lie in the scene besides its own; none by default.
+    """
+
+    spectators: Sequence[Spectator]
+    people: Sequence[Person]
+    sensors: Mapping[str, SensorModel] | None
+    referee: Referee | None
+    disturbance: Undisturbed | None
+    bodies: Sequence[Body]
+
+
 class PhysicsPlant(TickingPlant):
     """A scene in motion.  Its clock starts at 0 when everything put into the scene rests.
 
-    spectators: who looks on.
-    people: who walks about in it.
-    sensors: between what is true in the scene and what `observe` and the monitor get.
-    disturbance: what goes wrong once the clock runs; nothing by default.
-    bodies: what stands and lies about besides what the scene puts there.
     Raises UserError where any two bodies overlap.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        seed: int,
-        *,
-        spectators: Sequence[Spectator] = (),
-        people: Sequence[Person] = (),
-        sensors: Mapping[str, SensorModel] | None = None,
-        referee: Referee | None = None,
-        disturbance: Undisturbed | None = None,
-        bodies: Sequence[Body] = (),
-    ) -> None:
+    def __init__(self, scene: Scene, seed: int, **options: Unpack[PlantOptions]) -> None:
+        bodies, people = options.get("bodies", ()), options.get("people", ())
         self._scene = scene
-        self._spectators = spectators
-        self._referee = referee
-        self.sensors = Sensors(seed, sensors)
+        self._spectators = options.get("spectators", ())
+        self._referee = options.get("referee")
+        self.sensors = Sensors(seed, options.get("sensors"))
         self._world = World()
         robot = Panda(self._world, scene.robot)
         scene.build(self._world, robot, Chance(seed))
@@ -90,7 +94,7 @@ class PhysicsPlant(TickingPlant):
             self._world.step()
         self._world.ticks = 0
         self._people = People(self._world, robot.body, people, Chance(seed))
-        self._disturbance = disturbance or Undisturbed()
+        self._disturbance = options.get("disturbance") or Undisturbed()
         self._disturbance.attach(Stage(self._world, robot, scene, self.sensors, self._people))
         super().__init__(robot, scene.cameras)
         self._truth = Truth(0, self._fast_values())
@@ -174,29 +178,13 @@ def _spell(place: Triple) -> str:
     return f"({x:.3f}, {y:.3f}, {z:.3f}) m"
 
 
-def make_plant(
-    scene_name: str,
-    seed: int,
-    *,
-    spectators: Sequence[Spectator] = (),
-    people: Sequence[Person] = (),
-    sensors: Mapping[str, SensorModel] | None = None,
-    referee: Referee | None = None,
-    disturbance: Undisturbed | None = None,
-    bodies: Sequence[Body] = (),
-) -> PhysicsPlant:
-    """A plant with scene `scene_name`, laid out by `seed`.
+def make_plant(scene_name: str, seed: int, **options: Unpack[PlantOptions]) -> PhysicsPlant:
+    """Make a plant with scene `scene_name`, laid out by `seed`.
 
-    The same scene, people, sensors, bodies, seed and actions repeat bit for bit.  Raises KeyError for an
-    unknown scene, UserError where bodies overlap.
+    The same scene, options, seed and actions repeat bit for bit.
+
+    Raises:
+        KeyError: no scene has that name.
+        UserError: two bodies overlap.
     """
-    return PhysicsPlant(
-        SCENES[scene_name](),
-        seed,
-        spectators=spectators,
-        people=people,
-        sensors=sensors,
-        referee=referee,
-        disturbance=disturbance,
-        bodies=bodies,
-    )
+    return PhysicsPlant(SCENES[scene_name](), seed, **options)

@@ -27,7 +27,7 @@ from aeros.experiments.premises import Premises
 from aeros.experiments.trials.truth import REST, Referee, Refereed, constant
 from aeros.runtime.executor import Executor
 from aeros.runtime.ports import Ended, Plant, Runtime, StepStatus
-from aeros.sim.profile import TICK
+from aeros.sim.clock import TICK
 from aeros.sim.sensing import SensorModel
 from aeros.spec.model import Site
 

@@ -13,6 +13,7 @@ from math import cos, pi, sin
 
 from numpy.random import Generator
 
+from aeros.sim.clock import TICK
 from aeros.sim.faults.hindrance import UNHINDERED, Hindrance
 from aeros.sim.faults.model import (
     Acting,
@@ -28,7 +29,6 @@ from aeros.sim.faults.model import (
     Weaken,
 )
 from aeros.sim.geometry import Triple, plus
-from aeros.sim.profile import TICK
 from aeros.sim.scenes.scene import Through
 from aeros.sim.undisturbed import Stage
 

@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
+from aeros.sim.clock import TICK
 from aeros.sim.limits import Vector
-from aeros.sim.profile import TICK
 from aeros.sim.sensing import SensorModel
 from aeros.sim.undisturbed import Stage
 

@@ -13,6 +13,7 @@ from typing import Any, Final
 import aeros
 from aeros.runtime.ports import Triple
 from aeros.sim.channel import Channel, Process, shortest
+from aeros.sim.clock import TICK
 from aeros.sim.faults.model import (
     Acting,
     Bump,
@@ -32,7 +33,6 @@ from aeros.sim.faults.model import (
     Weaken,
 )
 from aeros.sim.people_file import person_of
-from aeros.sim.profile import TICK
 from aeros.sim.sensing import SensorModel
 from aeros.spec.declared import faults as declared
 from aeros.spec.declared.people import Person

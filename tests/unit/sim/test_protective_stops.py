@@ -21,12 +21,12 @@ from aeros.runtime.monitor import Monitors
 from aeros.runtime.trajectory import MotionDecider
 from aeros.runtime.watched import Watched
 from aeros.sim.bullet import bullet
+from aeros.sim.clock import TICK
 from aeros.sim.geometry import Triple
 from aeros.sim.kinematics import READY
 from aeros.sim.limits import Q_MAX, QD_MAX, QDD_MAX, TAU_MAX
 from aeros.sim.people import Person, Waypoint
 from aeros.sim.physics import PhysicsPlant
-from aeros.sim.profile import TICK
 from aeros.sim.robot import RobotOptions
 from aeros.sim.scenes.bare import Bare
 from aeros.sim.sensing import Truth
