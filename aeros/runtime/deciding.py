@@ -14,7 +14,7 @@ from aeros.runtime.beside import Begun
 from aeros.runtime.canonical import digest_of
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Decision, Verdict
-from aeros.runtime.gate import Gate
+from aeros.runtime.gate_port import Gate
 from aeros.runtime.grounds import causes_of_denial
 from aeros.runtime.history import Histories
 from aeros.runtime.merging import Companion, companions_of

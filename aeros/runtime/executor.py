@@ -30,7 +30,7 @@ from aeros.runtime.audit import AuditError, AuditLog, DecisionCounts
 from aeros.runtime.canonical import restored
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.deciding import Deciding
-from aeros.runtime.gate import Gate
+from aeros.runtime.gate_port import Gate
 from aeros.runtime.governor import Command, Fixed, Governor
 from aeros.runtime.grounds import cause_of_stop
 from aeros.runtime.holding import Hold

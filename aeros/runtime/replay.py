@@ -26,7 +26,7 @@ from aeros.runtime.beside import Begun
 from aeros.runtime.canonical import Unencodable, canonical, restored
 from aeros.runtime.configuration import Configuration, Configurations, UnknownConfigurationError
 from aeros.runtime.decision import Caller, Decision, Verdict
-from aeros.runtime.gate import Gate, GateDisagreementError, GateMode
+from aeros.runtime.gate import CompiledGate, GateDisagreementError, GateMode
 from aeros.runtime.grounds import causes_of_denial
 from aeros.runtime.merging import Companion, companions_of
 from aeros.runtime.ports import Readings
@@ -65,7 +65,7 @@ class _Governing:
     """A configuration, and what decides under it."""
 
     configuration: Configuration
-    gate: Gate
+    gate: CompiledGate
     motions: MotionDecider
 
 
@@ -150,7 +150,7 @@ class Replay:
             found = self.known(digest)
         except UnknownConfigurationError as unknown:
             return f"it was decided under the configuration {digest}, and {unknown}"
-        return _Governing(found, Gate(found, self.mode), MotionDecider(found.site.motion))
+        return _Governing(found, CompiledGate(found, self.mode), MotionDecider(found.site.motion))
 
     def _follow(self, record: Record) -> None:
         self._govern(record)

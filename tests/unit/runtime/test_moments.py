@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.gate import Gate
+from aeros.runtime.gate import CompiledGate
 from aeros.runtime.observation import Sight
 from aeros.runtime.ports import Moment, Names, Reading
 from aeros.runtime.told_readings import ReadingsTeller, told_readings
@@ -41,7 +41,7 @@ def _moment(values: dict[str, Any], order: Names = _ORDER, time: Any = NOW) -> M
 
 def test_the_gate_decides_moments_as_readings_one_by_one() -> None:
     chance = Random(11)  # noqa: S311 - a test, the same every time
-    afresh = Gate(configuration())
+    afresh = CompiledGate(configuration())
     fewer = Names(set(STATE) - {"wind"})
     more = Names({*STATE, "mood"})
     allowed = 0
