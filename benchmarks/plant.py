@@ -39,7 +39,7 @@ from aeros.agent.loop import awake
 from aeros.agent.memory import Memory
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate
 from aeros.runtime.monitor import Monitors
 from aeros.runtime.ports import Plant

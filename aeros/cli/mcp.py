@@ -39,7 +39,7 @@ from aeros.runtime.bus.samples import FILE as SAMPLES
 from aeros.runtime.bus.samples import Samples
 from aeros.runtime.bus.watched_plant import WatchedPlant
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate
 from aeros.runtime.registry.live import ask
 from aeros.runtime.registry.registry import Registry

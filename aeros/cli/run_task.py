@@ -30,7 +30,7 @@ from aeros.runtime.bus.feed import Feed
 from aeros.runtime.bus.samples import FILE as SAMPLES
 from aeros.runtime.bus.samples import Samples
 from aeros.runtime.bus.watched_plant import WatchedPlant
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.governor import Command, Governor
 from aeros.sim.hosting.remote import RemotePlant

@@ -22,7 +22,7 @@ from aeros.agent.report import RunReport
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.canonical import Encoded
 from aeros.runtime.configuration import configure
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.ports import BEGINNING, Head
 from aeros.runtime.skill_run import run_in_process

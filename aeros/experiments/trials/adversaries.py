@@ -29,7 +29,7 @@ from aeros.experiments.premises import Premises
 from aeros.experiments.trials.given_module import proved, written
 from aeros.experiments.trials.referee import Referee
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate
 from aeros.runtime.gate_port import Gate
 from aeros.runtime.ports import (

@@ -23,7 +23,7 @@ from aeros.experiments.premises import Premises
 from aeros.experiments.trials.task import KIND as TASKS
 from aeros.experiments.trials.task import plants_of
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate
 from aeros.runtime.ports import Runtime
 from aeros.runtime.proving import prove

@@ -33,7 +33,7 @@ from aeros.experiments.premises import Premises
 from aeros.experiments.trials.given_module import proved, written
 from aeros.experiments.trials.thompson import Chances, Session, best, forgetting, remembering
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate
 from aeros.runtime.ports import Runtime
 from aeros.spec.closed_loop.chances import with_skill_probabilities

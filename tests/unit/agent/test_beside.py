@@ -18,7 +18,7 @@ import pytest
 from aeros.agent.beside import MOST_MEMORY, MOST_SAID, Beside, LateError, ThinkingFailedError
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import configure
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.ports import Completion, Ended, Monitor, Motion, StepRequest, StepStatus
 from aeros.runtime.skill_run import run_in_process

@@ -21,7 +21,7 @@ from aeros.agent.memory import Beginning, Ending, open_memory
 from aeros.agent.world import measured_world
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate
 from aeros.runtime.proving import prove
 from aeros.runtime.replay import Replay

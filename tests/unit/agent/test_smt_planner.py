@@ -10,7 +10,7 @@ from aeros.agent.planner import Planner
 from aeros.agent.smt_planner import SmtPlanner
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import configure
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.skill_run import run_in_process
 from aeros.sim.outcomes import draw_outcome

@@ -11,7 +11,7 @@ import pytest
 
 from aeros.runtime.audit import AuditLog, verify_log
 from aeros.runtime.configuration import Configuration, only
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.ports import Plant, StepHandle, StepRequest, StepResult, StepStatus
 from aeros.runtime.replay import Replay

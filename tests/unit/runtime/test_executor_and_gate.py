@@ -12,7 +12,7 @@ import pytest
 
 from aeros.runtime.audit import AuditLog, DecisionCounts, verify_log
 from aeros.runtime.configuration import configure
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.ports import StepRequest, StepResult, StepStatus
 from aeros.runtime.skill_run import run_in_process

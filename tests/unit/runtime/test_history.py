@@ -16,7 +16,7 @@ import pytest
 
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.ports import StepRequest, StepResult, StepStatus
 from aeros.runtime.skill_run import run_in_process

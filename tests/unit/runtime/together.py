@@ -10,7 +10,7 @@ from typing import Any
 
 from aeros.runtime.audit import AuditLog, verify_log
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.governor import Governor
 from aeros.runtime.ports import StepHandle, StepRequest, StepResult

@@ -21,7 +21,7 @@ from aeros.cli.mcp_server.tools import MOST_PLANS, Tools
 from aeros.runtime.audit import AuditLog, verify_log
 from aeros.runtime.bus.watched_plant import WatchedPlant
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate
 from aeros.runtime.governor import Command, Fixed
 from aeros.runtime.isolation.opening import SkillRuns

@@ -9,7 +9,7 @@ from aeros.runtime.audit import AuditLog, verify_log
 from aeros.runtime.bus.feed import Feed
 from aeros.runtime.bus.port import Publishing
 from aeros.runtime.bus.watched_plant import WatchedPlant
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate
 from aeros.runtime.isolation.opening import SkillRuns
 from aeros.runtime.ports import Plant

@@ -12,7 +12,7 @@ import pytest
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.audit_check import Record, verify_log
 from aeros.runtime.configuration import Configuration, UnknownConfigurationError
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate
 from aeros.runtime.ports import StepRequest
 from aeros.runtime.registry.governing import Governing

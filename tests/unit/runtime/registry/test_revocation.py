@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from aeros.runtime.audit import AuditLog
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate
 from aeros.runtime.governor import Command
 from aeros.runtime.ports import Completion, Monitor, Motion, StepRequest, StepResult, StepStatus
