@@ -30,9 +30,8 @@ from aeros.runtime.gate import CompiledGate, GateDisagreementError, GateMode
 from aeros.runtime.grounds import causes_of_denial
 from aeros.runtime.merging import Companion, companions_of
 from aeros.runtime.ports import Readings
-from aeros.runtime.records import outcome_details, session_details
+from aeros.runtime.records import motion_from_json, outcome_details, session_details
 from aeros.runtime.recounting import Recount, Used, readings_of
-from aeros.runtime.stated_motion import read_motion
 from aeros.runtime.trajectory import MotionDecider
 from aeros.runtime.usage import ClockError, denied_by_clock
 from aeros.skill import Action
@@ -280,7 +279,7 @@ class Replay:
             raise _UnheldError("the motion is not the one whose digest is recorded")
         if type(told) is dict and "body" in told and told["body"] not in self._session.bodies:
             raise _UnheldError("no record before it holds the body that the motion names")
-        return read_motion(told, self._session.bodies)
+        return motion_from_json(told, self._session.bodies)
 
     # What was before.
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from typing import Any, Final, Protocol, TypedDict, Unpack
+from typing import Any, Final, NamedTuple, Protocol, TypedDict, Unpack
 
 from aeros.runtime.ports import Readings
 from aeros.sim.bodies import Body, place, refuse_overlaps
@@ -18,10 +18,9 @@ from aeros.sim.panda import Panda
 from aeros.sim.people import People, Person
 from aeros.sim.randomness import Chance
 from aeros.sim.scenes import SCENES
-from aeros.sim.scenes.scene import Scene
+from aeros.sim.scenes.scene import Scene, Through, as_it_is
 from aeros.sim.sensing import SCANNER_RANGE, SensorModel, Sensors, Truth
 from aeros.sim.ticking import LOOK_TICKS, TickingPlant
-from aeros.sim.undisturbed import Stage, Undisturbed
 from aeros.sim.world import World
 from aeros.spec.errors import UserError
 
@@ -49,6 +48,36 @@ class Spectator(Protocol):
         """There is nothing more to see; safe to call twice."""
 
 
+class PlantParts(NamedTuple):
+    """The parts of a physics plant, which a disturbance acts on."""
+
+    world: World
+    robot: Panda
+    scene: Scene
+    sensors: Sensors
+    people: People
+
+
+class NoDisturbance:
+    """The hooks that a plant offers to faults; every one does nothing, so nothing goes wrong."""
+
+    def attach(self, parts: PlantParts) -> None:
+        """Take the plant's own parts; called once, when its clock stands at 0."""
+
+    def before_tick(self) -> None:
+        """Act on the world after the motors are set and before it steps."""
+
+    def detection_filter(self, camera: str) -> Through:
+        """Return what becomes of everything in the picture that `camera` takes now."""
+        return as_it_is
+
+    def skill_began(self, skill: str) -> None:
+        """Hear that `MODULE.SKILL` begins."""
+
+    def skill_ended(self, skill: str) -> None:
+        """Hear that `MODULE.SKILL` has ended."""
+
+
 class PlantOptions(TypedDict, total=False):
     """Options of a physics plant, all of them keywords that may be left out.
 
@@ -64,7 +93,7 @@ class PlantOptions(TypedDict, total=False):
     people: Sequence[Person]
     sensors: Mapping[str, SensorModel] | None
     referee: Referee | None
-    disturbance: Undisturbed | None
+    disturbance: NoDisturbance | None
     bodies: Sequence[Body]
 
 
@@ -94,8 +123,8 @@ class PhysicsPlant(TickingPlant):
             self._world.step()
         self._world.ticks = 0
         self._people = People(self._world, robot.body, people, Chance(seed))
-        self._disturbance = options.get("disturbance") or Undisturbed()
-        self._disturbance.attach(Stage(self._world, robot, scene, self.sensors, self._people))
+        self._disturbance = options.get("disturbance") or NoDisturbance()
+        self._disturbance.attach(PlantParts(self._world, robot, scene, self.sensors, self._people))
         super().__init__(robot, scene.cameras)
         self._truth = Truth(0, self._fast_values())
         self.sensors.sample(self._truth)
@@ -129,7 +158,7 @@ class PhysicsPlant(TickingPlant):
     # Inside.
 
     def _see(self, camera: str) -> Mapping[str, Any]:
-        return self._scene.look(camera, self._disturbance.looking(camera))
+        return self._scene.look(camera, self._disturbance.detection_filter(camera))
 
     def _look(self, camera: str) -> Iterator[None]:
         picture = Truth(self._world.ticks, self._see(camera))

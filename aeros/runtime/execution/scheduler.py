@@ -92,7 +92,7 @@ class Scheduler:
 
     def _begin_ready_steps(self) -> None:
         """Begin the steps whose turn it is; their time-outs run from now on."""
-        if not self._resources.is_awaited:
+        if not self._resources.waiting:
             return
         for who in self._resources.grant():
             step = self._steps[StepHandle(who)]

@@ -29,11 +29,11 @@ from aeros.sim.faults.model import (
     Weaken,
 )
 from aeros.sim.geometry import Triple, plus
+from aeros.sim.physics import PlantParts
 from aeros.sim.scenes.scene import Through
-from aeros.sim.undisturbed import Stage
 
 
-def acting(kind: Acting, source: Generator, name: str, stage: Stage) -> Iterator[Hindrance]:
+def acting(kind: Acting, source: Generator, name: str, stage: PlantParts) -> Iterator[Hindrance]:
     """The fault, one item a tick.  `name`: of the fault, this time."""
     match kind:
         case Bump():
@@ -53,7 +53,7 @@ def acting(kind: Acting, source: Generator, name: str, stage: Stage) -> Iterator
             return iter(())
 
 
-def _bump(bump: Bump, source: Generator, stage: Stage) -> Iterator[Hindrance]:
+def _bump(bump: Bump, source: Generator, stage: PlantParts) -> Iterator[Hindrance]:
     way = _level(source) if bump.direction is None else bump.direction
     force = bump.impulse / (bump.over * TICK)
     body = stage.scene.thing(bump.thing)
