@@ -116,7 +116,9 @@ def test_a_gate_whose_ways_disagree_about_both_halts_everything(
     cart: MakeCart, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     one = cart(mode=GateMode.SHADOW, reach=asking(move()), drive=asking(roll()))
-    shadow = one.executor._pipeline._gate._shadow
+    gate = one.executor._pipeline._gate
+    assert isinstance(gate, CompiledGate)
+    shadow = gate._shadow
     assert shadow is not None
 
     def denying(*_: Any) -> Decision:
