@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from aeros.runtime.decision import Caller, Verdict
-from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.ports import Reading
 from aeros.skill import Action
 from benchmarks.command import parser_of, print_json
@@ -47,7 +47,7 @@ CORRUPTED: tuple[tuple[str, Any], ...] = (
 """Fields of an allowed request beside a person, and what stands in them instead."""
 
 
-def _aeros(gate: Gate) -> Callable[[Asked], Call]:
+def _aeros(gate: CompiledGate) -> Callable[[Asked], Call]:
     """What a runtime does for each action, with the request as a runtime has it: made before it is timed."""
 
     def prepared(asked: Asked) -> Call:
@@ -75,8 +75,8 @@ def engines(folder: Path) -> tuple[dict[str, Callable[[Asked], Call]], list[str]
     found = {
         "by hand, naive": _by_attributes(naive),
         HAND_WRITTEN: _by_attributes(careful),
-        "AEROS compiled": _aeros(Gate(proved)),
-        "AEROS z3": _aeros(Gate(proved, GateMode.Z3)),
+        "AEROS compiled": _aeros(CompiledGate(proved)),
+        "AEROS z3": _aeros(CompiledGate(proved, GateMode.Z3)),
     }
     absent = []
     for name, (module, make) in PEERS.items():

@@ -39,8 +39,8 @@ from aeros.agent.loop import awake
 from aeros.agent.memory import Memory
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate
 from aeros.runtime.monitor import Monitors
 from aeros.runtime.ports import Plant
 from aeros.runtime.proving import prove
@@ -80,7 +80,7 @@ _PARTS: Final[tuple[Part, ...]] = (
     ("plant: servoing, ticks and the rest", PhysicsPlant, ("observe",)),
     ("plant: servoing, ticks and the rest", TickingPlant, ("begin", "advance", "stop")),
     ("monitor", Monitors, ("__init__", "__call__", "watch", "forget")),
-    ("gate", Gate, ("decide", "decide_beside")),
+    ("gate", CompiledGate, ("decide", "decide_beside")),
     ("whole motions decided", MotionDecider, ("decide",)),
     ("audit record", AuditLog, ("append",)),
     ("a decision as its record has it", DecisionTeller, ("tell", "motion")),
@@ -93,7 +93,7 @@ class Prepared(NamedTuple):
     """What runs have in common."""
 
     configuration: Configuration
-    gate: Gate
+    gate: CompiledGate
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ class Found:
 def prepared() -> Prepared:
     """All modules of this repository, proved, and their gate, compiled."""
     configuration, _ = prove([Path(__file__).parents[1] / "ecms"], reference_site(), certified=True)
-    return Prepared(configuration, Gate(configuration))
+    return Prepared(configuration, CompiledGate(configuration))
 
 
 def build(common: Prepared, task: str, seed: int, people: tuple[Person, ...] = ()) -> PhysicsPlant:

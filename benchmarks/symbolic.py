@@ -28,8 +28,8 @@ from aeros.agent.loop import awake_once
 from aeros.agent.memory import Memory
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate
 from aeros.runtime.monitor import Monitors
 from aeros.runtime.proving import prove
 from aeros.runtime.skill_run import RunsOfKeptCode, SkillRun
@@ -46,7 +46,7 @@ _REST: Final = "agent, executor and the rest"
 
 _PARTS: Final[tuple[Part, ...]] = (
     ("plant", SymbolicPlant, ("__init__", "observe", "plan", "begin", "advance", "skill_ended")),
-    ("gate", Gate, ("decide",)),
+    ("gate", CompiledGate, ("decide",)),
     ("monitor", Monitors, ("__init__", "__call__", "watch", "forget")),
     ("audit record", AuditLog, ("append",)),
     ("a decision as its record has it", DecisionTeller, ("tell", "motion")),
@@ -65,7 +65,9 @@ class Measured(NamedTuple):
     wall: float
 
 
-def run_tasks(configuration: Configuration, gate: Gate, runs: int, folder: Path) -> tuple[int, int, int]:
+def run_tasks(
+    configuration: Configuration, gate: CompiledGate, runs: int, folder: Path
+) -> tuple[int, int, int]:
     """Runs that reached their goal, steps, and records; seeds are 0, 1, and so on."""
     initial = as_doubles(configuration.modules[_TASK].tasks[_TASK].initial)
     rested = SymbolicPlant(configuration.site, configuration.modules, 0, initial)
@@ -84,7 +86,7 @@ def run_tasks(configuration: Configuration, gate: Gate, runs: int, folder: Path)
     return reached, steps, records
 
 
-def measured(configuration: Configuration, gate: Gate, runs: int, parent: Path) -> Measured:
+def measured(configuration: Configuration, gate: CompiledGate, runs: int, parent: Path) -> Measured:
     """So many runs, and what they took."""
     with tempfile.TemporaryDirectory(dir=parent) as folder:
         began, began_cpu = time.perf_counter(), time.process_time()
@@ -92,10 +94,10 @@ def measured(configuration: Configuration, gate: Gate, runs: int, parent: Path) 
         return Measured(*found, time.process_time() - began_cpu, time.perf_counter() - began)
 
 
-def prepared(runs: int, parent: Path) -> tuple[Configuration, Gate]:
+def prepared(runs: int, parent: Path) -> tuple[Configuration, CompiledGate]:
     """Modules proved, a gate compiled, and all done once that is done at first use."""
     configuration, _ = prove([Path(__file__).parents[1] / "ecms"], reference_site(), certified=True)
-    gate = Gate(configuration)
+    gate = CompiledGate(configuration)
     measured(configuration, gate, min(runs, 5), parent)
     # What is there now is no garbage of any run.
     gc.freeze()

@@ -13,12 +13,14 @@ from aeros.spec.theorems.shipped import Code
 from aeros.spec.theorems.theorem import Obligation, Table
 from proofs.lifecycle_table import Known
 
-EXECUTOR: Final = "aeros.runtime.executor"
+STEP_CONTROL: Final = "aeros.runtime.execution.step_control"
+GOVERNOR: Final = "aeros.runtime.governor"
 
 
 def _begins(code: Code) -> Obligation:
     def run(ask: Ask) -> str:
-        executor = code.module(EXECUTOR)
+        governor = code.module(GOVERNOR)
+        control = code.module(STEP_CONTROL, using=(governor,))
         began: list[str] = []
         generation = Symbol("latest", ask)
 
@@ -32,24 +34,26 @@ def _begins(code: Code) -> Obligation:
         now = SimpleNamespace(
             manifest_digest=Symbol("manifest-now", ask), code_digest=Symbol("code-now", ask)
         )
-        command = executor.Command.STOP if ask("stopped") else executor.Command.RUN
-        one = executor.Executor.__new__(executor.Executor)
-        one._governor = SimpleNamespace(generation=generation, command=command, acting=acting)
-        one._configuration = SimpleNamespace(modules=Known(ask, "active", now))
+        command = governor.Command.STOP if ask("stopped") else governor.Command.RUN
+        followed = governor.FollowedConfiguration.__new__(governor.FollowedConfiguration)
+        followed._governor = SimpleNamespace(generation=generation, acting=acting)
+        followed.configuration = SimpleNamespace(modules=Known(ask, "active", now))
+        followed.follow = lambda: Symbol("followed", ask)
+        followed._is_moving = lambda: ask("moving")
+        followed._held = None
+        one = control.StepControl.__new__(control.StepControl)
+        one._governor, one._followed = SimpleNamespace(command=command), followed
         looks = iter(("unheld", "unheld-now"))
-        one._acting = None
-        one._unheld = lambda _: "ending" if ask(next(looks)) else None
-        one._is_held_back = lambda: ask("held-back")
-        one._follow = lambda: Symbol("followed", ask)
-        one._is_moving = lambda: ask("moving")
-        one._act_now = lambda *_: began.append("begins")
+        one._check_hold_condition = lambda _: "ending" if ask(next(looks)) else None
+        one.actions_are_paused = lambda: ask("held-back")
+        one._decide_and_begin = lambda *_: began.append("begins")
         step = SimpleNamespace(ecm=ecm, asked="action" if ask("asked-before") else None)
 
         def resume(_: Any) -> Any:
             step.asked = "action"
 
-        one._resume = resume
-        one._act(step)
+        one._resume_skill = resume
+        one.run_skill(step)
         return literal(bool(began))
 
     flags = (
@@ -64,9 +68,9 @@ def _begins(code: Code) -> Obligation:
     )
     numbers = ("latest", "followed", "manifest", "manifest-now", "code", "code-now")
     return Obligation(
-        "`Executor._act` begins an action only where the module is in force with the same manifest and\n"
-        "code, nobody stops it, what it is to be held to is measured, and the configuration followed is the\n"
-        "latest: asked while it holds the lock.",
+        "`StepControl.run_skill` begins an action only where the module is in force with the same manifest\n"
+        "and code, nobody stops it, what it is to be held to is measured, and the configuration followed is\n"
+        "the latest: asked while it holds the lock.",
         (
             *(f"(declare-const {one} Bool)" for one in flags),
             *(f"(declare-const {one} Int)" for one in numbers),
@@ -79,24 +83,24 @@ def _begins(code: Code) -> Obligation:
 
 def _follows(code: Code) -> Obligation:
     def run(ask: Ask) -> str:
-        executor = code.module(EXECUTOR, session_details=lambda _: {}, capacities_of=lambda _: {})
-        one = executor.Executor.__new__(executor.Executor)
+        governor = code.module(GOVERNOR)
         new = SimpleNamespace(digest=Symbol("digest-new", ask), site=None)
-        one._generation = Symbol("followed", ask) if ask("follows-one") else None
-        one._configuration = SimpleNamespace(digest=Symbol("digest-old", ask))
-        one._governor = SimpleNamespace(
-            generation=Symbol("latest", ask), configuration=lambda: (Symbol("told", ask), new)
+        one = governor.FollowedConfiguration(
+            SimpleNamespace(digest=Symbol("digest-old", ask)),
+            SimpleNamespace(
+                generation=Symbol("latest", ask), configuration=lambda: (Symbol("told", ask), new)
+            ),
+            is_moving=lambda: ask("moving"),
+            switch=lambda _: None,
+            record=lambda _: None,
         )
-        one._is_moving = lambda: ask("moving")
-        one._deciding = SimpleNamespace(follow=lambda _: None)
-        one._resources = SimpleNamespace(under=lambda _: None)
-        one._audit = SimpleNamespace(append=lambda *_: 0)
-        followed = one._follow()
-        return application("following", followed.term, literal(one._configuration is new))
+        one.generation = Symbol("followed", ask) if ask("follows-one") else None
+        followed = one.follow()
+        return application("following", followed.term, literal(one.configuration is new))
 
     return Obligation(
-        "`Executor._follow` takes another configuration over only while nothing moves, with the generation\n"
-        "that it was told with it; else it goes on with the one that it had.",
+        "`FollowedConfiguration.follow` takes another configuration over only while nothing moves, with the\n"
+        "generation that it was told with it; else it goes on with the one that it had.",
         (
             "(declare-datatypes ((Following 0)) (((following (generation Int) (another Bool)))))",
             *(

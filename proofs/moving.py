@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from aeros.runtime.decision import Verdict
+from aeros.runtime.governor import Command
 from aeros.runtime.ports import Completion, StepStatus
 from aeros.runtime.skill_run import Ending
 from aeros.spec.theorems.exploring import Ask, explore
@@ -13,7 +14,10 @@ from aeros.spec.theorems.formulas import literal
 from aeros.spec.theorems.shipped import Code
 from aeros.spec.theorems.theorem import Obligation, Table
 
-EXECUTOR: Final = "aeros.runtime.executor"
+STEP: Final = "aeros.runtime.step"
+CLEAN_UP: Final = "aeros.runtime.execution.clean_up"
+STEP_CONTROL: Final = "aeros.runtime.execution.step_control"
+SCHEDULER: Final = "aeros.runtime.execution.scheduler"
 
 _NAMES: Final = ("one", "other")
 _DEEDS: Final = ("act", "advance", "halt", "stop-all", "break-off")
@@ -60,12 +64,13 @@ def tells_all(code: Code) -> Obligation:
     """With who decides, the record, resources and skills put aside."""
 
     def run(ask: Ask) -> str:
-        executor = code.module(
-            EXECUTOR,
-            may_pass=lambda *_: False,
-            spell_reasons=lambda _: "",
-            caller_details=lambda _: {},
-            cause_of_stop=lambda *_: None,
+        steps = code.module(STEP)
+        clean_up = code.module(CLEAN_UP, using=(steps,), caller_details=lambda _: {})
+        step_control = code.module(
+            STEP_CONTROL, using=(steps, clean_up), may_pass=lambda *_: False, spell_reasons=lambda _: ""
+        )
+        scheduler = code.module(
+            SCHEDULER, using=(steps, clean_up, step_control), cause_of_stop=lambda *_: None
         )
         plant = _Plant(ask, {name for name in _NAMES if ask(f"{name}.moves")})
         before = set(plant.moving)
@@ -85,18 +90,24 @@ def tells_all(code: Code) -> Obligation:
                 ends_others=ask("ends-others"),
             )
 
-        one = executor.Executor.__new__(executor.Executor)
-        one._plant, one._acting, one._held_to, one._results = plant, None, {}, {}
-        one._audit = SimpleNamespace(append=lambda *_: 0)
-        one._governor = SimpleNamespace(command=executor.Command.RUN)
-        one._resources = SimpleNamespace(release=lambda _: None)
-        one._configuration = SimpleNamespace(site=None)
+        table = steps.StepTable()
+        table.steps = {name: _step(steps, name, name in plant.moving, ask) for name in _NAMES}
         monitors = SimpleNamespace(watch=lambda _: None, forget=lambda _: None, violation=None)
-        one._deciding = SimpleNamespace(decide=decide, executed=lambda _: None, monitors=monitors)
-        one._steps = {name: _step(executor, name, name in plant.moving, ask) for name in _NAMES}
+        context = clean_up.ExecutionContext(
+            table,
+            plant,
+            audit=SimpleNamespace(append=lambda *_: 0),
+            resources=SimpleNamespace(release=lambda _: None),
+            pipeline=SimpleNamespace(decide=decide, executed=lambda _: None, monitors=monitors),
+            governor=SimpleNamespace(command=Command.RUN),
+            followed=SimpleNamespace(configuration=SimpleNamespace(site=None), release=lambda: None),
+        )
+        cleaning = clean_up.CleanUp(context)
+        control = step_control.StepControl(context, cleaning)
+        one = _Parts(table, cleaning, control, scheduler.Scheduler(context, cleaning, control))
         *most, last = _DEEDS
         _do(one, next((deed for deed in most if ask(f"(= deed {deed})")), last))
-        after = {step.under_way.motion for step in one._steps.values() if step.under_way is not None}
+        after = {step.under_way.motion for step in table.steps.values() if step.under_way is not None}
         return literal(told == before and after == plant.moving)
 
     flags = (
@@ -123,10 +134,19 @@ def tells_all(code: Code) -> Obligation:
     )
 
 
-def _step(executor: Any, name: str, moves: bool, ask: Ask) -> Any:
+class _Parts(NamedTuple):
+    """The parts of an executor."""
+
+    table: Any
+    clean_up: Any
+    control: Any
+    scheduler: Any
+
+
+def _step(steps: Any, name: str, moves: bool, ask: Ask) -> Any:
     """A step that has begun; one that comes to rest has an ending."""
     halts = moves and ask(f"{name}.halts")
-    under_way = executor.UnderWay(name, None, None, halts) if moves else None
+    under_way = steps.UnderWay(name, None, None, halts) if moves else None
     return SimpleNamespace(
         caller=None,
         name=name,
@@ -137,21 +157,21 @@ def _step(executor: Any, name: str, moves: bool, ask: Ask) -> Any:
         under_way=under_way,
         ending=_ENDING if halts else None,
         may_pass=False,
-        counts=executor.DecisionCounts(),
+        counts=steps.DecisionCounts(),
         close=lambda: None,
     )
 
 
-def _do(executor: Any, deed: str) -> None:
+def _do(executor: _Parts, deed: str) -> None:
     """Do it where it may be: a step that moves nothing acts, and time goes on for what moves."""
-    step = executor._steps["one"]
+    step = executor.table.steps["one"]
     if deed == "act" and step.under_way is None:
-        executor._act_now(step, SimpleNamespace(kind=""))
-    elif deed == "advance" and executor._is_moving():
-        executor._advance(1.0)
+        executor.control._decide_and_begin(step, SimpleNamespace(kind=""))
+    elif deed == "advance" and executor.table.is_moving():
+        executor.scheduler._advance_plant(1.0)
     elif deed == "halt":
-        executor._halt("one", _ENDING)
+        executor.clean_up.halt_step("one", _ENDING)
     elif deed == "stop-all":
-        executor._stop_all("")
+        executor.clean_up.stop_all("")
     elif deed == "break-off":
-        executor._break_off(ValueError())
+        executor.clean_up.clean_up_all(ValueError())

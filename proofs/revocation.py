@@ -368,7 +368,7 @@ def _transitions(programs: Mapping[str, Program]) -> dict[str, str]:
         )
         for who in _LOOKERS
     }
-    # `Executor._follow` takes over what it was told while nothing moves: see `following`.
+    # `FollowedConfiguration.follow` takes over what it was told while nothing moves: see `following`.
     follows = _ends("look", followed["look"], {"act.followed": "look.policy-1"}, "(= act.pc 0)")
     return {**moves, "end": disjunction([*ends, _ends("act", "true", {}), follows])}
 

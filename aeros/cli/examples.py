@@ -10,7 +10,7 @@ from fractions import Fraction
 from typing import Any
 
 from aeros.runtime.decision import Verdict
-from aeros.runtime.gate import Gate
+from aeros.runtime.gate_port import Gate
 from aeros.runtime.requests import decide_line, request_json
 from aeros.skill import Action
 from aeros.spec.doubles import neighbours

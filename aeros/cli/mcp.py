@@ -39,8 +39,8 @@ from aeros.runtime.bus.samples import FILE as SAMPLES
 from aeros.runtime.bus.samples import Samples
 from aeros.runtime.bus.watched_plant import WatchedPlant
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate
 from aeros.runtime.registry.live import ask
 from aeros.runtime.registry.registry import Registry
 from aeros.spec.diagnostics import did_you_mean
@@ -151,7 +151,7 @@ def _parts(
         open_plant(arguments.plant, configuration, routed.task, arguments.seed) as plant,
         Executor(
             configuration,
-            Gate(configuration),
+            CompiledGate(configuration),
             WatchedPlant(WatchedPlant(plant, samples), heard),
             audit,
             skills,

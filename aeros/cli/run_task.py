@@ -30,8 +30,8 @@ from aeros.runtime.bus.feed import Feed
 from aeros.runtime.bus.samples import FILE as SAMPLES
 from aeros.runtime.bus.samples import Samples
 from aeros.runtime.bus.watched_plant import WatchedPlant
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.governor import Command, Governor
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.spec.model import Clause
@@ -78,7 +78,7 @@ def run_task(staged: Staged, meant: Meant) -> Exit:
     ):
         sampled = WatchedPlant(opened, samples)
         plant = sampled if feed is None else WatchedPlant(sampled, feed)
-        gate = Gate(configuration, GateMode(arguments.gate))
+        gate = CompiledGate(configuration, GateMode(arguments.gate))
         with (
             Interruptible(meant.governor) as governed,
             Executor(

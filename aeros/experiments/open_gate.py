@@ -7,21 +7,28 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 from aeros.runtime.beside import Begun
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Decision, Verdict
-from aeros.runtime.gate import Gate
+from aeros.runtime.gate_port import Gate
 from aeros.runtime.ports import Readings
+from aeros.runtime.watched import Watched
 from aeros.skill import Action
 
 
 class OpenGate(Gate):
-    """Allows every action as it is asked for, beside whatever is under way."""
+    """A gate that allows every action as it is asked for, whatever is under way."""
 
     def __init__(self, configuration: Configuration) -> None:
         # Nothing is compiled, as nothing is decided.
         self._site = configuration.site
+
+    @cached_property
+    def watched(self) -> Watched:
+        """See `Gate`."""
+        return Watched(self._site)
 
     def under(self, configuration: Configuration) -> OpenGate:
         """See `Gate`."""
@@ -30,13 +37,13 @@ class OpenGate(Gate):
     def decide(
         self, caller: Caller, readings: Readings, action: Action, now: float, usage: Mapping[str, int]
     ) -> Decision:
-        """ALLOW."""
+        """Allow the action as it is."""
         return Decision(Verdict.ALLOW, action, ())
 
     def decide_beside(
         self, decision: Decision, readings: Readings, now: float, others: Sequence[Begun]
     ) -> Decision:
-        """As it was."""
+        """Return `decision` as it is."""
         return decision
 
 

@@ -14,7 +14,8 @@ import aeros
 from aeros.agent.routing import Routed
 from aeros.experiments.environment import releases
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.gate import Gate
+from aeros.runtime.gate import CompiledGate
+from aeros.runtime.gate_port import Gate
 from aeros.runtime.proving import prove
 from aeros.runtime.skill_run import RunsOfKeptCode
 from aeros.spec.diagnostics import Diagnostic, did_you_mean
@@ -85,7 +86,7 @@ def premises_of(where: Where) -> Premises:
     site = reference_site() if where.site is None else Path(where.site)
     configuration, _ = prove([Path(where.ecms)], site, certified=True)
     digest = hashlib.sha256(f"{configuration.digest} {code_digest()} {releases()}".encode()).hexdigest()
-    return Premises(where, configuration, Gate(configuration), RunsOfKeptCode(), digest)
+    return Premises(where, configuration, CompiledGate(configuration), RunsOfKeptCode(), digest)
 
 
 @cache

@@ -14,15 +14,14 @@ from aeros.runtime.beside import Begun
 from aeros.runtime.canonical import digest_of
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Decision, Verdict
-from aeros.runtime.gate import Gate
+from aeros.runtime.gate_port import Gate
 from aeros.runtime.grounds import causes_of_denial
 from aeros.runtime.history import Histories
 from aeros.runtime.merging import Companion, companions_of
 from aeros.runtime.monitor import Monitors
 from aeros.runtime.ports import Plan, Plant, Readings, Trajectory
-from aeros.runtime.records import DecisionRecord
+from aeros.runtime.records import DecisionRecord, body_to_json
 from aeros.runtime.recounting import Recount
-from aeros.runtime.stated_motion import told_body
 from aeros.runtime.step import UnderWay
 from aeros.runtime.told_decisions import DecisionTeller
 from aeros.runtime.trajectory import MotionDecider
@@ -145,7 +144,7 @@ class Deciding:
     def _record_body(self, body: object) -> str:
         """The digest by which records name the body, which is in the record from then on."""
         if self._body is None or body is not self._body[0]:
-            told = told_body(body)
+            told = body_to_json(body)
             digest = digest_of(told)
             if self._body is None or digest != self._body[1]:
                 self._audit.append("body", {"body": told})

@@ -15,7 +15,7 @@ from typing import Any
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Decision, Verdict
 from aeros.runtime.form import Scalars, check_now, forms_of
-from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.intake import request_fault, take_given, take_readings
 from aeros.runtime.ports import Readings
 from aeros.skill import Action
@@ -75,7 +75,7 @@ class Explainer:
     """Explains the decisions of the gate of one configuration."""
 
     def __init__(self, configuration: Configuration, mode: GateMode) -> None:
-        self.gate = Gate(configuration, mode)
+        self.gate = CompiledGate(configuration, mode)
         self._configuration = configuration
         self._relies_on_proof = mode is GateMode.COMPILED
         self._state = forms_of(configuration.site.observed)

@@ -28,6 +28,7 @@ from aeros.runtime.conditions import CompiledCondition, Condition, SolverConditi
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Decision, Reason, Verdict
 from aeros.runtime.form import Form, Scalars, check_now, forms_of
+from aeros.runtime.gate_port import Gate
 from aeros.runtime.intake import as_executed, request_fault, take_given, take_readings
 from aeros.runtime.layers import finite_objections
 from aeros.runtime.moments import MomentTaker
@@ -62,8 +63,8 @@ class GateDisagreementError(InternalError):
     """The compiled gate and Z3 decided differently; nothing may move until somebody has looked."""
 
 
-class Gate:
-    """Decides actions under one configuration."""
+class CompiledGate(Gate):
+    """A gate that is compiled from the policy of a site and what is proved of its modules."""
 
     def __init__(self, configuration: Configuration, mode: GateMode = GateMode.COMPILED) -> None:
         self._site = configuration.site
@@ -77,9 +78,9 @@ class Gate:
         """What monitors watch of the actions it has decided; compiled always, whatever its mode."""
         return Watched(self._site)
 
-    def under(self, configuration: Configuration) -> Gate:
-        """A gate of the same mode for another configuration."""
-        return Gate(configuration, self._mode)
+    def under(self, configuration: Configuration) -> CompiledGate:
+        """Make a gate of the same mode for another configuration."""
+        return CompiledGate(configuration, self._mode)
 
     def decide(
         self, caller: Caller, readings: Readings, action: Action, now: float, usage: Mapping[str, int]

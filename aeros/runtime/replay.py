@@ -26,13 +26,12 @@ from aeros.runtime.beside import Begun
 from aeros.runtime.canonical import Unencodable, canonical, restored
 from aeros.runtime.configuration import Configuration, Configurations, UnknownConfigurationError
 from aeros.runtime.decision import Caller, Decision, Verdict
-from aeros.runtime.gate import Gate, GateDisagreementError, GateMode
+from aeros.runtime.gate import CompiledGate, GateDisagreementError, GateMode
 from aeros.runtime.grounds import causes_of_denial
 from aeros.runtime.merging import Companion, companions_of
 from aeros.runtime.ports import Readings
-from aeros.runtime.records import outcome_details, session_details
+from aeros.runtime.records import motion_from_json, outcome_details, session_details
 from aeros.runtime.recounting import Recount, Used, readings_of
-from aeros.runtime.stated_motion import read_motion
 from aeros.runtime.trajectory import MotionDecider
 from aeros.runtime.usage import ClockError, denied_by_clock
 from aeros.skill import Action
@@ -65,7 +64,7 @@ class _Governing:
     """A configuration, and what decides under it."""
 
     configuration: Configuration
-    gate: Gate
+    gate: CompiledGate
     motions: MotionDecider
 
 
@@ -150,7 +149,7 @@ class Replay:
             found = self.known(digest)
         except UnknownConfigurationError as unknown:
             return f"it was decided under the configuration {digest}, and {unknown}"
-        return _Governing(found, Gate(found, self.mode), MotionDecider(found.site.motion))
+        return _Governing(found, CompiledGate(found, self.mode), MotionDecider(found.site.motion))
 
     def _follow(self, record: Record) -> None:
         self._govern(record)
@@ -280,7 +279,7 @@ class Replay:
             raise _UnheldError("the motion is not the one whose digest is recorded")
         if type(told) is dict and "body" in told and told["body"] not in self._session.bodies:
             raise _UnheldError("no record before it holds the body that the motion names")
-        return read_motion(told, self._session.bodies)
+        return motion_from_json(told, self._session.bodies)
 
     # What was before.
 

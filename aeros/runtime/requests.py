@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from aeros.runtime.decision import Caller, Decision, Reason, Verdict
 from aeros.runtime.explaining import Clause, Explainer, Explanation, unreadable
-from aeros.runtime.gate import Gate
+from aeros.runtime.gate_port import Gate
 from aeros.runtime.ports import Reading
 from aeros.skill import Action
 

@@ -18,12 +18,15 @@ from aeros.spec.errors import MisuseError
 
 
 class Resources:
-    """What is held and who waits, each by a number; no clock and no threads of its own."""
+    """What is held and who waits, each by a number; no clock and no threads of its own.
+
+    waiting: what each of those who wait needs, in the order in which they asked.
+    """
 
     def __init__(self, capacities: Mapping[str, int]) -> None:
         self._capacities = dict(capacities)
         self._held: dict[int, frozenset[str]] = {}
-        self._waiting: dict[int, frozenset[str]] = {}
+        self.waiting: dict[int, frozenset[str]] = {}
 
     def under(self, capacities: Mapping[str, int]) -> None:
         """Other capacities from now on; what is held stays held."""
@@ -35,36 +38,31 @@ class Resources:
 
     def ask(self, who: int, needs: Collection[str]) -> None:
         """Wait for one of each of `needs`."""
-        if who in self._held or who in self._waiting:
+        if who in self._held or who in self.waiting:
             raise MisuseError(f"{who} has asked before")
-        self._waiting[who] = frozenset(needs)
-
-    @property
-    def is_awaited(self) -> bool:
-        """Whether anybody waits."""
-        return bool(self._waiting)
+        self.waiting[who] = frozenset(needs)
 
     def grant(self) -> list[int]:
         """Those whose turn it is, in the order they asked in; they hold what they need from now on."""
-        if not self._waiting:
+        if not self.waiting:
             return []
         free = Counter(self._capacities)
         free.subtract(name for needs in self._held.values() for name in needs)
         awaited: set[str] = set()
         granted = []
-        for who, needs in list(self._waiting.items()):
+        for who, needs in list(self.waiting.items()):
             if needs & awaited or any(free[name] < 1 for name in needs):
                 awaited |= needs
                 continue
             free.subtract(needs)
-            self._held[who] = self._waiting.pop(who)
+            self._held[who] = self.waiting.pop(who)
             granted.append(who)
         return granted
 
     def release(self, who: int) -> None:
         """`who` holds nothing any more and waits for nothing; safe to call twice."""
         self._held.pop(who, None)
-        self._waiting.pop(who, None)
+        self.waiting.pop(who, None)
 
     def held(self, name: str) -> int:
         """How many of `name` are held."""

@@ -15,8 +15,13 @@ from typing import Any, Final
 from aeros.runtime.canonical import MARKS, MOST_SIZE, Encoded, encoded
 from aeros.runtime.decision import Caller, Decision, Verdict
 from aeros.runtime.ports import Motionless, Plan
-from aeros.runtime.records import DecisionRecord, caller_details, decision_details, motion_details
-from aeros.runtime.stated_motion import told_motion
+from aeros.runtime.records import (
+    DecisionRecord,
+    caller_details,
+    decision_details,
+    motion_details,
+    motion_to_json,
+)
 from aeros.runtime.told_readings import ReadingsTeller
 from aeros.skill import Action
 
@@ -46,12 +51,12 @@ class DecisionTeller:
         self._motionless: tuple[Plan, Mapping[str, Any]] | None = None
 
     def motion(self, plan: Plan, body: str, gated: Decision, decision: Decision) -> Mapping[str, Any]:
-        """`motion_details` of what a plant said; `body` as in `told_motion`."""
+        """`motion_details` of what a plant said; `body` as in `motion_to_json`."""
         if type(plan) is not Motionless or type(plan.why) is not str or decision is not gated:
-            return motion_details(gated, decision, told_motion(plan, body))
+            return motion_details(gated, decision, motion_to_json(plan, body))
         # It never changes, and a plant without a body says nothing else.
         if self._motionless is None or plan is not self._motionless[0]:
-            self._motionless = plan, motion_details(gated, decision, told_motion(plan, body))
+            self._motionless = plan, motion_details(gated, decision, motion_to_json(plan, body))
         return self._motionless[1]
 
     def tell(self, one: DecisionRecord) -> Mapping[str, Any] | Encoded:

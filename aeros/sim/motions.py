@@ -18,6 +18,7 @@ import numpy as np
 
 from aeros.runtime.ports import Motionless, Path, Plan, Servo, Trajectory
 from aeros.sim.body import PANDA
+from aeros.sim.clock import TICK
 from aeros.sim.geometry import Triple
 from aeros.sim.kinematics import track
 from aeros.sim.limits import (
@@ -35,7 +36,6 @@ from aeros.sim.profile import (
     ACCELERATION_TO_MEAN,
     JERK_TO_MEAN,
     PEAK_TO_MEAN,
-    TICK,
     JointProfile,
     UnreachableError,
     joint_profile,

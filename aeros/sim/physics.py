@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from typing import Any, Final, Protocol
+from typing import Any, Final, NamedTuple, Protocol, TypedDict, Unpack
 
 from aeros.runtime.ports import Readings
 from aeros.sim.bodies import Body, place, refuse_overlaps
@@ -18,10 +18,9 @@ from aeros.sim.panda import Panda
 from aeros.sim.people import People, Person
 from aeros.sim.randomness import Chance
 from aeros.sim.scenes import SCENES
-from aeros.sim.scenes.scene import Scene
+from aeros.sim.scenes.scene import Scene, Through, as_it_is
 from aeros.sim.sensing import SCANNER_RANGE, SensorModel, Sensors, Truth
 from aeros.sim.ticking import LOOK_TICKS, TickingPlant
-from aeros.sim.undisturbed import Stage, Undisturbed
 from aeros.sim.world import World
 from aeros.spec.errors import UserError
 
@@ -49,33 +48,67 @@ class Spectator(Protocol):
         """There is nothing more to see; safe to call twice."""
 
 
+class PlantParts(NamedTuple):
+    """The parts of a physics plant, which a disturbance acts on."""
+
+    world: World
+    robot: Panda
+    scene: Scene
+    sensors: Sensors
+    people: People
+
+
+class NoDisturbance:
+    """The hooks that a plant offers to faults; every one does nothing, so nothing goes wrong."""
+
+    def attach(self, parts: PlantParts) -> None:
+        """Take the plant's own parts; called once, when its clock stands at 0."""
+
+    def before_tick(self) -> None:
+        """Act on the world after the motors are set and before it steps."""
+
+    def detection_filter(self, camera: str) -> Through:
+        """Return what becomes of everything in the picture that `camera` takes now."""
+        return as_it_is
+
+    def skill_began(self, skill: str) -> None:
+        """Hear that `MODULE.SKILL` begins."""
+
+    def skill_ended(self, skill: str) -> None:
+        """Hear that `MODULE.SKILL` has ended."""
+
+
+class PlantOptions(TypedDict, total=False):
+    """Options of a physics plant, all of them keywords that may be left out.
+
+    spectators: films and windows that show the world; none by default.
+    people: simulated people on scripted paths; nobody by default.
+    sensors: sensor model of each state variable that is not measured exactly and at once, by its name.
+    referee: is given the true state after every tick; nobody by default.
+    disturbance: faults, from when the clock runs; none by default.
+    bodies: bodies that stand or lie in the scene besides its own; none by default.
+    """
+
+    spectators: Sequence[Spectator]
+    people: Sequence[Person]
+    sensors: Mapping[str, SensorModel] | None
+    referee: Referee | None
+    disturbance: NoDisturbance | None
+    bodies: Sequence[Body]
+
+
 class PhysicsPlant(TickingPlant):
     """A scene in motion.  Its clock starts at 0 when everything put into the scene rests.
 
-    spectators: who looks on.
-    people: who walks about in it.
-    sensors: between what is true in the scene and what `observe` and the monitor get.
-    disturbance: what goes wrong once the clock runs; nothing by default.
-    bodies: what stands and lies about besides what the scene puts there.
     Raises UserError where any two bodies overlap.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        seed: int,
-        *,
-        spectators: Sequence[Spectator] = (),
-        people: Sequence[Person] = (),
-        sensors: Mapping[str, SensorModel] | None = None,
-        referee: Referee | None = None,
-        disturbance: Undisturbed | None = None,
-        bodies: Sequence[Body] = (),
-    ) -> None:
+    def __init__(self, scene: Scene, seed: int, **options: Unpack[PlantOptions]) -> None:
+        bodies, people = options.get("bodies", ()), options.get("people", ())
         self._scene = scene
-        self._spectators = spectators
-        self._referee = referee
-        self.sensors = Sensors(seed, sensors)
+        self._spectators = options.get("spectators", ())
+        self._referee = options.get("referee")
+        self.sensors = Sensors(seed, options.get("sensors"))
         self._world = World()
         robot = Panda(self._world, scene.robot)
         scene.build(self._world, robot, Chance(seed))
@@ -90,8 +123,8 @@ class PhysicsPlant(TickingPlant):
             self._world.step()
         self._world.ticks = 0
         self._people = People(self._world, robot.body, people, Chance(seed))
-        self._disturbance = disturbance or Undisturbed()
-        self._disturbance.attach(Stage(self._world, robot, scene, self.sensors, self._people))
+        self._disturbance = options.get("disturbance") or NoDisturbance()
+        self._disturbance.attach(PlantParts(self._world, robot, scene, self.sensors, self._people))
         super().__init__(robot, scene.cameras)
         self._truth = Truth(0, self._fast_values())
         self.sensors.sample(self._truth)
@@ -125,7 +158,7 @@ class PhysicsPlant(TickingPlant):
     # Inside.
 
     def _see(self, camera: str) -> Mapping[str, Any]:
-        return self._scene.look(camera, self._disturbance.looking(camera))
+        return self._scene.look(camera, self._disturbance.detection_filter(camera))
 
     def _look(self, camera: str) -> Iterator[None]:
         picture = Truth(self._world.ticks, self._see(camera))
@@ -174,29 +207,13 @@ def _spell(place: Triple) -> str:
     return f"({x:.3f}, {y:.3f}, {z:.3f}) m"
 
 
-def make_plant(
-    scene_name: str,
-    seed: int,
-    *,
-    spectators: Sequence[Spectator] = (),
-    people: Sequence[Person] = (),
-    sensors: Mapping[str, SensorModel] | None = None,
-    referee: Referee | None = None,
-    disturbance: Undisturbed | None = None,
-    bodies: Sequence[Body] = (),
-) -> PhysicsPlant:
-    """A plant with scene `scene_name`, laid out by `seed`.
+def make_plant(scene_name: str, seed: int, **options: Unpack[PlantOptions]) -> PhysicsPlant:
+    """Make a plant with scene `scene_name`, laid out by `seed`.
 
-    The same scene, people, sensors, bodies, seed and actions repeat bit for bit.  Raises KeyError for an
-    unknown scene, UserError where bodies overlap.
+    The same scene, options, seed and actions repeat bit for bit.
+
+    Raises:
+        KeyError: no scene has that name.
+        UserError: two bodies overlap.
     """
-    return PhysicsPlant(
-        SCENES[scene_name](),
-        seed,
-        spectators=spectators,
-        people=people,
-        sensors=sensors,
-        referee=referee,
-        disturbance=disturbance,
-        bodies=bodies,
-    )
+    return PhysicsPlant(SCENES[scene_name](), seed, **options)

@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 
 from aeros.runtime.ports import Path
+from aeros.sim.clock import TICK
 from aeros.sim.kinematics import forward, solve, solve_one
 from aeros.sim.limits import (
     QD_MAX,
@@ -25,9 +26,6 @@ from aeros.sim.limits import (
     YAW_SPEED_MAX,
     Vector,
 )
-
-TICK: Final = 1.0 / 240.0
-"""Control and simulation period, s."""
 
 PEAK_TO_MEAN: Final = 1.875
 """Peak over mean speed of the minimum-jerk profile."""

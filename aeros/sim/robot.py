@@ -17,10 +17,10 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from aeros.sim.clock import TICK
 from aeros.sim.geometry import Triple
 from aeros.sim.kinematics import READY, forward
 from aeros.sim.limits import QDD_MAX, Vector
-from aeros.sim.profile import TICK
 
 BASE_ACCELERATION_MAX: Final = 1.0
 """Greatest acceleration of the carriage, m/s²: the arm neither slips nor tips a real base of this mass."""

@@ -15,8 +15,8 @@ from typing import Any, Final
 from numpy.random import Generator
 
 from aeros.runtime.ports import Reading, Readings
+from aeros.sim.clock import TICK
 from aeros.sim.limits import SCANNER_RANGE as SCANNER_RANGE
-from aeros.sim.profile import TICK
 from aeros.sim.randomness import Chance
 from aeros.spec.errors import MisuseError
 

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from math import dist, isfinite
 from typing import Any, Final, NamedTuple
 
+from aeros.sim.clock import TICK
 from aeros.sim.geometry import plus
 from aeros.skill import Action
 from aeros.spec.expr.types import BoolType, EnumType, RealType, VectorType
@@ -25,9 +26,6 @@ _LOOK: Final = 0.1
 
 _GRIP: Final = 0.5
 """Time the fingers take to come to rest, s; measured on the physics plant: 0.3 to 0.7."""
-
-_TICK: Final = 1.0 / 240.0
-"""Time of an action that moves nothing, s: one control period."""
 
 
 class UnableError(Exception):
@@ -48,7 +46,7 @@ def motion_of(action: Action, values: Mapping[str, Any]) -> SymbolicMotion:
     A kind this plant knows nothing of takes one tick and changes nothing.
     """
     planner = _PLANNERS.get(action.kind)
-    return SymbolicMotion(_TICK, {}, {}) if planner is None else planner(action.parameters, values)
+    return SymbolicMotion(TICK, {}, {}) if planner is None else planner(action.parameters, values)
 
 
 def check_parameters(kind: ActionKind, parameters: Mapping[str, Any]) -> None:
@@ -75,7 +73,7 @@ def check_parameters(kind: ActionKind, parameters: Mapping[str, Any]) -> None:
 
 def _move_tool(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
     target, speed = _triple(parameters, "target"), _speed(parameters)
-    duration = _TICK + _PEAK_TO_MEAN * dist(values.get("tool_position", target), target) / speed
+    duration = TICK + _PEAK_TO_MEAN * dist(values.get("tool_position", target), target) / speed
     return SymbolicMotion(duration, {"tool_speed": speed}, {"tool_position": target, "tool_speed": 0.0})
 
 
@@ -86,7 +84,7 @@ def _move_joints(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Sy
     from aeros.sim.kinematic.chain import posture
 
     target = plus(posture(q).place, values.get("base_position", (0.0, 0.0, 0.0)))
-    duration = _TICK + _PEAK_TO_MEAN * dist(values.get("tool_position", target), target) / speed
+    duration = TICK + _PEAK_TO_MEAN * dist(values.get("tool_position", target), target) / speed
     return SymbolicMotion(duration, {"tool_speed": speed}, {"tool_position": target, "tool_speed": 0.0})
 
 
@@ -94,7 +92,7 @@ def _move_base(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Symb
     x, y, speed = _number(parameters, "x"), _number(parameters, "y"), _speed(parameters)
     before = values.get("base_position", (x, y, 0.0))
     way = (x - before[0], y - before[1])
-    duration = _TICK + _PEAK_TO_MEAN * dist((0.0, 0.0), way) / speed
+    duration = TICK + _PEAK_TO_MEAN * dist((0.0, 0.0), way) / speed
     changed: dict[str, Any] = {"base_position": (x, y, before[2])}
     if "tool_position" in values:
         # The arm rides along.
@@ -109,7 +107,7 @@ def _grip(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicM
 
 
 def _wait(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
-    return SymbolicMotion(max(_TICK, _number(parameters, "duration")), {}, {})
+    return SymbolicMotion(max(TICK, _number(parameters, "duration")), {}, {})
 
 
 def _look(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:

@@ -13,11 +13,11 @@ from math import hypot
 from typing import Any, Final
 
 from aeros.runtime.ports import Completion, Monitor, Motion, Motionless, Plan, Reading, Readings, Trajectory
+from aeros.sim.clock import TICK
 from aeros.sim.limits import SCANNER_RANGE
 from aeros.sim.link_speed import link_speed
 from aeros.sim.motions import PLANNERS, BlockedError, Planned, settle
 from aeros.sim.parameters import Parameters, RefusedError
-from aeros.sim.profile import TICK
 from aeros.sim.robot import PARTS, Robot, RobotState
 from aeros.skill import Action
 

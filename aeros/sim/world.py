@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from PIL import Image as Picture
 
 from aeros.sim.bullet import bullet
+from aeros.sim.clock import TICK
 from aeros.sim.geometry import UPRIGHT, Camera, Pose, Quaternion, Triple
-from aeros.sim.profile import TICK
 from aeros.spec.diagnostics import Diagnostic
 from aeros.spec.errors import UserError
 

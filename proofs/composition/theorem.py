@@ -18,7 +18,7 @@ from aeros.spec.theorems.exploring import Ask, explore
 from aeros.spec.theorems.formulas import application, conjunction, implication, literal
 from aeros.spec.theorems.shipped import Code, Mutant, put_in_place
 from aeros.spec.theorems.theorem import Obligation, Table, Theorem
-from proofs.moving import EXECUTOR, tells_all
+from proofs.moving import CLEAN_UP, SCHEDULER, STEP, tells_all
 
 BESIDE: Final = "aeros.runtime.beside"
 DECIDING: Final = "aeros.runtime.deciding"
@@ -379,23 +379,23 @@ THEOREM = Theorem(
         Mutant(
             "tells-nothing-of-what-comes-to-rest",
             "tells-all",
-            EXECUTOR,
-            "[step.under_way for step in self._steps.values() if step.under_way is not None]",
-            "[one for step in self._steps.values() if (one := step.under_way) and not one.is_halting]",
+            STEP,
+            "[step.under_way for step in self.steps.values() if step.under_way is not None]",
+            "[one for step in self.steps.values() if (one := step.under_way) and not one.is_halting]",
         ),
         Mutant(
             "forgets-a-step-that-still-moves",
             "tells-all",
-            EXECUTOR,
+            CLEAN_UP,
             "        if step.under_way is None:\n            step.ending = ending\n",
             "        if step.under_way is None or step.ending is None:\n            step.ending = ending\n",
         ),
         Mutant(
             "takes-all-to-have-ended",
             "tells-all",
-            EXECUTOR,
-            "        self._land(landed)\n",
-            "        self._land(moving if landed else ())\n",
+            SCHEDULER,
+            "        self._clean_up.motions_ended(landed)\n",
+            "        self._clean_up.motions_ended(moving if landed else ())\n",
         ),
         Mutant(
             "takes-an-envelope-to-hold-now",

@@ -1,6 +1,6 @@
-; `Executor._act` begins an action only where the module is in force with the same manifest and
-; code, nobody stops it, what it is to be held to is measured, and the configuration followed is the
-; latest: asked while it holds the lock.
+; `StepControl.run_skill` begins an action only where the module is in force with the same manifest
+; and code, nobody stops it, what it is to be held to is measured, and the configuration followed is
+; the latest: asked while it holds the lock.
 ; unsat: proved
 (set-logic ALL)
 (declare-const in-force Bool)

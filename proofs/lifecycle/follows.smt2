@@ -1,5 +1,5 @@
-; `Executor._follow` takes another configuration over only while nothing moves, with the generation
-; that it was told with it; else it goes on with the one that it had.
+; `FollowedConfiguration.follow` takes another configuration over only while nothing moves, with the
+; generation that it was told with it; else it goes on with the one that it had.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((Following 0)) (((following (generation Int) (another Bool)))))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from aeros.spec.theorems.shipped import Mutant
 from aeros.spec.theorems.theorem import Theorem
 from proofs.changing import GOVERNING, changing_obligations
-from proofs.lifecycle_executor import EXECUTOR, executor_obligations
+from proofs.lifecycle_executor import GOVERNOR, STEP_CONTROL, executor_obligations
 from proofs.lifecycle_table import LIFECYCLE, PROVING, table_obligations
 from proofs.lifecycle_transaction import transaction_obligations
 from proofs.revocation import LIVE, RECORDS, REGISTRY, revocation_obligations
@@ -52,14 +52,14 @@ THEOREM = Theorem(
         Mutant(
             "begins-what-was-revoked-while-the-skill-computed",
             "begins",
-            EXECUTOR,
+            STEP_CONTROL,
             "if not in_force or asked is None:",
             "if asked is None:",
         ),
         Mutant(
             "takes-over-under-what-moves",
             "follows",
-            EXECUTOR,
+            GOVERNOR,
             "(followed == self._governor.generation or self._is_moving())",
             "followed == self._governor.generation",
         ),

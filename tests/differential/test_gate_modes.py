@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Verdict
-from aeros.runtime.gate import Gate, GateDisagreementError, GateMode
+from aeros.runtime.gate import CompiledGate, GateDisagreementError, GateMode
 from aeros.skill import Action
 from aeros.spec.backends import closure
 from aeros.spec.doubles import neighbours
@@ -139,9 +139,9 @@ def environment(asked: Request) -> dict[str, Any]:
     return {name: exact(value) for name, value in {**given, **state, **asked.action.parameters}.items()}
 
 
-def everything_evaluated() -> Gate:
+def everything_evaluated() -> CompiledGate:
     """The compiled gate without a certificate to rely on: nothing is dropped."""
-    return Gate(replace(configuration(), certificates={}))
+    return CompiledGate(replace(configuration(), certificates={}))
 
 
 EVERYTHING = everything_evaluated()
@@ -250,9 +250,9 @@ def test_an_invariant_falsely_said_to_be_proved_halts_the_shadow_gate(
 ) -> None:
     twin = falsely_proved(rule)
     asked = request("quickly", kind, **broken)
-    assert asked.decided_by(Gate(twin)) != asked.decided_by(EVERYTHING)
+    assert asked.decided_by(CompiledGate(twin)) != asked.decided_by(EVERYTHING)
     with pytest.raises(GateDisagreementError):
-        asked.decided_by(Gate(twin, GateMode.SHADOW))
+        asked.decided_by(CompiledGate(twin, GateMode.SHADOW))
 
 
 def test_every_guarded_invariant_has_a_broken_twin() -> None:
@@ -269,7 +269,7 @@ def test_a_condition_compiled_without_its_rounding_filter_halts_the_shadow_gate(
     monkeypatch.setattr(
         closure._Generator, "_filtered", lambda self, term, a, b: f"({a.code} {term.op} {b.code})"
     )
-    twin = Gate(configuration(), GateMode.SHADOW)
+    twin = CompiledGate(configuration(), GateMode.SHADOW)
     asked = request("quickly", "carry", load=1.6, gait=0.0625, stop_pressed=stopped)
     # The bound as a double is above 1/10 too, and equal to the product.
     assert Fraction(1.6) * Fraction(0.0625) == Fraction(0.1) > Fraction(1, 10)

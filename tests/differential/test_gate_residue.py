@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 from aeros.cli.examples import example_requests
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Verdict
-from aeros.runtime.gate import Gate
+from aeros.runtime.gate import CompiledGate
 from aeros.runtime.ports import Reading
 from aeros.runtime.proving import prove
 from aeros.skill import Action
@@ -61,9 +61,9 @@ from tests.unit.runtime.bench import PARAMETERS as PARAMETERS_OF_BENCH
 from tests.unit.runtime.bench import STATE as STATE_OF_BENCH
 
 
-def everything_of(configuration: Configuration) -> Gate:
+def everything_of(configuration: Configuration) -> CompiledGate:
     """The gate without a certificate to rely on."""
-    return Gate(replace(configuration, certificates={}))
+    return CompiledGate(replace(configuration, certificates={}))
 
 
 def claiming(configuration: Configuration, module: str, *obligations: ClaimId) -> Configuration:
@@ -73,7 +73,7 @@ def claiming(configuration: Configuration, module: str, *obligations: ClaimId) -
     return replace(configuration, certificates={**configuration.certificates, module: claimed})
 
 
-def differing(gate: Gate, everything: Gate, requests: Iterable[Request]) -> list[Request]:
+def differing(gate: CompiledGate, everything: CompiledGate, requests: Iterable[Request]) -> list[Request]:
     """The requests that are decided otherwise when everything is evaluated."""
     return [one for one in requests if one.decided_by(gate) != one.decided_by(everything)]
 
@@ -92,7 +92,7 @@ def shipped() -> tuple[Configuration, tuple[Request, ...]]:
     paths = sorted((ROOT / "ecms").glob("*/"))
     configuration, _ = prove(paths, reference_site(), certified=False)
     report = verify(paths, reference_site())
-    gate, site = Gate(configuration), configuration.site
+    gate, site = CompiledGate(configuration), configuration.site
     found: list[Request] = []
     for module in configuration.modules.values():
         for skill in module.skills.values():
@@ -183,7 +183,7 @@ def _part(one: Declared, old: Any, bounds: list[float], chance: random.Random) -
 
 def test_for_the_shipped_modules_the_residue_decides_as_everything_does() -> None:
     configuration, requests = shipped()
-    gate = Gate(configuration)
+    gate = CompiledGate(configuration)
     assert not differing(gate, everything_of(configuration), requests)
     verdicts = Counter(one.decided_by(gate).verdict for one in requests)
     assert min(verdicts[Verdict.ALLOW], verdicts[Verdict.DENY]) > len(requests) / 10
@@ -201,7 +201,7 @@ def test_a_false_proof_of_any_guarded_rule_is_noticed_in_the_shipped_modules() -
     for module, certificate in configuration.certificates.items():
         guarded = [name for name, verdict in certificate.obligations.items() if verdict == "GUARDED"]
         # One gate for all false claims: each of the requests has one objection, so one claim matters to it.
-        twin = Gate(claiming(configuration, module, *guarded))
+        twin = CompiledGate(claiming(configuration, module, *guarded))
         for name in guarded:
             met = alone.get((module, name)) or _met_alone(configuration, everything, module, name)
             if met is None:
@@ -216,7 +216,9 @@ def _claim(one: Request, rule: str) -> ClaimId:
     return ClaimForm.ENVELOPE_OBEYS(one.caller.skill, one.action.kind, rule)
 
 
-def _met_alone(configuration: Configuration, everything: Gate, module: str, claim: ClaimId) -> Request | None:
+def _met_alone(
+    configuration: Configuration, everything: CompiledGate, module: str, claim: ClaimId
+) -> Request | None:
     """A request to which nothing but the rule of the claim objects; none where the others imply it."""
     skill, kind, rule = claim.names
     base = next(
@@ -348,7 +350,7 @@ def _residue_decides_as_everything_does(
 ) -> None:
     configuration, claims = _generated(rules, reduced, envelope, permission)
     requests = list(_everywhere(chance, 40))
-    gate, everything = Gate(configuration), everything_of(configuration)
+    gate, everything = CompiledGate(configuration), everything_of(configuration)
     assert not differing(gate, everything, (asked for asked, _ in requests))
     terms = {
         ClaimForm.ENVELOPE_OBEYS("skill", "move", f"r{number}"): rule for number, rule in enumerate(rules)
@@ -367,7 +369,7 @@ def _residue_decides_as_everything_does(
             for asked, values in requests
             if not holds(terms[name], values) and all(holds(term, values) for term in rest)
         ]
-        twin = Gate(claiming(configuration, "module", name))
+        twin = CompiledGate(claiming(configuration, "module", name))
         # Where nothing else objects, the twin allows what everything denies.
         assert differing(twin, everything, telling) == telling
         SEEN["false and noticed"] += bool(telling)
@@ -380,7 +382,8 @@ def test_a_request_with_two_objections_needs_both_to_be_left_out(rule: str) -> N
     zero = t.Literal(Fraction(0), REAL)
     positive = t.Compare("<", zero, x)
     configuration, _ = _generated([flag, positive], zero, t.TRUE, t.TRUE)
-    twin = Gate(claiming(configuration, "module", ClaimForm.ENVELOPE_OBEYS("skill", "move", rule)))
+    claim = ClaimForm.ENVELOPE_OBEYS("skill", "move", rule)
+    twin = CompiledGate(claiming(configuration, "module", claim))
     (asked, _), *_ = _everywhere(random.Random(0), 1)  # noqa: S311 - repeats
     asked = replace(asked, readings=measured({"flag": False, "x": -0.5, "open": (True, True)}))
     assert not differing(twin, everything_of(configuration), [asked])
@@ -394,5 +397,5 @@ def test_a_rule_whose_claim_would_bear_the_name_of_another_one_is_not_left_out()
         measured({**STATE_OF_BENCH, "human_distance": 0.75}),
         Action("move", {**PARAMETERS_OF_BENCH["move"], "speed": 0.4375}),
     )
-    assert near.decided_by(Gate(configuration)) == near.decided_by(everything_of(configuration))
-    assert near.decided_by(Gate(configuration)).verdict is Verdict.ATTENUATE
+    assert near.decided_by(CompiledGate(configuration)) == near.decided_by(everything_of(configuration))
+    assert near.decided_by(CompiledGate(configuration)).verdict is Verdict.ATTENUATE

@@ -12,19 +12,19 @@ from hypothesis import event, given
 
 from aeros.runtime import straight
 from aeros.runtime.decision import Decision, Verdict
-from aeros.runtime.gate import Gate
+from aeros.runtime.gate import CompiledGate
 from tests.differential.test_gate_modes import fast_requests, requests
 from tests.differential.test_gate_residue import shipped
 from tests.property.test_gate_corruption import COUNT, corruptions
 from tests.unit.runtime.bench import ALLOWED, Request, configuration, request
 
 
-def in_full(gate: Gate, asked: Request) -> Decision:
+def in_full(gate: CompiledGate, asked: Request) -> Decision:
     """What the gate decides without its short way."""
     return gate._decider._in_full(asked.caller, asked.readings, asked.action, asked.now, asked.usage)
 
 
-def shortly(gate: Gate, asked: Request) -> Decision | dict[str, Any] | None:
+def shortly(gate: CompiledGate, asked: Request) -> Decision | dict[str, Any] | None:
     """What the short way answers."""
     functions = gate._decider._straight
     return straight.decide_straight(
@@ -32,7 +32,7 @@ def shortly(gate: Gate, asked: Request) -> Decision | dict[str, Any] | None:
     )
 
 
-def differs(gate: Gate, asked: Request) -> bool:
+def differs(gate: CompiledGate, asked: Request) -> bool:
     """Whether the gate with its short way decides otherwise than without."""
     if shortly(gate, asked) is None:
         return False
@@ -40,7 +40,7 @@ def differs(gate: Gate, asked: Request) -> bool:
     return repr(asked.decided_by(gate)) != repr(in_full(gate, asked))
 
 
-GATE = Gate(configuration())
+GATE = CompiledGate(configuration())
 
 
 @given(requests() | fast_requests())
@@ -58,7 +58,7 @@ def test_the_short_way_answers_as_the_full_way_on_well_formed_requests(asked: Re
 
 def test_the_short_way_answers_as_the_full_way_on_the_shipped_modules() -> None:
     configuration, asked = shipped()
-    gate = Gate(configuration)
+    gate = CompiledGate(configuration)
     answers = [shortly(gate, one) for one in asked]
     denied = [one for one in answers if type(one) is Decision and one.verdict is Verdict.DENY]
     assert len({one.reasons for one in denied}) > 20
@@ -133,7 +133,7 @@ MISTAKES: dict[str, Mistake] = {
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_a_check_left_out_of_the_short_way_is_noticed(mistake: str, monkeypatch: pytest.MonkeyPatch) -> None:
     MISTAKES[mistake](monkeypatch)
-    twin = Gate(configuration())
+    twin = CompiledGate(configuration())
 
     def is_noticed(asked: Request) -> bool:
         try:
@@ -146,7 +146,7 @@ def test_a_check_left_out_of_the_short_way_is_noticed(mistake: str, monkeypatch:
 
 def test_conditions_left_out_of_the_short_way_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(straight._Writer, "conditions", lambda _, terms, __: ["True"] * len(terms))
-    twin = Gate(configuration())
+    twin = CompiledGate(configuration())
     assert differs(twin, request(speed=5.0))
 
 
@@ -157,14 +157,14 @@ def test_reasons_left_out_of_the_short_way_are_noticed(monkeypatch: pytest.Monke
         right(writer, ["True"] * len(conditions), criteria, read)
 
     monkeypatch.setattr(straight._Writer, "deny", deny)
-    twin = Gate(configuration())
+    twin = CompiledGate(configuration())
     assert differs(twin, replace(request("quickly", "carry"), usage={"carry-rate": 10**30}))
 
 
 def test_what_is_denied_whatever_is_measured_is_denied_the_short_way_with_every_reason() -> None:
     old = configuration()
     site: Any = replace(old.site, access=replace(old.site.access, actuators=frozenset()))
-    gate = Gate(replace(old, site=site))
+    gate = CompiledGate(replace(old, site=site))
     for asked in (request(), request(stop_pressed=True), request("quickly", "carry")):
         answer = shortly(gate, asked)
         assert type(answer) is Decision

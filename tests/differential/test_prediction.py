@@ -22,8 +22,8 @@ from aeros.agent.report import RunReport
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.canonical import Encoded
 from aeros.runtime.configuration import configure
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.ports import BEGINNING, Head
 from aeros.runtime.skill_run import run_in_process
 from aeros.sim.symbolic import SymbolicPlant
@@ -157,7 +157,7 @@ def test_runs_of_the_whole_runtime_on_the_symbolic_plant_come_to_what_is_predict
     case = reference(name, 1)
     certificate = certificate_for(case.ecm, case.site, {})
     configuration = configure(case.site, {case.ecm.id: (case.ecm, certificate)})
-    gate = Gate(configuration, GateMode.COMPILED)
+    gate = CompiledGate(configuration, GateMode.COMPILED)
     found = []
     for seed in range(25):
         plant = SymbolicPlant(case.site, configuration.modules, seed, as_doubles(case.task.initial))

@@ -21,7 +21,7 @@ from typing import Any
 import pytest
 
 from aeros.runtime.decision import Caller, Verdict
-from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.ports import Reading
 from aeros.skill import Action
 from tests.differential.gate_oracle import admits
@@ -368,7 +368,7 @@ def corruptions(seed: int, count: int) -> Iterator[Request]:
     return (asked for asked, _, _ in _corrupted(seed, count))
 
 
-def corrupt(gate: Gate, seed: int, count: int) -> Counter[str]:
+def corrupt(gate: CompiledGate, seed: int, count: int) -> Counter[str]:
     """How often each verdict was given on `count` corrupted requests; fails on the first wrong one."""
     seen: Counter[str] = Counter()
     for asked, may_be_allowed, where in _corrupted(seed, count):

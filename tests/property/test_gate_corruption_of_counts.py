@@ -17,7 +17,7 @@ import pytest
 
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Verdict
-from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.history import Histories
 from aeros.runtime.ports import Reading
 from aeros.runtime.proving import prove
@@ -46,8 +46,8 @@ def kept() -> tuple[str, ...]:
 
 
 @cache
-def gate(mode: GateMode = GateMode.COMPILED) -> Gate:
-    return Gate(counting(), mode)
+def gate(mode: GateMode = GateMode.COMPILED) -> CompiledGate:
+    return CompiledGate(counting(), mode)
 
 
 def state(now: float = NOW, **changed: Any) -> dict[str, Reading]:

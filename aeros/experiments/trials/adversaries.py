@@ -29,8 +29,9 @@ from aeros.experiments.premises import Premises
 from aeros.experiments.trials.given_module import proved, written
 from aeros.experiments.trials.referee import Referee
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate
+from aeros.runtime.gate_port import Gate
 from aeros.runtime.ports import (
     Completion,
     Ended,
@@ -119,10 +120,10 @@ def _defence(layer: str, folder: Path, premises: Premises) -> _Defence:
         except UserError as refusal:
             errors = {one.code for one in refusal.diagnostics if one.severity is Severity.ERROR}
             return _Defence(None, refused=tuple(sorted(errors)))
-        return _Defence(configuration, Gate(configuration))
+        return _Defence(configuration, CompiledGate(configuration))
     configuration = _unproved(folder, premises.configuration.site)
     if layer == "gate":
-        return _Defence(configuration, Gate(configuration))
+        return _Defence(configuration, CompiledGate(configuration))
     configuration = without_policy(configuration)
     return _Defence(configuration, OpenGate(configuration))
 

@@ -23,8 +23,8 @@ from aeros.experiments.premises import Premises
 from aeros.experiments.trials.task import KIND as TASKS
 from aeros.experiments.trials.task import plants_of
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate
 from aeros.runtime.ports import Runtime
 from aeros.runtime.proving import prove
 from aeros.runtime.registry.governing import Governing
@@ -150,14 +150,14 @@ class _ProvedOnce:
         return self._proved[key]
 
 
-class _KeptGate(Gate):
+class _KeptGate(CompiledGate):
     """A gate that is compiled once for each configuration, and so are those that executors follow it to."""
 
-    def __init__(self, configuration: Configuration, kept: dict[str, Gate] | None = None) -> None:
+    def __init__(self, configuration: Configuration, kept: dict[str, _KeptGate] | None = None) -> None:
         super().__init__(configuration)
         self._kept = {} if kept is None else kept
 
-    def under(self, configuration: Configuration) -> Gate:
+    def under(self, configuration: Configuration) -> _KeptGate:
         """See `Gate`."""
         if configuration.digest not in self._kept:
             self._kept[configuration.digest] = _KeptGate(configuration, self._kept)

@@ -26,9 +26,9 @@ from aeros.experiments.kinds import Found, Trial, scratch
 from aeros.experiments.premises import Premises
 from aeros.experiments.slow_planner import SlowPlanner
 from aeros.experiments.trials.truth import REST, Referee, Refereed, constant
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.ports import Ended, Plant, Runtime, StepRequest
-from aeros.sim.profile import TICK
+from aeros.sim.clock import TICK
 
 if TYPE_CHECKING:
     from aeros.sim.sensing import Truth

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from math import ceil, dist, hypot
 from typing import TYPE_CHECKING, Any, Final
 
-from aeros.sim.profile import TICK
+from aeros.sim.clock import TICK
 from aeros.spec.errors import MisuseError
 from aeros.spec.expr import terms as t
 from aeros.spec.model import Site

@@ -24,7 +24,8 @@ from aeros.experiments.open_gate import OpenGate
 from aeros.experiments.premises import Premises
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Verdict
-from aeros.runtime.gate import Gate
+from aeros.runtime.gate import CompiledGate
+from aeros.runtime.gate_port import Gate
 from aeros.runtime.ports import Readings
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.skill import Action
@@ -43,7 +44,7 @@ class Requests:
         settings = condition.settings
         requests: list[Request] = settings["requests"]
         configuration = _with_what_is_said(premises.configuration, requests)
-        gate = Gate(configuration) if settings["policy"] else OpenGate(configuration)
+        gate: Gate = CompiledGate(configuration) if settings["policy"] else OpenGate(configuration)
         measured = {one["module"]: _measured(configuration, one["module"]) for one in requests}
 
         def trial(seed: int) -> Found:

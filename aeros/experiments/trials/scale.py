@@ -28,7 +28,7 @@ from aeros.experiments.premises import Premises
 from aeros.experiments.trials.synthetic import write_module, write_modules
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Verdict
-from aeros.runtime.gate import Gate
+from aeros.runtime.gate import CompiledGate
 from aeros.runtime.ports import Readings
 from aeros.runtime.proving import configuration_of
 from aeros.sim.symbolic import SymbolicPlant
@@ -66,7 +66,7 @@ class _Robot:
     store: Store
     site: Path
     configuration: Configuration
-    gate: Gate
+    gate: CompiledGate
     proving: float
     compiling: float
 
@@ -130,7 +130,7 @@ def _robot(folder: Path, count: int, skills: int, given: str | None) -> _Robot:
     proving = time.process_time() - began
     configuration = configuration_of(report, site)
     began = time.process_time()
-    gate = Gate(configuration)
+    gate = CompiledGate(configuration)
     return _Robot(folder, store, site, configuration, gate, proving, time.process_time() - began)
 
 

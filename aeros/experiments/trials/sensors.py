@@ -25,9 +25,9 @@ from aeros.experiments.kinds import Found, Trial, scratch
 from aeros.experiments.means import CountingRuntime, TrialMeans
 from aeros.experiments.premises import Premises
 from aeros.experiments.trials.truth import REST, Referee, Refereed, constant
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.ports import Ended, Plant, Runtime, StepStatus
-from aeros.sim.profile import TICK
+from aeros.sim.clock import TICK
 from aeros.sim.sensing import SensorModel
 from aeros.spec.model import Site
 

@@ -33,8 +33,8 @@ from aeros.experiments.premises import Premises
 from aeros.experiments.trials.given_module import proved, written
 from aeros.experiments.trials.thompson import Chances, Session, best, forgetting, remembering
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate
 from aeros.runtime.ports import Runtime
 from aeros.spec.closed_loop.chances import with_skill_probabilities
 
@@ -54,7 +54,7 @@ class Sessions:
             site = configuration.site
             limits = replace(site.limits, replans=min(settings["replans"], site.limits.replans))
             configuration = replace(configuration, site=replace(site, limits=limits))
-            gate = Gate(configuration)
+            gate = CompiledGate(configuration)
             ((module, ecm),) = configuration.modules.items()
             routed = Routed(module, ecm.tasks[settings["task"]])
             plants = [

@@ -9,6 +9,7 @@ from math import dist, inf
 from typing import Any, Final
 
 from aeros.runtime.ports import Completion, Joints, Motion, Plant, Readings
+from aeros.sim.clock import TICK
 from aeros.skill import Action
 
 RULE: Final = "conformance"
@@ -47,7 +48,7 @@ class Subject:
     make: Callable[[], Plant]
     moving: Action
     beside: Action
-    period: float | None = 1.0 / 240.0
+    period: float | None = TICK
     follows_within: float = 0.0
     overshoots: float = 0.0
     deceleration: Joints = ()

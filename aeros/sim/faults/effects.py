@@ -13,17 +13,17 @@ from math import cos, pi, sin
 
 from numpy.random import Generator
 
+from aeros.sim.clock import TICK
 from aeros.sim.faults.hindrance import UNHINDERED, Hindrance
 from aeros.sim.faults.model import Acting, Enter, Seen
 from aeros.sim.geometry import Triple, plus
-from aeros.sim.profile import TICK
+from aeros.sim.physics import PlantParts
 from aeros.sim.scenes.scene import Through
 from aeros.sim.sensing import SensorModel
-from aeros.sim.undisturbed import Stage
 from aeros.spec.declared.faults import Bump, Delay, Loosen, Misplace, Misread, Miss, Slip, Weaken
 
 
-def acting(kind: Acting, source: Generator, name: str, stage: Stage) -> Iterator[Hindrance]:
+def acting(kind: Acting, source: Generator, name: str, stage: PlantParts) -> Iterator[Hindrance]:
     """The fault, one item a tick.  `name`: of the fault, this time."""
     match kind:
         case Bump():
@@ -44,7 +44,7 @@ def acting(kind: Acting, source: Generator, name: str, stage: Stage) -> Iterator
             return iter(())
 
 
-def _bump(bump: Bump, source: Generator, stage: Stage) -> Iterator[Hindrance]:
+def _bump(bump: Bump, source: Generator, stage: PlantParts) -> Iterator[Hindrance]:
     way = _level(source) if bump.direction is None else bump.direction
     force = bump.impulse / (bump.over * TICK)
     body = stage.scene.thing(bump.thing)

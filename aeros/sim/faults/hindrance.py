@@ -10,10 +10,10 @@ from typing import Final
 
 import numpy as np
 
+from aeros.sim.clock import TICK
 from aeros.sim.limits import Vector
-from aeros.sim.profile import TICK
+from aeros.sim.physics import PlantParts
 from aeros.sim.sensing import SensorModel
-from aeros.sim.undisturbed import Stage
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +53,7 @@ class Hindered:
     set points do not leap.
     """
 
-    def __init__(self, stage: Stage) -> None:
+    def __init__(self, stage: PlantParts) -> None:
         self._robot = stage.robot
         self._sensors = stage.sensors
         self._models = dict(stage.sensors.models)

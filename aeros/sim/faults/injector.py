@@ -17,9 +17,9 @@ from aeros.sim.faults.effects import acting, seen
 from aeros.sim.faults.hindrance import UNHINDERED, Hindered, Hindrance
 from aeros.sim.faults.model import Fault, OnLook, OnSkill, OnTime, Opportunity
 from aeros.sim.faults.process import Draws
+from aeros.sim.physics import NoDisturbance, PlantParts
 from aeros.sim.randomness import Chance
 from aeros.sim.scenes.scene import Detected, Through
-from aeros.sim.undisturbed import Stage, Undisturbed
 from aeros.spec.declared.faults import Misplace, Miss
 from aeros.spec.errors import MisuseError
 
@@ -59,7 +59,7 @@ class _Acting:
     ticks: Iterator[Hindrance]
 
 
-class Injector(Undisturbed):
+class Injector(NoDisturbance):
     """Faults on one plant, in one run; `tell` hears of each as it happens."""
 
     def __init__(self, faults: Sequence[Fault], seed: int, tell: Callable[[Happening], None]) -> None:
@@ -77,8 +77,8 @@ class Injector(Undisturbed):
         each = [draws.alike for draws in self._draws.values()]
         return max((low for low, _ in each), default=0.0), min((high for _, high in each), default=1.0)
 
-    def attach(self, stage: Stage) -> None:
-        """See `Undisturbed`."""
+    def attach(self, stage: PlantParts) -> None:
+        """See `NoDisturbance`."""
         self._stage = stage
         self._world = stage.world
         self._hindered = Hindered(stage)
@@ -116,7 +116,7 @@ class Injector(Undisturbed):
                 self._say("fault-over", one.fault, one.opportunity, "is over")
         self._hindered.apply(now)
 
-    def looking(self, camera: str) -> Through:
+    def detection_filter(self, camera: str) -> Through:
         """Each fault on this camera has an opportunity; a miss hides whatever others made of a thing."""
         happening = []
         for fault in self._faults:

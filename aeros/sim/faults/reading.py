@@ -11,9 +11,9 @@ from typing import Any, Final
 
 from aeros.runtime.ports import Triple
 from aeros.sim.channel import Channel, Process, shortest
+from aeros.sim.clock import TICK
 from aeros.sim.faults.model import Acting, Enter, Fault, OnLook, OnSkill, OnTime, Opportunity, Seen
 from aeros.sim.people_file import person_of
-from aeros.sim.profile import TICK
 from aeros.sim.shipped_files import find_file, shipped_files
 from aeros.spec.declared import faults as declared
 from aeros.spec.declared.faults import (

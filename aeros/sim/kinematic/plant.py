@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from aeros.runtime.ports import Reading, Readings
+from aeros.sim.clock import TICK
 from aeros.sim.kinematic.robot import BLOCKED, KinematicRobot
 from aeros.sim.kinematic.scenes import SCENES, KinematicScene
 from aeros.sim.motions import BlockedError
-from aeros.sim.profile import TICK
 from aeros.sim.randomness import Chance
 from aeros.sim.ticking import TickingPlant
 

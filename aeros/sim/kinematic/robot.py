@@ -7,11 +7,11 @@ from typing import Final
 
 import numpy as np
 
+from aeros.sim.clock import TICK
 from aeros.sim.geometry import Pose, Triple, plus, turned
 from aeros.sim.kinematic.chain import posture
 from aeros.sim.kinematic.things import Things
 from aeros.sim.limits import FINGER_GAP_MAX, FINGER_SPEED, Vector
-from aeros.sim.profile import TICK
 from aeros.sim.robot import Robot, RobotOptions, RobotState
 
 BLOCKED: Final = 100.0

@@ -18,8 +18,8 @@ import pytest
 from aeros.agent.beside import MOST_MEMORY, MOST_SAID, Beside, LateError, ThinkingFailedError
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import configure
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.ports import Completion, Ended, Monitor, Motion, StepRequest, StepStatus
 from aeros.runtime.skill_run import run_in_process
 from aeros.sim.kinematic.plant import KinematicPlant
@@ -191,7 +191,9 @@ def busy() -> Iterator[tuple[Executor, Visited]]:
     log: AuditLog = Unwritten()
     assert case.task.scene is not None
     plant = Visited(SCENES[case.task.scene](), 0)
-    with Executor(configuration, Gate(configuration, GateMode.COMPILED), plant, log, run_in_process) as one:
+    with Executor(
+        configuration, CompiledGate(configuration, GateMode.COMPILED), plant, log, run_in_process
+    ) as one:
         one.start(StepRequest(case.ecm.id, "prepare", {}))
         yield one, plant
 

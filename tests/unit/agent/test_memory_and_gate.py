@@ -21,8 +21,8 @@ from aeros.agent.memory import Beginning, Ending, open_memory
 from aeros.agent.world import measured_world
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate
 from aeros.runtime.proving import prove
 from aeros.runtime.replay import Replay
 from aeros.runtime.skill_run import run_in_process
@@ -85,7 +85,7 @@ def decisions(
     plant = SymbolicPlant(configuration.site, configuration.modules, 7, initial)
     with (
         AuditLog(folder / "audit.jsonl", clock=lambda: 0.0) as audit,
-        Executor(configuration, Gate(configuration), plant, audit, run_in_process) as executor,
+        Executor(configuration, CompiledGate(configuration), plant, audit, run_in_process) as executor,
         awake(folder / "state", "panda", executor) as agent,
     ):
         agent.run("clean the table")

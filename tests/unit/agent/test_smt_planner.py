@@ -10,8 +10,8 @@ from aeros.agent.planner import Planner
 from aeros.agent.smt_planner import SmtPlanner
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import configure
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.skill_run import run_in_process
 from aeros.sim.outcomes import draw_outcome
 from aeros.sim.symbolic import SymbolicPlant
@@ -49,7 +49,7 @@ def test_it_reaches_the_goal_no_less_often_than_the_rules_do(name: str, replans:
 def test_the_whole_runtime_reaches_each_reference_goal_on_the_symbolic_plant(name: str) -> None:
     case = reference(name, 10)
     configuration = configure(case.site, {case.ecm.id: (case.ecm, certificate_for(case.ecm, case.site, {}))})
-    gate = Gate(configuration, GateMode.COMPILED)
+    gate = CompiledGate(configuration, GateMode.COMPILED)
     log: AuditLog = Unwritten()
     for seed in range(4):
         plant = SymbolicPlant(case.site, configuration.modules, seed, as_doubles(case.task.initial))

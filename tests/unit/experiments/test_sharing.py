@@ -20,7 +20,7 @@ from aeros.experiments.sharing import FollowingRuntime, Live, Take, Takes
 from aeros.experiments.store import Store
 from aeros.experiments.trials import task
 from aeros.experiments.trials.task import KIND, Tasks
-from aeros.runtime.executor import Executor
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.ports import (
     BEGINNING,
     Ended,

@@ -10,7 +10,7 @@ from typing import Any
 
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Decision, Verdict
-from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.ports import Reading
 from aeros.runtime.proving import prove
 from aeros.skill import Action
@@ -59,8 +59,8 @@ def configuration() -> Configuration:
 
 
 @cache
-def gate(mode: GateMode = GateMode.COMPILED) -> Gate:
-    return Gate(configuration(), mode)
+def gate(mode: GateMode = GateMode.COMPILED) -> CompiledGate:
+    return CompiledGate(configuration(), mode)
 
 
 def measured(values: Mapping[str, Any], time: Any = NOW) -> dict[str, Reading]:
@@ -77,7 +77,7 @@ class Request:
     now: Any = NOW
     usage: Any = field(default_factory=lambda: {"carry-rate": 0})
 
-    def decided_by(self, gate: Gate) -> Decision:
+    def decided_by(self, gate: CompiledGate) -> Decision:
         return gate.decide(self.caller, self.readings, self.action, self.now, self.usage)
 
 
@@ -98,7 +98,7 @@ def codes(decision: Decision) -> list[tuple[str, str]]:
     return [(reason.code, reason.rule) for reason in decision.reasons]
 
 
-def denied(asked: Request, by: Gate | None = None) -> list[tuple[str, str]]:
+def denied(asked: Request, by: CompiledGate | None = None) -> list[tuple[str, str]]:
     """The reasons, by code and rule, of what must be a denial in every mode of the proved gate."""
     decision = asked.decided_by(by or gate())
     assert decision.verdict is Verdict.DENY

@@ -10,8 +10,8 @@ from typing import Any, cast
 from aeros.runtime.audit import AuditLog, verify_log
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Decision, Reason, Verdict
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate_port import Gate
 from aeros.runtime.ports import Readings, StepRequest, StepResult
 from aeros.runtime.skill_run import Run, SkillRun, run_in_process
 from aeros.runtime.watched import Watched

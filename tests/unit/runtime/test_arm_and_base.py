@@ -11,8 +11,8 @@ import pytest
 
 from aeros.runtime.audit import AuditLog, verify_log
 from aeros.runtime.configuration import Configuration, only
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.ports import Plant, StepHandle, StepRequest, StepResult, StepStatus
 from aeros.runtime.replay import Replay
 from aeros.runtime.skill_run import Run, SkillRun
@@ -50,7 +50,7 @@ def run(
         return SkillRun(asking(*bodies[skill.id]), inputs)
 
     audit = AuditLog(log)
-    executor = Executor(configuration, Gate(configuration, GateMode.COMPILED), plant, audit, open_run)
+    executor = Executor(configuration, CompiledGate(configuration, GateMode.COMPILED), plant, audit, open_run)
     names: dict[StepHandle, str] = {}
     for skill in bodies:
         started = executor.start(StepRequest("fetch_object", skill, {}))

@@ -14,7 +14,7 @@ from aeros.runtime.audit_check import Record
 from aeros.runtime.beside import Begun
 from aeros.runtime.configuration import only
 from aeros.runtime.decision import Decision, Verdict
-from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.ports import Reading, StepRequest, StepStatus
 from aeros.runtime.replay import Replay
 from aeros.skill import act
@@ -116,7 +116,9 @@ def test_a_gate_whose_ways_disagree_about_both_halts_everything(
     cart: MakeCart, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     one = cart(mode=GateMode.SHADOW, reach=asking(move()), drive=asking(roll()))
-    shadow = one.executor._deciding._gate._shadow
+    gate = one.executor._pipeline._gate
+    assert isinstance(gate, CompiledGate)
+    shadow = gate._shadow
     assert shadow is not None
 
     def denying(*_: Any) -> Decision:
@@ -134,7 +136,7 @@ def test_two_actions_on_one_actuator_are_denied_whoever_holds_it(cart: MakeCart)
     readings = {"stop_pressed": Reading(False, 1.0)}
     lift = Begun(act("lift", height=1.0), readings, 1.0, 7)
     for mode in GateMode:
-        gate = Gate(configuration(), mode)
+        gate = CompiledGate(configuration(), mode)
         decided = gate.decide_beside(Decision(Verdict.ALLOW, move(), ()), readings, 1.0, [lift])
         assert [(reason.code, reason.rule) for reason in decided.reasons] == [("AE752", "arm")]
         denied = Decision(Verdict.DENY, None, ())

@@ -10,9 +10,9 @@ from typing import Any, cast
 
 import pytest
 
-from aeros.runtime import executor as module
 from aeros.runtime.audit import AuditError, verify_log
 from aeros.runtime.decision import Decision, Reason, Verdict
+from aeros.runtime.execution import step_control as module
 from aeros.runtime.ports import Completion, Runtime, StepRequest, StepResult, StepStatus
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 from aeros.spec.cause import Cause, told
@@ -198,7 +198,7 @@ def test_code_that_does_not_take_its_arguments_is_halted(make_bench: MakeBench) 
 
 
 def test_a_skill_that_floods_is_halted(make_bench: MakeBench, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "MOST_ACTIONS", 20)
+    monkeypatch.setattr(module, "MAX_ACTIONS", 20)
     ends: list[str] = []
     bench = make_bench(watched(ends))
     bench.plant.duration = 0.0

@@ -12,8 +12,8 @@ import pytest
 
 from aeros.runtime.audit import AuditLog, DecisionCounts, verify_log
 from aeros.runtime.configuration import configure
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.ports import StepRequest, StepResult, StepStatus
 from aeros.runtime.skill_run import run_in_process
 from aeros.sim.symbolic import SymbolicPlant
@@ -54,7 +54,9 @@ def executor(site: Site, make_ecm: Any, tmp_path: Path) -> Iterator[Executor]:
     configuration = configure(governed, {"handling": (ecm, certificate)})
     plant = SymbolicPlant(governed, configuration.modules, seed=0)
     with AuditLog(tmp_path / "audit.jsonl") as audit:
-        yield Executor(configuration, Gate(configuration, GateMode.SHADOW), plant, audit, run_in_process)
+        yield Executor(
+            configuration, CompiledGate(configuration, GateMode.SHADOW), plant, audit, run_in_process
+        )
 
 
 def test_a_step_is_carried_out_and_its_outcome_measured(executor: Executor, tmp_path: Path) -> None:

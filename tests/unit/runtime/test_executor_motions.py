@@ -10,7 +10,7 @@ import pytest
 
 from aeros.runtime.canonical import digest_of
 from aeros.runtime.ports import Completion, Motionless, StepResult, StepStatus, Trajectory
-from aeros.runtime.stated_motion import read_motion
+from aeros.runtime.records import motion_from_json
 from aeros.spec.model import Site
 from tests.unit.runtime.one_joint import DRIVES, PLAN, TURNS, governed
 from tests.unit.runtime.one_step import Bench, twice
@@ -36,7 +36,7 @@ def test_what_is_executed_is_what_was_decided_and_its_record_holds_it(
     bodies = {digest_of(body["details"]["body"]): body["details"]["body"]}
     for record in bench.records("decision"):
         motion = record["details"]["motion"]
-        assert read_motion(motion, bodies) == PLAN
+        assert motion_from_json(motion, bodies) == PLAN
         assert record["details"]["motion_digest"] == digest_of(motion)
     bench.audit.close()
 

@@ -12,7 +12,7 @@ import pytest
 from aeros.runtime import conditions
 from aeros.runtime.configuration import Configuration, configure
 from aeros.runtime.decision import Caller, Verdict
-from aeros.runtime.gate import Gate, GateDisagreementError, GateMode
+from aeros.runtime.gate import CompiledGate, GateDisagreementError, GateMode
 from aeros.skill import Action
 from aeros.spec.diagnostics import CODES
 from aeros.spec.expr import terms as t
@@ -20,16 +20,16 @@ from aeros.spec.model import Access, Block, Risk, Rule, Site
 from tests.unit.runtime.bench import ALLOWED, codes, configuration, denied, gate, request, without
 
 
-def changed(site: dict[str, Any] | None = None, ecm: dict[str, Any] | None = None) -> Gate:
+def changed(site: dict[str, Any] | None = None, ecm: dict[str, Any] | None = None) -> CompiledGate:
     """A gate of the bench with some of its site or module replaced, and the certificate as it was."""
     old = configuration()
     module = replace(old.modules["handling"], **(ecm or {}))
-    return Gate(
+    return CompiledGate(
         configure(replace(old.site, **(site or {})), {"handling": (module, old.certificates["handling"])})
     )
 
 
-def skill_changed(name: str, **fields: Any) -> Gate:
+def skill_changed(name: str, **fields: Any) -> CompiledGate:
     skills = configuration().modules["handling"].skills
     return changed(ecm={"skills": {**skills, name: replace(skills[name], **fields)}})
 
@@ -90,7 +90,7 @@ def test_a_skill_that_the_module_does_not_have_is_denied() -> None:
 
 
 def test_with_nothing_active_everything_is_denied() -> None:
-    nothing = Gate(configure(configuration().site, {}))
+    nothing = CompiledGate(configure(configuration().site, {}))
     for skill, kind in ALLOWED:
         assert ("AE720", "handling") in denied(request(skill, kind), nothing)
 
@@ -291,12 +291,12 @@ def rules_of(*names: str, site: Site) -> list[Rule]:
     return [next(rule for rule in site.rules if rule.id == name) for name in names]
 
 
-def with_rules(*rules: Rule) -> Gate:
+def with_rules(*rules: Rule) -> CompiledGate:
     """A gate of the bench with these rules first, in place of those of the same name."""
     old = configuration()
     names = {rule.id for rule in rules}
     others = (rule for rule in old.site.rules if rule.id not in names)
-    return Gate(replace(old, site=replace(old.site, rules=(*rules, *others))))
+    return CompiledGate(replace(old, site=replace(old.site, rules=(*rules, *others))))
 
 
 def test_what_is_still_denied_after_attenuation_is_denied() -> None:
@@ -326,7 +326,9 @@ def test_a_certificate_of_something_else_proves_nothing() -> None:
     rules = tuple(replace(one, terms=button.terms) if one is slow else one for one in old.site.rules)
     site = replace(old.site, rules=rules, digest="of another file")
     asked = request("slowly", "carry", stop_pressed=True)
-    trusting = Gate(configure(site, {"handling": (old.modules["handling"], old.certificates["handling"])}))
+    trusting = CompiledGate(
+        configure(site, {"handling": (old.modules["handling"], old.certificates["handling"])})
+    )
     assert ("AE750", "slow-carry") in denied(asked, trusting)
 
 
@@ -334,9 +336,9 @@ def test_an_invariant_that_the_certificate_does_not_mention_is_decided() -> None
     old = configuration()
     certificate = old.certificates["handling"]
     nothing = replace(certificate, obligations={})
-    silent = Gate(replace(old, certificates={"handling": nothing}))
+    silent = CompiledGate(replace(old, certificates={"handling": nothing}))
     assert denied(request(stop_pressed=True), silent) == [("AE750", "stop-button")]
-    uncertified = Gate(replace(old, certificates={}))
+    uncertified = CompiledGate(replace(old, certificates={}))
     assert denied(request(stop_pressed=True), uncertified) == [("AE750", "stop-button")]
 
 
@@ -350,10 +352,10 @@ def falsely_proved() -> Configuration:
 
 def test_a_certificate_that_lies_is_found_by_the_shadow_gate() -> None:
     asked = request(stop_pressed=True)
-    assert asked.decided_by(Gate(falsely_proved())).verdict is Verdict.ALLOW  # what a lie does
-    assert asked.decided_by(Gate(falsely_proved(), GateMode.Z3)).verdict is Verdict.DENY
+    assert asked.decided_by(CompiledGate(falsely_proved())).verdict is Verdict.ALLOW  # what a lie does
+    assert asked.decided_by(CompiledGate(falsely_proved(), GateMode.Z3)).verdict is Verdict.DENY
     with pytest.raises(GateDisagreementError, match="compiled gate"):
-        asked.decided_by(Gate(falsely_proved(), GateMode.SHADOW))
+        asked.decided_by(CompiledGate(falsely_proved(), GateMode.SHADOW))
 
 
 def test_a_solver_that_cannot_decide_denies(monkeypatch: pytest.MonkeyPatch) -> None:

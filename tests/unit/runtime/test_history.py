@@ -16,8 +16,8 @@ import pytest
 
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.ports import StepRequest, StepResult, StepStatus
 from aeros.runtime.skill_run import run_in_process
 from aeros.sim.fake import FakePlant
@@ -51,7 +51,7 @@ class Bench:
         self.plant = FakePlant({"tool_position": (0.3, 0.0, 0.5), "human_distance": 20.0, "holding": False})
         self.plant.duration = STEP
         self.executor = Executor(
-            configuration, Gate(configuration, GateMode.SHADOW), self.plant, log, run_in_process
+            configuration, CompiledGate(configuration, GateMode.SHADOW), self.plant, log, run_in_process
         )
 
     def lift(self) -> StepResult:

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.gate import Gate
-from aeros.runtime.observation import Sight
+from aeros.runtime.gate import CompiledGate
 from aeros.runtime.ports import Moment, Names, Reading
+from aeros.runtime.step import ObservationFilter
 from aeros.runtime.told_readings import ReadingsTeller, told_readings
 from aeros.spec.errors import MisuseError
 from tests.unit.runtime.bench import (
@@ -41,7 +41,7 @@ def _moment(values: dict[str, Any], order: Names = _ORDER, time: Any = NOW) -> M
 
 def test_the_gate_decides_moments_as_readings_one_by_one() -> None:
     chance = Random(11)  # noqa: S311 - a test, the same every time
-    afresh = Gate(configuration())
+    afresh = CompiledGate(configuration())
     fewer = Names(set(STATE) - {"wind"})
     more = Names({*STATE, "mood"})
     allowed = 0
@@ -100,7 +100,7 @@ def test_moments_are_told_as_readings_one_by_one() -> None:
 def test_a_skill_sees_of_moments_what_it_sees_of_readings_one_by_one() -> None:
     chance = Random(13)  # noqa: S311 - a test, the same every time
     (ecm,), site = configuration().modules.values(), configuration().site
-    sight, other = Sight(ecm, site), Sight(ecm, site)
+    sensed, other = ObservationFilter(ecm, site), ObservationFilter(ecm, site)
     values = dict(STATE)
     seen: dict[str, Any] = {}
     for _ in range(500):
@@ -108,5 +108,5 @@ def test_a_skill_sees_of_moments_what_it_sees_of_readings_one_by_one() -> None:
         order, time = chance.choice((_ORDER, Names(set(STATE) - {"wind"}))), chance.choice(_TIMES[:-1])
         # Whatever was done to what it saw before.
         seen.clear()
-        seen = sight.observation(_moment(values, order, time), NOW)
-        assert seen == other.observation(dict(_moment(values, order, time)), NOW)
+        seen = sensed.observe(_moment(values, order, time), NOW)
+        assert seen == other.observe(dict(_moment(values, order, time)), NOW)

@@ -14,7 +14,7 @@ from aeros.runtime.audit_check import Record
 from aeros.runtime.canonical import digest_of
 from aeros.runtime.configuration import Configuration, Configurations, UnknownConfigurationError, only
 from aeros.runtime.decision import Caller, Decision, Verdict
-from aeros.runtime.gate import Gate, GateDisagreementError, GateMode
+from aeros.runtime.gate import CompiledGate, GateDisagreementError, GateMode
 from aeros.runtime.ports import Reading
 from aeros.runtime.records import DecisionRecord, decision_details, session_details
 from aeros.runtime.replay import Replay
@@ -170,7 +170,7 @@ def test_gates_that_disagree_are_named_with_the_record(log: Path, monkeypatch: p
         raise GateDisagreementError("compiled gate: ALLOW; z3: DENY")
 
     _, details = decided(bench.PARAMETERS["move"])
-    monkeypatch.setattr(Gate, "decide", disagree)
+    monkeypatch.setattr(CompiledGate, "decide", disagree)
     (found,) = replayed(("decision", details), path=log).disagreements
     assert (found.sequence, found.why, found.again) == (1, "compiled gate: ALLOW; z3: DENY", None)
 
@@ -205,7 +205,7 @@ def carried(used: int, configuration: Configuration, time: float = bench.NOW) ->
     """A `carry` that is decided after so many."""
     readings, action = bench.measured(bench.STATE, time), Action("carry", dict(bench.PARAMETERS["carry"]))
     usage = {"carry-rate": used}
-    decision = Gate(configuration).decide(CALLER, readings, action, time, usage)
+    decision = CompiledGate(configuration).decide(CALLER, readings, action, time, usage)
     digest = configuration.digest
     return "decision", decision_details(
         DecisionRecord(decision, digest, time, readings, CALLER, action, usage)

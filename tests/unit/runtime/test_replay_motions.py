@@ -17,8 +17,8 @@ from aeros.runtime.canonical import digest_of
 from aeros.runtime.configuration import Configuration, only
 from aeros.runtime.gate import GateMode
 from aeros.runtime.ports import Completion, Motionless, Plan, Trajectory
+from aeros.runtime.records import body_to_json, motion_to_json
 from aeros.runtime.replay import Replay
-from aeros.runtime.stated_motion import told_body, told_motion
 from aeros.skill import act
 from tests.unit.runtime.one_joint import DRIVES, PLAN, TURNS, governed
 from tests.unit.runtime.together import Cart, asking, configuration, move, roll
@@ -141,7 +141,7 @@ def decisions(records: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def says(plan: Trajectory, name: str = "motion") -> dict[str, Any]:
-    told = told_motion(plan, digest_of(told_body(plan.body)))
+    told = motion_to_json(plan, digest_of(body_to_json(plan.body)))
     return {name: told, "motion_digest": digest_of(told)}
 
 

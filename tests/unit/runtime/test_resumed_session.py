@@ -11,8 +11,8 @@ import pytest
 
 from aeros.runtime.audit import AuditError, AuditLog, verify_log
 from aeros.runtime.configuration import Configuration, only
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.ports import BEGINNING, Head, StepRequest, StepResult, StepStatus
 from aeros.runtime.replay import Replay
 from aeros.runtime.skill_run import run_in_process
@@ -30,7 +30,7 @@ class Crashing:
         self.executor = self.made(resumed=False)
 
     def made(self, *, resumed: bool) -> Executor:
-        gate = Gate(self.configuration, GateMode.SHADOW)
+        gate = CompiledGate(self.configuration, GateMode.SHADOW)
         return Executor(self.configuration, gate, self.plant, self.log, run_in_process, resumed=resumed)
 
     def crash(self) -> None:

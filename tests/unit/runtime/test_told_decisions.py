@@ -11,8 +11,7 @@ from aeros.runtime.audit import AuditLog, verify_log
 from aeros.runtime.canonical import Encoded, canonical
 from aeros.runtime.decision import Caller, Decision, Reason, Verdict
 from aeros.runtime.ports import Completion, Moment, Motionless, Names, Plan, Reading, Readings
-from aeros.runtime.records import DecisionRecord, decision_details, motion_details
-from aeros.runtime.stated_motion import told_motion
+from aeros.runtime.records import DecisionRecord, decision_details, motion_details, motion_to_json
 from aeros.runtime.told_decisions import DecisionTeller
 from aeros.runtime.told_readings import ReadingsTeller
 from aeros.skill import Action
@@ -92,7 +91,7 @@ def test_decisions_are_told_as_their_details_are_encoded(tmp_path: Path) -> None
             moved = chance.random() < 0.5
             before = Decision(Verdict.ALLOW, asked, ()) if chance.random() < 0.2 else decision
             motion = teller.motion(plan, "", before, decision) if moved else {}
-            same = motion_details(before, decision, told_motion(plan, "")) if moved else {}
+            same = motion_details(before, decision, motion_to_json(plan, "")) if moved else {}
             said = _said(time, readings, caller, asked, usage, beside)
             details = teller.tell(DecisionRecord(decision, **said, motion=motion))
             as_text += type(details) is Encoded

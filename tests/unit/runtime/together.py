@@ -10,8 +10,8 @@ from typing import Any
 
 from aeros.runtime.audit import AuditLog, verify_log
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate, GateMode
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate, GateMode
 from aeros.runtime.governor import Governor
 from aeros.runtime.ports import StepHandle, StepRequest, StepResult
 from aeros.runtime.skill_run import Run, SkillRun
@@ -76,7 +76,9 @@ class Cart:
         self.plant = plant or FakePlant(VALUES)
         self.audit = AuditLog(log)
         under = under or configuration()
-        self.executor = Executor(under, Gate(under, mode), self.plant, self.audit, self._open, governor)
+        self.executor = Executor(
+            under, CompiledGate(under, mode), self.plant, self.audit, self._open, governor
+        )
 
     def _open(self, site: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> Run:
         return SkillRun(self.bodies[skill.id], inputs)

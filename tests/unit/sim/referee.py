@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeros.sim.body import CAPSULES, PANDA
-from aeros.sim.profile import TICK
+from aeros.sim.clock import TICK
 from aeros.sim.sensing import Truth
 from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.expr.terms import Literal

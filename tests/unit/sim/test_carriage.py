@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from aeros.runtime.ports import Completion
+from aeros.sim.clock import TICK
 from aeros.sim.physics import PhysicsPlant, make_plant
-from aeros.sim.profile import TICK
 from aeros.sim.robot import BASE_ACCELERATION_MAX
 from aeros.sim.scene_file import read_bodies
 from aeros.skill import act

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from aeros.runtime.ports import Completion, Plant
+from aeros.sim.clock import TICK
 from aeros.sim.kinematic.plant import make_plant as make_kinematic
-from aeros.sim.profile import TICK
 from aeros.skill import Action
 from tests.unit.sim.acting import allow, execute
 from tests.unit.sim.conformance.subjects import JOINTS, PRESSING, REACH, TOGETHER

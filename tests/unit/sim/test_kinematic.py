@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from aeros.runtime.ports import Completion, Plant, Trajectory
+from aeros.sim.clock import TICK
 from aeros.sim.geometry import Pose, turned
 from aeros.sim.kinematic.chain import posture
 from aeros.sim.kinematic.plant import KinematicPlant, make_plant
@@ -20,7 +21,6 @@ from aeros.sim.kinematic.scenes.bare import Bare
 from aeros.sim.kinematic.things import Round, Thing, Things, slab
 from aeros.sim.kinematics import forward
 from aeros.sim.limits import Q_MAX, Q_MIN
-from aeros.sim.profile import TICK
 from aeros.sim.randomness import Chance
 from aeros.skill import Action, act
 from tests.unit.sim.acting import allow, execute, recording

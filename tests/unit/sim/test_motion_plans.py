@@ -20,10 +20,11 @@ from aeros.runtime.trajectory import MotionDecider
 from aeros.runtime.watched import Watched
 from aeros.sim.body import CAPSULES, PANDA
 from aeros.sim.bullet import DATA
+from aeros.sim.clock import TICK
 from aeros.sim.kinematics import FLANGE, READY, forward
 from aeros.sim.limits import Q_MAX, Q_MIN, QD_MAX
 from aeros.sim.physics import PhysicsPlant
-from aeros.sim.profile import TICK, minimum_jerk
+from aeros.sim.profile import minimum_jerk
 from aeros.skill import Action, act
 from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.folders import reference_site

@@ -13,9 +13,8 @@ from aeros.sim.geometry import Pose, yaw_of
 from aeros.sim.layouts import dumpling_bench as bench
 from aeros.sim.layouts import table
 from aeros.sim.overview import overlook
-from aeros.sim.physics import PhysicsPlant, make_plant
+from aeros.sim.physics import NoDisturbance, PhysicsPlant, PlantParts, make_plant
 from aeros.sim.rectangles import rectangle_around
-from aeros.sim.undisturbed import Stage, Undisturbed
 from aeros.sim.world import Image
 from aeros.skill import act
 from tests.unit.sim.acting import allow, execute
@@ -23,10 +22,10 @@ from tests.unit.sim.acting import allow, execute
 pytestmark = pytest.mark.physics
 
 
-class Onlooker(Undisturbed):
+class Onlooker(NoDisturbance):
     """Knows the stage."""
 
-    def attach(self, stage: Stage) -> None:
+    def attach(self, stage: PlantParts) -> None:
         self.stage = stage
 
     def pose(self, thing: str) -> Pose:

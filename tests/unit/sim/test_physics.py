@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from aeros.sim.clock import TICK
 from aeros.sim.limits import Q_MAX, Q_MIN, QD_MAX, QDD_MAX, TAU_MAX
 from aeros.sim.panda import Panda
 from aeros.sim.physics import PhysicsPlant, make_plant
-from aeros.sim.profile import TICK
 from aeros.sim.randomness import Chance
 from aeros.sim.robot import RobotOptions
 from aeros.sim.scenes.bare import Bare

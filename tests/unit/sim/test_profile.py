@@ -5,9 +5,10 @@ import pytest
 
 from aeros.runtime.peaks import tool_rates
 from aeros.sim.body import PANDA
+from aeros.sim.clock import TICK
 from aeros.sim.kinematics import READY, forward
 from aeros.sim.limits import QD_MAX, QDD_MAX
-from aeros.sim.profile import TICK, UnreachableError, straight_profile
+from aeros.sim.profile import UnreachableError, straight_profile
 
 START = (forward(READY[None, :])[0][0], 0.0)
 

@@ -21,16 +21,15 @@ from aeros.runtime.monitor import Monitors
 from aeros.runtime.trajectory import MotionDecider
 from aeros.runtime.watched import Watched
 from aeros.sim.bullet import bullet
+from aeros.sim.clock import TICK
 from aeros.sim.geometry import Triple
 from aeros.sim.kinematics import READY
 from aeros.sim.limits import Q_MAX, QD_MAX, QDD_MAX, TAU_MAX
 from aeros.sim.people import Person, Waypoint
-from aeros.sim.physics import PhysicsPlant
-from aeros.sim.profile import TICK
+from aeros.sim.physics import NoDisturbance, PhysicsPlant, PlantParts
 from aeros.sim.robot import RobotOptions
 from aeros.sim.scenes.bare import Bare
 from aeros.sim.sensing import Truth
-from aeros.sim.undisturbed import Stage, Undisturbed
 from aeros.skill import Action, act
 from aeros.spec.diagnostics import Diagnostics
 from aeros.spec.folders import reference_site
@@ -50,7 +49,7 @@ Values = Mapping[str, Any]
 
 
 @dataclass
-class Rough(Undisturbed):
+class Rough(NoDisturbance):
     """From `BEGINS` on one drive is weak and a link is pushed, until the plant stops.
 
     weak: the joint, and the torque that it has left, N·m.
@@ -62,7 +61,7 @@ class Rough(Undisturbed):
     push: tuple[tuple[Triple, Triple], ...] = ()
     is_over: bool = False
 
-    def attach(self, stage: Stage) -> None:
+    def attach(self, stage: PlantParts) -> None:
         self._stage = stage
 
     def before_tick(self) -> None:
@@ -105,7 +104,7 @@ class Provocation:
     rule: str
     said: str
     violated: Callable[[Values], bool]
-    rough: Callable[[], Undisturbed] = Undisturbed
+    rough: Callable[[], NoDisturbance] = NoDisturbance
     people: tuple[Person, ...] = ()
     obstacle: bool = False
     posture: tuple[float, ...] = tuple(READY.tolist())
@@ -308,6 +307,6 @@ def test_an_arm_that_sagged_through_its_stop_is_planned_from_where_it_is(site: S
 @pytest.mark.parametrize("name", KINDS)
 def test_without_what_provokes_it_nothing_stops(name: str, site: Site) -> None:
     people = (STANDING,) if KINDS[name].people else ()
-    calm = replace(KINDS[name], rough=Undisturbed, people=people, obstacle=False)
+    calm = replace(KINDS[name], rough=NoDisturbance, people=people, obstacle=False)
     told = run(calm, site)
     assert (told.reason, told.violated, told.stopped) == (None, [], [])

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from aeros.runtime.ports import Reading
+from aeros.sim.clock import TICK
 from aeros.sim.physics import make_plant
-from aeros.sim.profile import TICK
 from aeros.sim.scenes import SCENES
 from aeros.sim.sensing import SensorModel, Sensors, Truth
 from aeros.skill import act

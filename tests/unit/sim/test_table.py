@@ -13,11 +13,10 @@ from aeros.sim.geometry import Pose, Triple, turned
 from aeros.sim.inspection import inspect_table
 from aeros.sim.layouts.dirt import DirtMap
 from aeros.sim.layouts.table import MAST, Layout, lay_table
-from aeros.sim.physics import PhysicsPlant, make_plant
+from aeros.sim.physics import NoDisturbance, PhysicsPlant, PlantParts, make_plant
 from aeros.sim.randomness import Chance
 from aeros.sim.scenes import table
 from aeros.sim.scenes.scene import Through
-from aeros.sim.undisturbed import Stage, Undisturbed
 from aeros.skill import Action, act
 from tests.unit.sim.acting import allow, execute
 
@@ -32,15 +31,15 @@ SPONGE = (0.10, 0.07, 0.03)
 SKILLS = Path(__file__).parents[3] / "ecms" / "clean_table" / "skills.py"
 
 
-class Onlooker(Undisturbed):
+class Onlooker(NoDisturbance):
     """Sees what the camera's evaluation sees of the scene, and can be blinded."""
 
     is_blind = False
 
-    def attach(self, stage: Stage) -> None:
+    def attach(self, stage: PlantParts) -> None:
         self.stage = stage
 
-    def looking(self, camera: str) -> Through:
+    def detection_filter(self, camera: str) -> Through:
         return lambda found: None if self.is_blind else found
 
     def clean(self) -> float:

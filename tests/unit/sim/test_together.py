@@ -18,8 +18,8 @@ from aeros.runtime.ports import Ball, Body, Completion, Motion, Plan, Trajectory
 from aeros.runtime.sweep import Box, breach_of
 from aeros.runtime.trajectory import MotionDecider
 from aeros.sim.body import PANDA
+from aeros.sim.clock import TICK
 from aeros.sim.physics import PhysicsPlant
-from aeros.sim.profile import TICK
 from aeros.sim.robot import BASE_ACCELERATION_MAX
 from aeros.skill import Action, act
 from aeros.spec.diagnostics import Diagnostics

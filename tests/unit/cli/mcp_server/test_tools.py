@@ -21,8 +21,8 @@ from aeros.cli.mcp_server.tools import MOST_PLANS, Tools
 from aeros.runtime.audit import AuditLog, verify_log
 from aeros.runtime.bus.watched_plant import WatchedPlant
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate
 from aeros.runtime.governor import Command, Fixed
 from aeros.runtime.isolation.opening import SkillRuns
 from aeros.runtime.proving import prove
@@ -113,7 +113,12 @@ def cell(configuration: Configuration, folder: Path, policy: McpPolicy, seed: in
             SkillRuns(site, configuration.modules.values()) as skills,
             AuditLog(folder / "audit.jsonl", listener=operator.hear) as audit,
             Executor(
-                configuration, Gate(configuration), WatchedPlant(plant, heard), audit, skills, operator
+                configuration,
+                CompiledGate(configuration),
+                WatchedPlant(plant, heard),
+                audit,
+                skills,
+                operator,
             ) as executor,
             awake(
                 folder / "state", "panda", executor, planner := Proposed(Judge(lambda: executor.site))

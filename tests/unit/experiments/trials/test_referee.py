@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from aeros.experiments.trials.referee import Referee
-from aeros.sim.profile import TICK
+from aeros.sim.clock import TICK
 from aeros.sim.sensing import Truth
 from aeros.spec.errors import MisuseError
 from tests.unit.experiments.common import premises

@@ -9,8 +9,8 @@ from aeros.runtime.audit import AuditLog, verify_log
 from aeros.runtime.bus.feed import Feed
 from aeros.runtime.bus.port import Publishing
 from aeros.runtime.bus.watched_plant import WatchedPlant
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate
 from aeros.runtime.isolation.opening import SkillRuns
 from aeros.runtime.ports import Plant
 from aeros.runtime.proving import prove
@@ -33,7 +33,7 @@ def wipe_the_table(folder: Path, bus: Publishing | None) -> str:
     with (
         SkillRuns(configuration.site, configuration.modules.values()) as skills,
         AuditLog(folder / "audit.jsonl", clock=lambda: 0.0, listener=listener) as audit,
-        Executor(configuration, Gate(configuration), plant, audit, skills) as executor,
+        Executor(configuration, CompiledGate(configuration), plant, audit, skills) as executor,
         awake(folder / "state", "panda", executor) as agent,
     ):
         assert agent.run("clean the table").reached

@@ -241,7 +241,7 @@ def test_no_more_goals_are_taken_than_there_is_room_for(
         """The executor, noting how many steps there are."""
 
         def __getattr__(self, name: str) -> Any:
-            most.append(len(robot.executor._steps))
+            most.append(len(robot.executor._table.steps))
             return getattr(robot.executor, name)
 
     server = robot.bus.serve_action(EXECUTE_SKILL, EXECUTE)

@@ -167,3 +167,12 @@ def test_the_transforms_of_a_motion_lead_to_the_tool_that_is_measured() -> None:
         assert placed_in_first(frame, (0.0, 0.0, 0.0)) == pytest.approx((p.x, p.y, p.z), abs=1e-6)
         told += 1
     assert told == 121  # before the first tick, and after each of those in half a second
+
+
+def test_every_listener_hears_the_same(site: Site) -> None:
+    with Noted(site) as one, Noted(site) as other:
+        plant = WatchedPlant(FakePlant({"holding": True}), one, other)
+        plant.observe()
+        plant.advance(lambda now, values: None, 0.01)
+    assert one.ticks == other.ticks
+    assert len(one.ticks) > 1

@@ -15,8 +15,8 @@ import pytest
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Decision, Verdict
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate_port import Gate
 from aeros.runtime.isolation.isolated_run import IsolatedRun
 from aeros.runtime.isolation.lockdown import Layer
 from aeros.runtime.isolation.nursery import Nursery

@@ -12,8 +12,8 @@ import pytest
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.audit_check import Record, verify_log
 from aeros.runtime.configuration import Configuration, UnknownConfigurationError
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate
 from aeros.runtime.ports import StepRequest
 from aeros.runtime.registry.governing import Governing
 from aeros.runtime.registry.past import Past
@@ -141,7 +141,9 @@ def log(registry: Registry, write: Author, tmp_path: Path) -> Path:
     with (
         Governing(registry) as governing,
         AuditLog(path) as audit,
-        Executor(configuration, Gate(configuration), plant, audit, run_in_process, governing) as executor,
+        Executor(
+            configuration, CompiledGate(configuration), plant, audit, run_in_process, governing
+        ) as executor,
     ):
         for change in (
             lambda: registry.block(Block("worn", "a finger is worn", None, None, "grip")),

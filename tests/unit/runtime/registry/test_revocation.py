@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 
 from aeros.runtime.audit import AuditLog
-from aeros.runtime.executor import Executor
-from aeros.runtime.gate import Gate
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate
 from aeros.runtime.governor import Command
 from aeros.runtime.ports import Completion, Monitor, Motion, StepRequest, StepResult, StepStatus
 from aeros.runtime.registry.governing import Governing
@@ -63,7 +63,7 @@ class Robot:
         self.plant = SlowPlant(initial_values(configuration.site, {}))
         self.plant.moving = threading.Event()
         self.audit = AuditLog(log)
-        gate = Gate(configuration)
+        gate = CompiledGate(configuration)
         self.executor = Executor(configuration, gate, self.plant, self.audit, run_in_process, self.governing)
         self.results: list[StepResult] = []
 
@@ -159,7 +159,7 @@ def test_a_change_between_loading_and_the_first_look_is_followed(
     registry.deactivate("tidy")
     with Governing(registry) as governing, AuditLog(tmp_path / "audit.jsonl") as log:
         plant = FakePlant(initial_values(stale.site, {}))
-        executor = Executor(stale, Gate(stale), plant, log, run_in_process, governing)
+        executor = Executor(stale, CompiledGate(stale), plant, log, run_in_process, governing)
         assert executor.submit(StepRequest("tidy", "rest", {})).status is StepStatus.REFUSED
         assert executor.active_modules() == {}
 

@@ -9,9 +9,9 @@ from typing import Any, Final
 import numpy as np
 
 from aeros.runtime.ports import Completion, Monitor, Motion, Plan, Reading, Readings, Trajectory
+from aeros.sim.clock import TICK
 from aeros.sim.kinematic.plant import KinematicPlant
 from aeros.sim.kinematic.scenes import SCENES
-from aeros.sim.profile import TICK
 from aeros.skill import Action
 
 

@@ -234,12 +234,12 @@ def test_a_look_is_an_opportunity_while_the_skill_that_is_named_runs() -> None:
     injector = Injector((fault(Miss(), OnLook("mast", SKILL)),), 1, lambda one: None)
     plant = PhysicsPlant(Cube(), 1, disturbance=injector)
     found = Sight((1.0, 2.0, 3.0))
-    assert injector.looking("mast")(found) == found
+    assert injector.detection_filter("mast")(found) == found
     plant.skill_began(SKILL)
-    assert injector.looking("mast")(found) is None
-    assert injector.looking("hand")(found) == found
+    assert injector.detection_filter("mast")(found) is None
+    assert injector.detection_filter("hand")(found) == found
     plant.skill_ended(SKILL, finished=True)
-    assert injector.looking("mast")(found) == found
+    assert injector.detection_filter("mast")(found) == found
     plant.close()
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from aeros.runtime.canonical import canonical, digest_of
 from aeros.runtime.ports import Ball, Body, Completion, Motionless, Servo, Trajectory
-from aeros.runtime.stated_motion import read_motion, told_body, told_motion
+from aeros.runtime.records import body_to_json, motion_from_json, motion_to_json
 from tests.unit.runtime import motions
 
 NOWHERE = (0.0, 0.0, 0.0)
@@ -31,13 +31,13 @@ def servo() -> Servo:
 
 def told(plan: Any) -> tuple[Any, dict[str, Any]]:
     """What a log says of it, and the bodies in the log by digest."""
-    held = told_body(plan.body) if type(plan) is Trajectory else None
-    said = told_motion(plan, digest_of(held))
+    held = body_to_json(plan.body) if type(plan) is Trajectory else None
+    said = motion_to_json(plan, digest_of(held))
     return json.loads(canonical(said)), {digest_of(held): json.loads(canonical(held))}
 
 
 def read(plan: Any) -> Any:
-    return read_motion(*told(plan))
+    return motion_from_json(*told(plan))
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -110,9 +110,9 @@ def test_whatever_a_plant_says_can_be_told() -> None:
     for strange in (object(), {1: 2}, [1.0], b"x"):
         for changed in ("paths", "base", "way", "duration", "servo", "body"):
             malformed: dict[str, Any] = {changed: strange}
-            canonical(told_motion(motion(**malformed), ""))
-            canonical(told_body(strange))
-        canonical(told_motion(strange, ""))
+            canonical(motion_to_json(motion(**malformed), ""))
+            canonical(body_to_json(strange))
+        canonical(motion_to_json(strange, ""))
 
 
 @pytest.mark.parametrize(
@@ -131,7 +131,7 @@ def test_whatever_a_plant_says_can_be_told() -> None:
 def test_what_nobody_tells_is_no_motion_or_a_malformed_one(changed: dict[str, Any]) -> None:
     said, bodies = told(motion())
     try:
-        found = read_motion({**said, **changed}, bodies)
+        found = motion_from_json({**said, **changed}, bodies)
     except (KeyError, TypeError, ValueError):
         return
     assert found != motion()
@@ -140,7 +140,7 @@ def test_what_nobody_tells_is_no_motion_or_a_malformed_one(changed: dict[str, An
 @pytest.mark.parametrize("said", [None, [], {}, {"body": "x"}, "motion"])
 def test_what_is_not_even_like_one_is_refused(said: Any) -> None:
     with pytest.raises(ValueError, match="it is no motion"):
-        read_motion(said, {})
+        motion_from_json(said, {})
 
 
 def test_a_path_takes_eleven_characters_for_each_number() -> None:

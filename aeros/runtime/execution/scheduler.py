@@ -1,0 +1,157 @@
+"""The scheduler: whose turn it is, and how time goes on for all motions (rules 2 and 4 of `executor`)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from typing import Any, Final
+
+from aeros.runtime.execution.clean_up import CleanUp, ExecutionContext
+from aeros.runtime.execution.step_control import StepControl
+from aeros.runtime.governor import Command
+from aeros.runtime.grounds import cause_of_stop
+from aeros.runtime.ports import Completion, StepHandle, StepStatus
+from aeros.runtime.records import caller_details
+from aeros.runtime.skill_run import Ending
+from aeros.runtime.step import HALTED, Step, ending_stopped, ending_unheld, needs_of
+
+_POLL_INTERVAL_S: Final = 0.01
+"""Time between two looks while the operator pauses, s."""
+
+_STOP: Final = Command.STOP
+
+
+class Scheduler:
+    """Begins steps, gives each skill that is due its turn, and lets time go on while any action moves."""
+
+    def __init__(self, context: ExecutionContext, clean_up: CleanUp, control: StepControl) -> None:
+        self._table = context.table
+        self._steps = context.table.steps
+        self._hold_conditions = context.table.hold_conditions
+        self._plant = context.plant
+        self._audit = context.audit
+        self._resources = context.resources
+        self._pipeline = context.pipeline
+        self._governor = context.governor
+        self._followed = context.followed
+        self._clean_up = clean_up
+        self._control = control
+
+    def enqueue(self, step: Step) -> StepHandle:
+        """Start a step, which waits its turn for the resources that it needs."""
+        handle = self._table.add(step)
+        self._resources.ask(handle, needs_of(step.skill))
+        return handle
+
+    def run_until(self, until: float) -> bool:
+        """Let a skill that is due act; where none is, let time go on.
+
+        Args:
+            until: plant seconds.
+
+        Returns:
+            Whether `until` comes before anything else.
+        """
+        with self._clean_up.on_error:
+            self._begin_ready_steps()
+            due = next((handle for handle, step in self._steps.items() if step.is_due), None)
+            if due is not None and not self._control.actions_are_paused():
+                ending = self._control.run_skill(self._steps[due])
+                if ending is not None:
+                    self._clean_up.halt_step(due, ending)
+            elif self._table.is_moving():
+                return self._advance_plant(until)
+            elif due is not None:
+                time.sleep(_POLL_INTERVAL_S)
+        return False
+
+    def monitor_tick(self, now: float, measured: Mapping[str, Any]) -> str | None:
+        """Monitor everything under way at one control tick, and halt what was revoked or does not hold.
+
+        Args:
+            now: plant seconds.
+            measured: as a `ports.Monitor` is given it.
+
+        Returns:
+            The rule that is violated, upon which the plant makes a protective stop; None where none is.
+        """
+        if self._governor.command is _STOP:
+            return HALTED.reason
+        if self._governor.generation != self._followed.generation:
+            for handle, step in self._steps.items():
+                objection = self._revocation_reason(step)
+                if objection is not None:
+                    self._clean_up.halt_step(handle, Ending(StepStatus.STOPPED, f"revoked: {objection}"))
+        for handle, hold in self._hold_conditions.items():
+            step = self._steps[handle]
+            if step.under_way is not None and step.ending is None:
+                ending = ending_unheld(hold.broken_at_tick(measured, now, self._plant.observe))
+                if ending is not None:
+                    self._clean_up.halt_step(handle, ending)
+        return self._pipeline.monitors(now, measured)
+
+    def _begin_ready_steps(self) -> None:
+        """Begin the steps whose turn it is; their time-outs run from now on."""
+        if not self._resources.waiting:
+            return
+        for who in self._resources.grant():
+            step = self._steps[StepHandle(who)]
+            step.deadline = self._plant.now() + float(step.skill.timeout)
+            began = {"time": self._plant.now(), "deadline": step.deadline}
+            self._audit.append("step-began", {**began, **caller_details(step.caller)})
+            step.has_begun = True
+            self._plant.skill_began(step.name)
+        for handle, step in list(self._steps.items()):
+            lacking = None if step.has_begun else self._resources.lacking(needs_of(step.skill))
+            if lacking is not None:
+                reason = f"this site has no `{lacking}` any more"
+                self._clean_up.halt_step(handle, Ending(StepStatus.STOPPED, reason))
+
+    def _advance_plant(self, until: float) -> bool:
+        """Let time go on until a motion ends or a time-out has passed.
+
+        Returns:
+            Whether `until` comes before either.
+        """
+        moving = {handle: step for handle, step in self._steps.items() if step.under_way is not None}
+        latest = min([until, *(step.deadline for step in moving.values() if step.ending is None)])
+        ended = self._plant.advance(self.monitor_tick, latest)
+        landed = {
+            handle: ended[one.motion]
+            for handle, step in moving.items()
+            if (one := step.under_way) and one.motion in ended
+        }
+        self._clean_up.motions_ended(landed)
+        for handle, completion in landed.items():
+            step = moving[handle]
+            ending = step.ending or (None if completion.completed else self._ending_broken(completion))
+            if ending is not None:
+                self._clean_up.halt_step(handle, ending)
+        if ended:
+            return False
+        for handle, step in moving.items():
+            if step.deadline <= latest:
+                reason = "the skill's time-out passed during a motion"
+                self._clean_up.halt_step(handle, Ending(StepStatus.TIMED_OUT, reason))
+        return latest == until
+
+    def _ending_broken(self, completion: Completion) -> Ending:
+        """Return how a step ends whose motion broke off; of a violated rule, with what was measured."""
+        if self._governor.command is _STOP:
+            return HALTED
+        ending, violation = ending_stopped(completion), self._pipeline.monitors.violation
+        by, _, rule = ending.reason.partition("monitor:")
+        if by or not rule:
+            return ending
+        site = self._followed.configuration.site
+        ending = ending._replace(causes=(cause_of_stop(site, rule, violation),))
+        if violation is None or violation.rule != rule:
+            return ending
+        return ending._replace(reason=f"{ending.reason}: {violation}")
+
+    def _revocation_reason(self, step: Step) -> str | None:
+        """Return why what the step has under way may not go on, or None."""
+        if step.under_way is None:
+            return None
+        caller, kind = step.caller, step.under_way.begun.action.kind
+        return self._governor.objection(caller.module, caller.skill, kind)

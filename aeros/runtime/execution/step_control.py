@@ -1,0 +1,116 @@
+"""Control of one step: its skill yields an action, which is decided and begun (rule 1 of `executor`)."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from aeros.runtime.execution.clean_up import CleanUp, ExecutionContext
+from aeros.runtime.governor import Command
+from aeros.runtime.passing import may_pass
+from aeros.runtime.ports import Completion, StepStatus
+from aeros.runtime.preparing import with_outputs
+from aeros.runtime.records import spell_reasons
+from aeros.runtime.skill_run import Ending
+from aeros.runtime.step import HALTED, ObservationFilter, Step, UnderWay, ending_stopped, ending_unheld
+from aeros.skill import Action
+
+MAX_ACTIONS: Final = 10_000
+"""Actions of one step beyond which a skill floods; a zero-time action could otherwise repeat for ever."""
+
+
+class StepControl:
+    """Lets the skill of a step act once, where nobody objects."""
+
+    def __init__(self, context: ExecutionContext, clean_up: CleanUp) -> None:
+        self._table = context.table
+        self._plant = context.plant
+        self._audit = context.audit
+        self._pipeline = context.pipeline
+        self._governor = context.governor
+        self._followed = context.followed
+        self._clean_up = clean_up
+        self._is_paused = False
+
+    def actions_are_paused(self) -> bool:
+        """Say whether no action may begin: the operator pauses, or one of an older configuration moves."""
+        paused = self._governor.command is Command.PAUSE
+        if paused is not self._is_paused:
+            self._is_paused = paused
+            self._audit.append("paused" if paused else "resumed", {"time": self._plant.now()})
+        return paused or not self._followed.is_latest()
+
+    def run_skill(self, step: Step) -> Ending | None:
+        """Let the skill ask for an action and begin it.
+
+        Returns:
+            How the step ends; None where its action has begun, or waits to be decided.
+        """
+        lost = self._check_hold_condition(step)
+        if lost is not None:
+            return lost
+        if step.asked is None:
+            ending = self._resume_skill(step)
+            if ending is not None or self.actions_are_paused():
+                return ending
+        if self._governor.command is Command.STOP:
+            return HALTED
+        if not self._followed.is_active(step.ecm):
+            return Ending(StepStatus.STOPPED, f"revoked: `{step.ecm.id}` is not active as it was")
+        in_force = self._followed.hold()
+        try:
+            asked = step.asked
+            if not in_force or asked is None:
+                return None
+            step.asked = None
+            # Once more: meanwhile the skill has computed.
+            return self._check_hold_condition(step) or self._decide_and_begin(step, asked)
+        finally:
+            self._followed.release()
+
+    def _resume_skill(self, step: Step) -> Ending | None:
+        """Let the skill ask for its next action, into `step.asked`; or return how the step ends."""
+        if step.actions == MAX_ACTIONS:
+            return Ending(StepStatus.RAISED, f"the skill floods: more than {MAX_ACTIONS} actions")
+        step.actions += 1
+        site = self._followed.configuration.site
+        if step.observation_filter is None or step.observation_filter.site is not site:
+            step.observation_filter = ObservationFilter(step.ecm, site)
+        observation = step.observation_filter.observe(self._plant.observe(), self._plant.now())
+        asked = step.run.resume(observation, step.deadline - self._plant.now())
+        if isinstance(asked, Ending) and asked.status is StepStatus.RAISED:
+            return asked
+        if self._plant.now() > step.deadline:
+            return Ending(StepStatus.TIMED_OUT, "the skill's time-out has passed")
+        if isinstance(asked, Ending):
+            return with_outputs(step.skill, asked)
+        step.asked = asked
+        return None
+
+    def _check_hold_condition(self, step: Step) -> Ending | None:
+        """Return how the step ends if its hold-condition is not measured now."""
+        if step.hold is None:
+            return None
+        # In this order: a reading is never younger than the time it is judged at.
+        readings = self._plant.observe()
+        return ending_unheld(step.hold.broken(readings, self._plant.now()))
+
+    def _decide_and_begin(self, step: Step, asked: Action) -> Ending | None:
+        """Have an action decided and recorded, and begin it; None when it has begun."""
+        decided = self._pipeline.decide(step.caller, asked, self._table.active_motions())
+        step.counts = step.counts.plus(decided.decision.verdict)
+        begun, plan = decided.begun, decided.plan
+        if begun is None:
+            site = self._followed.configuration.site
+            step.may_pass = may_pass(decided.decision.reasons, asked.kind, site)
+            why = spell_reasons(decided.decision.reasons)
+            return Ending(StepStatus.DENIED, why, causes=decided.causes)
+        if decided.ends_others:
+            self._clean_up.stop_all(f"stopped for `{step.name}`, which asks for a protective stop")
+        self._pipeline.executed(begun)
+        # A completion: the plant cannot do it, and nothing moves.
+        motion = plan if isinstance(plan, Completion) else self._plant.begin(begun.action, plan)
+        if isinstance(motion, Completion):
+            return ending_stopped(motion)
+        step.under_way = UnderWay(motion, begun, plan)
+        self._pipeline.monitors.watch(begun)
+        return None
