@@ -1,4 +1,4 @@
-"""A plant whose measurements a feed hears of; in everything else the plant that it wraps."""
+"""A plant whose measurements listeners hear of; in everything else the plant that it wraps."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ class Listener(Protocol):
 
 
 class WatchedPlant:
-    """Implements `ports.Plant` by `plant`, and tells `feed` what is observed and each control tick.
+    """Implements `ports.Plant` by `plant`, and tells `listeners` what is observed and each control tick.
 
     Of the robot it knows what plans say of it: the body, and where the base is, as long as nothing was
     begun since that may move the base.
     """
 
-    def __init__(self, plant: Plant, feed: Listener) -> None:
+    def __init__(self, plant: Plant, *listeners: Listener) -> None:
         self._plant = plant
-        self._feed = feed
+        self._listeners = listeners
         self._chain = Chain()
         self._travelling: set[Motion] = set()
 
@@ -49,7 +49,8 @@ class WatchedPlant:
     def observe(self) -> Readings:
         """See `Plant`."""
         readings = self._plant.observe()
-        self._feed.observed(readings, self._chain)
+        for listener in self._listeners:
+            listener.observed(readings, self._chain)
         return readings
 
     def plan(self, action: Action) -> Plan:
@@ -72,7 +73,8 @@ class WatchedPlant:
 
         def watching(now: float, values: Mapping[str, Any]) -> str | None:
             rule = monitor(now, values)
-            self._feed.tick(now, values, self._chain)
+            for listener in self._listeners:
+                listener.tick(now, values, self._chain)
             return rule
 
         ended = self._plant.advance(watching, until)
