@@ -8,7 +8,6 @@ from pathlib import Path
 
 from aeros.runtime.decision import Decision
 from aeros.runtime.ports import Plant
-from aeros.session.rendered_errors import rendered_errors
 from aeros.session.session import Session, open_session
 from aeros.session.skill_gate import SkillGate as Gate
 from aeros.session.skill_gate import load_gate
@@ -38,8 +37,8 @@ __all__ = [
 def verify(*paths: str | PathLike[str], site: str | PathLike[str] | None = None) -> Report:
     """Prove that modules keep the policy of a site, as `aeros verify` does; no certificate is written.
 
-    Modules that are refused are no error here: the report says so, with file, line, cause and cure of each
-    problem.  What an earlier run proved of the same files is not proved again.
+    Files that cannot be read or are refused raise nothing: the report says so, with file, line, cause and
+    cure of each problem.  What an earlier run proved of the same files is not proved again.
 
     Args:
         paths: Modules' folders, or folders of modules.
@@ -48,9 +47,6 @@ def verify(*paths: str | PathLike[str], site: str | PathLike[str] | None = None)
     Returns:
         The report: `conclusion`, and what was found of the `site` and of each of the `modules`.
 
-    Raises:
-        UserError: A file cannot be read at all; its text has file, cause and cure.
-
     Example:
         >>> report = aeros.verify("ecms/")
         >>> report.conclusion.value
@@ -58,11 +54,10 @@ def verify(*paths: str | PathLike[str], site: str | PathLike[str] | None = None)
         >>> [module.name for module in report.modules]
         ['clean_table', 'fetch_object', 'make_dumplings']
     """
-    with rendered_errors():
-        store = default_store()
-        with nullcontext() if store is None else closing(store):
-            path = reference_site() if site is None else Path(site)
-            return verify_in_brief([Path(one) for one in paths], path, store=store)
+    store = default_store()
+    with nullcontext() if store is None else closing(store):
+        path = reference_site() if site is None else Path(site)
+        return verify_in_brief([Path(one) for one in paths], path, store=store)
 
 
 def check_conformance(subject: Subject) -> tuple[str, ...]:
@@ -76,7 +71,7 @@ def check_conformance(subject: Subject) -> tuple[str, ...]:
         The names of the promises that were checked, all of them kept.
 
     Raises:
-        ConformanceError: Promises are broken; the text has each of them and how (an AssertionError).
+        ConformanceError: Promises are broken, by an exception, too; the text has each of them and how.
 
     Example:
         >>> from aeros.sim.conformance.suite import Subject
@@ -102,6 +97,8 @@ def check_conformance(subject: Subject) -> tuple[str, ...]:
             check(subject)
         except ConformanceError as error:
             broken.append(f"{check.__name__}: {error}")
+        except Exception as error:
+            broken.append(f"{check.__name__}: it raises {type(error).__name__}: {error}")
     if broken:
         raise ConformanceError(f"{len(broken)} of {len(CHECKS)} promises are broken\n" + "\n".join(broken))
     return tuple(check.__name__ for check in CHECKS)

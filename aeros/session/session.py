@@ -240,7 +240,8 @@ def open_session(
                 governor = Fixed(configuration)
             else:
                 steered, configuration, proof = open_governor(Path(state), ecms, path)
-                governor = stack.enter_context(steered)
+                stack.enter_context(steered)
+                governor = steered
         temporary = None if out is not None else stack.enter_context(tempfile.TemporaryDirectory())
         folder = create_output_folder(Path(out or temporary or ""), "")
 
