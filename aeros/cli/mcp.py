@@ -11,7 +11,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from aeros.agent.planner import Planner
 from aeros.agent.routing import Routed
 from aeros.cli.arguments import existing_path, find_key_file, parse_seed, print_warning, writable_path
 from aeros.cli.exit_codes import EXIT_CODES, Exit
@@ -22,7 +21,6 @@ from aeros.cli.mcp_server.robot import Heard, Parts, Proposed, Robot
 from aeros.cli.mcp_server.tools import Tools
 from aeros.runtime.audit_checkpoints import Signing
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.ports import Runtime
 from aeros.runtime.registry.live import ask
 from aeros.runtime.registry.registry import Registry
 from aeros.session.assembly import SessionSetup, open_agent, open_recorded_plant
@@ -90,17 +88,17 @@ def _command(arguments: argparse.Namespace) -> Exit:
         signing = build_signing(key_file, arguments.anchor)
         routed = select_task(arguments.instruction, configuration, governor, arguments.state)
         out = create_output_folder(arguments.out, f"mcp-{routed.task.id}")
-        with governor, RunGovernor(governor) as interruptible:
+        with governor, RunGovernor(governor) as run_governor:
             _warn_of_unknown_skills(configuration)
-            former = signal.signal(signal.SIGTERM, lambda _number, _frame: interruptible.interrupt())
+            former = signal.signal(signal.SIGTERM, lambda _number, _frame: run_governor.interrupt())
             heard = Heard()
 
             @contextmanager
             def opened() -> Iterator[Parts]:
-                with _parts(arguments, configuration, interruptible, routed, out, signing, heard) as one:
+                with _parts(arguments, configuration, run_governor, routed, out, signing, heard) as one:
                     yield one
 
-            robot = Robot(opened, arguments.instruction, interruptible.interrupt)
+            robot = Robot(opened, arguments.instruction, run_governor.interrupt)
             try:
                 folder = Registry(arguments.state).folder
                 tools = Tools(
@@ -109,14 +107,16 @@ def _command(arguments: argparse.Namespace) -> Exit:
                     routed,
                     Approvals(arguments.state),
                     lambda command: ask(folder, command),
-                    lambda: interruptible.command,
+                    lambda: run_governor.command,
                 )
                 print(f"aeros: answers on standard output; leaves {out}/", file=sys.stderr)
-                serve(tools, lambda: interruptible.is_interrupted)
-                by_signal = interruptible.is_interrupted
+                serve(tools, lambda: run_governor.is_interrupted)
+                by_signal = run_governor.is_interrupted
             finally:
-                robot.close()
-                signal.signal(signal.SIGTERM, former)
+                try:
+                    robot.close()
+                finally:
+                    signal.signal(signal.SIGTERM, former)
     except SETUP_ERRORS as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
@@ -133,13 +133,8 @@ def _parts(
     signing: Signing | None,
     heard: Heard,
 ) -> Iterator[Parts]:
-    """Everything that acts, as `aeros run` puts it together."""
-    planners: list[Proposed] = []
-
-    def planner_for(runtime: Runtime) -> Planner:
-        planners.append(Proposed(Judge(lambda: runtime.site)))
-        return planners[0]
-
+    """Open everything that acts, as `aeros run` does."""
+    planner = Proposed(Judge(lambda: robot.executor.site))
     setup = SessionSetup(
         configuration=configuration,
         open_plant=lambda _: open_plant(arguments.plant, configuration, routed.task, arguments.seed),
@@ -149,12 +144,12 @@ def _parts(
         stream=sys.stderr,
         signing=signing,
         listeners=(heard,),
-        make_planner=planner_for,
+        planner=planner,
         seed=arguments.seed,
     )
-    with open_recorded_plant(setup) as recorded, open_agent(setup, recorded, governor) as (executor, agent):
+    with open_recorded_plant(setup) as recorded, open_agent(setup, recorded, governor) as robot:
         note_run(arguments.state, out)
-        yield Parts(executor, agent, planners[0])
+        yield Parts(robot.executor, robot.agent, planner)
 
 
 def _warn_of_unknown_skills(configuration: Configuration) -> None:

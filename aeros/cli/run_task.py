@@ -98,7 +98,7 @@ def _setup(staged: Staged, meant: Meant) -> SessionSetup:
         signing=meant.signing,
         bag=arguments.bag,
         mcap=arguments.mcap,
-        make_planner=lambda _: meant.planner,
+        planner=meant.planner,
         planning_timeout=time_for(arguments, meant.planner),
         seed=arguments.seed,
         purpose=arguments.instruction,

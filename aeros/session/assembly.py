@@ -32,7 +32,7 @@ from aeros.runtime.executor import Executor
 from aeros.runtime.gate import Gate, GateMode
 from aeros.runtime.governor import Governor
 from aeros.runtime.isolation.opening import SkillRuns
-from aeros.runtime.ports import Plant, Runtime
+from aeros.runtime.ports import Plant
 from aeros.runtime.skill_run import OpenRun
 from aeros.session.bag import open_bag
 from aeros.session.setup import open_isolated_skills
@@ -62,7 +62,7 @@ class SessionSetup:
         bag: A new folder for a ROS 2 bag; None for none.
         mcap: A new MCAP file; None for none.
         listeners: Also hear of what is measured.
-        make_planner: Makes the planner, given the runtime; None for the planning rules of the manifest.
+        planner: Proposes plans; None for the planning rules of the manifest.
         planning_timeout: Seconds for each plan, made while the plant's time goes on; None to plan in place.
         seed: Of the agent's choices between skills.
         purpose: For whoever asks what holds the state folder.
@@ -81,7 +81,7 @@ class SessionSetup:
     bag: Path | None = None
     mcap: Path | None = None
     listeners: Sequence[Listener] = ()
-    make_planner: Callable[[Runtime], Planner] | None = None
+    planner: Planner | None = None
     planning_timeout: float | None = None
     seed: int = 0
     purpose: str = ""
@@ -200,8 +200,7 @@ def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor)
         is_resumed=setup.is_resumed,
     ) as executor:
         recorded.audit.append("isolation", recorded.skills.details())
-        planner = None if setup.make_planner is None else setup.make_planner(executor)
-        name, within = configuration.site.id, setup.planning_timeout
+        name, within, planner = configuration.site.id, setup.planning_timeout, setup.planner
         opened = (
             awake_once(name, executor, planner, observe, setup.seed, within)
             if setup.state is None

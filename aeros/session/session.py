@@ -254,7 +254,7 @@ def open_session(
                 warn=lambda text: warnings.warn(text, RuntimeWarning, stacklevel=2),
                 on_event=observe,
                 gate_mode=GateMode(gate),
-                make_planner=None if planner is None else lambda _: planner,
+                planner=planner,
                 seed=seed,
             )
 

@@ -275,7 +275,7 @@ def test_an_instruction_that_names_no_task_is_refused_before_the_plant_is_opened
 def test_a_plant_that_was_given_is_not_closed() -> None:
     plant = FakePlant({"estop_pressed": True})
     with aeros.open_session("ecms/clean_table", plant=plant) as session:
-        assert not session.run(_CLEAN).reached
+        assert not session.run(_CLEAN, timeout=1.0).reached
     assert ("close",) not in plant.calls
 
 

@@ -7,4 +7,4 @@ def robot() -> aeros.Plant:
 
 
 with aeros.open_session("ecms/clean_table", plant=robot()) as session:
-    print(session.run("clean the table").reason)
+    print(session.run("clean the table", timeout=1.0).reason)
