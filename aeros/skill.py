@@ -18,7 +18,11 @@ from collections.abc import Generator, Mapping
 from typing import Any, NamedTuple
 
 Observation = Mapping[str, Any]
-"""Measured values by vocabulary name, SI units.  A name that is absent is unknown, never false."""
+"""Measured values by vocabulary name, SI units.  A name that is absent is unknown, never false.
+
+Example:
+    >>> observation: aeros.Observation = {"human_distance": 3.2, "holding": False}
+"""
 
 Inputs = Mapping[str, Any]
 """The skill's declared inputs, SI units, defaults filled in."""
@@ -28,6 +32,13 @@ class Action(NamedTuple):
     """One action a skill asks for: a kind of the site's vocabulary and its parameters.
 
     Asking is all it does: the gate decides, and the plant executes what was decided.
+
+    kind: an action kind of the site's vocabulary.
+    parameters: by name; numbers in SI units, booleans, enum members as strings, 3-vectors as tuples.
+
+    Example:
+        >>> aeros.Action("wait", {"duration": 0.5}) == aeros.act("wait", duration=0.5)
+        True
     """
 
     kind: str
@@ -38,5 +49,17 @@ SkillBody = Generator[Action, Observation, Any]
 
 
 def act(kind: str, **parameters: Any) -> Action:
-    """An `Action` of `kind` with SI `parameters`; checked by the gate, not here."""
+    """Make an `Action`; the gate checks it, and nothing is checked here.
+
+    Args:
+        kind: An action kind of the site's vocabulary.
+        parameters: Numbers in SI units, booleans, enum members as strings, 3-vectors as tuples.
+
+    Returns:
+        The action.
+
+    Example:
+        >>> aeros.act("grip", width=0.04, force=8.0)
+        Action(kind='grip', parameters={'width': 0.04, 'force': 8.0})
+    """
     return Action(kind, parameters)

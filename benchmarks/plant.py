@@ -39,7 +39,6 @@ from aeros.agent.loop import awake
 from aeros.agent.memory import Memory
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate
 from aeros.runtime.monitor import Monitors
 from aeros.runtime.ports import Plant
@@ -47,6 +46,7 @@ from aeros.runtime.proving import prove
 from aeros.runtime.skill_run import SkillRun, run_in_process
 from aeros.runtime.told_decisions import DecisionTeller
 from aeros.runtime.trajectory import MotionDecider
+from aeros.session.assembly import build_executor
 from aeros.sim.panda import Panda
 from aeros.sim.people import People, Person, Waypoint
 from aeros.sim.physics import PhysicsPlant, make_plant
@@ -161,7 +161,7 @@ def run(common: Prepared, plant: Plant, task: str, folder: Path) -> tuple[bool, 
         audit = AuditLog(folder / "audit.jsonl", durability=configuration.site.durability)
         stack.enter_context(audit)
         began = time.process_time()
-        executor = Executor(configuration, common.gate, plant, audit, run_in_process)
+        executor = build_executor(configuration, plant, audit, run_in_process, gate=common.gate)
         stack.enter_context(executor)
         agent = stack.enter_context(awake(folder / "state", configuration.site.id, executor))
         report = agent.run(_TASKS[task])

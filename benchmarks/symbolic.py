@@ -28,12 +28,12 @@ from aeros.agent.loop import awake_once
 from aeros.agent.memory import Memory
 from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate
 from aeros.runtime.monitor import Monitors
 from aeros.runtime.proving import prove
 from aeros.runtime.skill_run import RunsOfKeptCode, SkillRun
 from aeros.runtime.told_decisions import DecisionTeller
+from aeros.session.assembly import build_executor
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.spec.doubles import as_doubles
 from aeros.spec.folders import reference_site
@@ -76,7 +76,7 @@ def run_tasks(
     with AuditLog(folder / "audit.jsonl", durability=Durability.BATCHED) as audit:
         for seed in range(runs):
             with (
-                Executor(configuration, gate, rested.anew(seed), audit, open_run) as executor,
+                build_executor(configuration, rested.anew(seed), audit, open_run, gate=gate) as executor,
                 awake_once(configuration.site.id, executor) as agent,
             ):
                 report = agent.run("make dumplings")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -100,3 +101,28 @@ def _with_suffix(text: str, known: tuple[str, ...]) -> Path:
     if path.suffix not in known:
         raise argparse.ArgumentTypeError(f"`{text}`: expected a file named *{', *'.join(known)}")
     return path
+
+
+def parse_seed(text: str) -> int:
+    """Parse a seed, from 0 to 2^63 - 1."""
+    if not text.isascii() or not text.isdigit() or not int(text) < 2**63:
+        raise argparse.ArgumentTypeError("expected a whole number from 0 to 2^63 - 1")
+    return int(text)
+
+
+def find_key_file(arguments: argparse.Namespace) -> Path | None:
+    """Find the key that signs the audit log: as `--audit-key` says, or `audit.key` in the agent's folder.
+
+    Raises:
+        UsageError: `--anchor` is given, and there is no key.
+    """
+    path = arguments.state / "audit.key"
+    found: Path | None = arguments.audit_key or (path if path.exists() else None)
+    if arguments.anchor is not None and found is None:
+        raise UsageError("--anchor needs --audit-key: `aeros audit keygen` makes one")
+    return found
+
+
+def print_warning(text: str) -> None:
+    """Print a warning to standard error."""
+    print(f"aeros: warning: {text}", file=sys.stderr)

@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 from aeros.cli.arguments import UsageError, add_command, existing_path, process_count, processors
 from aeros.cli.exit_codes import Exit
-from aeros.cli.plants import PlantRefusedError
-from aeros.cli.premises import output_folder
 from aeros.experiments.architecture import class_of
 from aeros.experiments.catalogue import PLANTS, Entry, Experiment, catalogue, chosen
 from aeros.experiments.premises import Where, premises_of
 from aeros.experiments.report.written import write_report
 from aeros.experiments.running import OtherPremisesError, Progress, executor_at, run_trials
 from aeros.experiments.store import FILE, Store
+from aeros.session.plant_factory import PlantSetupError
+from aeros.session.setup import create_output_folder
 from aeros.spec.errors import MisuseError
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
             print("\n\n".join(map(_listed, experiments.values())))
             return Exit.PROVED
         return _run(arguments, chosen(experiments, arguments.experiments))
-    except (MisuseError, PlantRefusedError) as error:
+    except (MisuseError, PlantSetupError) as error:
         raise UsageError(str(error)) from error
 
 
@@ -185,7 +185,7 @@ def _folder(arguments: argparse.Namespace) -> Path:
     if out is None:
         if arguments.resume:
             raise UsageError("--resume goes with --out FOLDER, which is the folder of the trials")
-        return output_folder(None, "experiment")
+        return create_output_folder(None, "experiment")
     if not arguments.resume and (out / FILE).exists():
         raise UsageError(f"there are trials in `{out}` already: go on with --resume, or give another folder")
     return out

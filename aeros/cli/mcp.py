@@ -11,38 +11,28 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from aeros.agent.loop import awake
 from aeros.agent.routing import Routed
-from aeros.cli.arguments import existing_path, writable_path
+from aeros.cli.arguments import existing_path, find_key_file, parse_seed, print_warning, writable_path
 from aeros.cli.exit_codes import EXIT_CODES, Exit
-from aeros.cli.interruptible import Interruptible
 from aeros.cli.latest_run import note_run
 from aeros.cli.mcp_server.approvals import Approvals
 from aeros.cli.mcp_server.judging import Judge
 from aeros.cli.mcp_server.robot import Heard, Parts, Proposed, Robot
 from aeros.cli.mcp_server.tools import Tools
-from aeros.cli.plants import PLANTS, open_plant
-from aeros.cli.premises import (
-    REFUSALS,
-    governed,
-    isolated_skills,
-    key_file_of,
-    output_folder,
-    seed_of,
-    signing_with,
-    task_meant,
-)
-from aeros.cli.run_report import TraceWriter
-from aeros.runtime.audit import AuditLog
 from aeros.runtime.audit_checkpoints import Signing
-from aeros.runtime.bus.samples import FILE as SAMPLES
-from aeros.runtime.bus.samples import Samples
-from aeros.runtime.bus.watched_plant import WatchedPlant
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.execution.executor import Executor
-from aeros.runtime.gate import CompiledGate
 from aeros.runtime.registry.live import ask
 from aeros.runtime.registry.registry import Registry
+from aeros.session.assembly import SessionSetup, open_agent, open_recorded_plant
+from aeros.session.plant_factory import PLANTS, open_plant
+from aeros.session.run_governor import RunGovernor
+from aeros.session.setup import (
+    SETUP_ERRORS,
+    build_signing,
+    create_output_folder,
+    open_governor,
+    select_task,
+)
 from aeros.spec.diagnostics import did_you_mean
 from aeros.spec.render import safe
 
@@ -73,7 +63,7 @@ def add_to(commands: Subparsers) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("instruction", help='the task that the robot is set up for, as in "make dumplings"')
-    parser.add_argument("--seed", type=seed_of, default=0, help="of everything random (default: 0)")
+    parser.add_argument("--seed", type=parse_seed, default=0, help="of everything random (default: 0)")
     parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
     parser.add_argument("--site", type=existing_path, help="the site file (default: as of `aeros run`)")
     parser.add_argument("--ecms", type=existing_path, help="the modules (default: as of `aeros run`)")
@@ -92,23 +82,23 @@ def _command(arguments: argparse.Namespace) -> Exit:
         return Exit.USAGE
     from aeros.cli.mcp_server.serving import serve
 
-    key_file = key_file_of(arguments)
-    governor, configuration, _ = governed(arguments)
+    key_file = find_key_file(arguments)
+    governor, configuration, _ = open_governor(arguments.state, arguments.ecms, arguments.site)
     try:
-        signing = signing_with(key_file, arguments.anchor)
-        routed = task_meant(arguments.instruction, configuration, governor, arguments.state)
-        out = output_folder(arguments.out, f"mcp-{routed.task.id}")
-        with governor, Interruptible(governor) as interruptible:
+        signing = build_signing(key_file, arguments.anchor)
+        routed = select_task(arguments.instruction, configuration, governor, arguments.state)
+        out = create_output_folder(arguments.out, f"mcp-{routed.task.id}")
+        with governor, RunGovernor(governor) as run_governor:
             _warn_of_unknown_skills(configuration)
-            former = signal.signal(signal.SIGTERM, lambda _number, _frame: interruptible.interrupt())
+            former = signal.signal(signal.SIGTERM, lambda _number, _frame: run_governor.interrupt())
             heard = Heard()
 
             @contextmanager
             def opened() -> Iterator[Parts]:
-                with _parts(arguments, configuration, interruptible, routed, out, signing, heard) as one:
+                with _parts(arguments, configuration, run_governor, routed, out, signing, heard) as one:
                     yield one
 
-            robot = Robot(opened, arguments.instruction, interruptible.interrupt)
+            robot = Robot(opened, arguments.instruction, run_governor.interrupt)
             try:
                 folder = Registry(arguments.state).folder
                 tools = Tools(
@@ -117,15 +107,17 @@ def _command(arguments: argparse.Namespace) -> Exit:
                     routed,
                     Approvals(arguments.state),
                     lambda command: ask(folder, command),
-                    lambda: interruptible.command,
+                    lambda: run_governor.command,
                 )
                 print(f"aeros: answers on standard output; leaves {out}/", file=sys.stderr)
-                serve(tools, lambda: interruptible.is_interrupted)
-                by_signal = interruptible.is_interrupted
+                serve(tools, lambda: run_governor.is_interrupted)
+                by_signal = run_governor.is_interrupted
             finally:
-                robot.close()
-                signal.signal(signal.SIGTERM, former)
-    except REFUSALS as refusal:
+                try:
+                    robot.close()
+                finally:
+                    signal.signal(signal.SIGTERM, former)
+    except SETUP_ERRORS as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
     return Exit.INTERRUPTED if by_signal else Exit.PROVED
@@ -135,34 +127,29 @@ def _command(arguments: argparse.Namespace) -> Exit:
 def _parts(
     arguments: argparse.Namespace,
     configuration: Configuration,
-    governor: Interruptible,
+    governor: RunGovernor,
     routed: Routed,
     out: Path,
     signing: Signing | None,
     heard: Heard,
 ) -> Iterator[Parts]:
-    """Everything that acts, as `aeros run` puts it together."""
-    site = configuration.site
-    with (
-        isolated_skills(configuration) as skills,
-        AuditLog(out / "audit.jsonl", durability=site.durability, signing=signing) as audit,
-        TraceWriter(out / "trace.jsonl", sys.stderr) as trace,
-        Samples(out / SAMPLES, site) as samples,
-        open_plant(arguments.plant, configuration, routed.task, arguments.seed) as plant,
-        Executor(
-            configuration,
-            CompiledGate(configuration),
-            WatchedPlant(WatchedPlant(plant, samples), heard),
-            audit,
-            skills,
-            governor,
-        ) as executor,
-    ):
-        audit.append("isolation", skills.details())
-        planner = Proposed(Judge(lambda: executor.site))
-        with awake(arguments.state, site.id, executor, planner, trace.tell, arguments.seed) as agent:
-            note_run(arguments.state, out)
-            yield Parts(executor, agent, planner)
+    """Open everything that acts, as `aeros run` does."""
+    planner = Proposed(Judge(lambda: robot.executor.site))
+    setup = SessionSetup(
+        configuration=configuration,
+        open_plant=lambda _: open_plant(arguments.plant, configuration, routed.task, arguments.seed),
+        out=out,
+        state=arguments.state,
+        warn=print_warning,
+        stream=sys.stderr,
+        signing=signing,
+        listeners=(heard,),
+        planner=planner,
+        seed=arguments.seed,
+    )
+    with open_recorded_plant(setup) as recorded, open_agent(setup, recorded, governor) as robot:
+        note_run(arguments.state, out)
+        yield Parts(robot.executor, robot.agent, planner)
 
 
 def _warn_of_unknown_skills(configuration: Configuration) -> None:

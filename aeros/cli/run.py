@@ -13,20 +13,18 @@ from aeros.agent.checkpoint import Checkpoints
 from aeros.agent.errors import RefusedError
 from aeros.agent.identity import exclusive
 from aeros.agent.quarantine import Quarantine
-from aeros.cli.arguments import UsageError, existing_path, film_path, mcap_path, writable_path
+from aeros.cli.arguments import (
+    UsageError,
+    existing_path,
+    film_path,
+    find_key_file,
+    mcap_path,
+    parse_seed,
+    writable_path,
+)
 from aeros.cli.exit_codes import EXIT_CODES, Exit
 from aeros.cli.goal import goal_of
 from aeros.cli.planners import LLM_KEY, planner_of
-from aeros.cli.plants import PLANTS, PlantRefusedError
-from aeros.cli.premises import (
-    REFUSALS,
-    governed,
-    key_file_of,
-    output_folder,
-    seed_of,
-    signing_with,
-    task_meant,
-)
 from aeros.cli.run_plant import Staged, around_of, serve, watched
 from aeros.cli.run_task import Meant, run_task
 from aeros.cli.unfinished import keep, restore
@@ -34,6 +32,14 @@ from aeros.cli.watchdog import watch
 from aeros.runtime.gate import GateMode
 from aeros.runtime.registry.governing import Steering
 from aeros.runtime.registry.registry import Registry
+from aeros.session.plant_factory import PLANTS, PlantSetupError
+from aeros.session.setup import (
+    SETUP_ERRORS,
+    build_signing,
+    create_output_folder,
+    open_governor,
+    select_task,
+)
 from aeros.sim.hosting.wire import LostError
 
 if TYPE_CHECKING:
@@ -85,7 +91,7 @@ def add_to(commands: Subparsers) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("instruction", nargs="?", help='what to do, as in "make dumplings"')
-    parser.add_argument("--seed", type=seed_of, default=0, help="of everything random (default: 0)")
+    parser.add_argument("--seed", type=parse_seed, default=0, help="of everything random (default: 0)")
     parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
     parser.add_argument(
         "--gate",
@@ -253,7 +259,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
         # killed may still be about to end.
         with exclusive(arguments.state / "task", arguments.instruction, _PATIENCE):
             return _pursue(arguments)
-    except (RefusedError, PlantRefusedError) as refusal:
+    except (RefusedError, PlantSetupError) as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
 
@@ -268,7 +274,7 @@ def _watch(arguments: argparse.Namespace) -> Exit:
             raise RefusedError(quarantined)
         if not arguments.resume:
             with exclusive(arguments.state, arguments.instruction):
-                arguments.out = output_folder(arguments.out, "watched")
+                arguments.out = create_output_folder(arguments.out, "watched")
                 arguments.plant_at = Path(tempfile.mkdtemp(prefix="aeros-")) / "plant.sock"
                 # What an earlier task left is not this one's.
                 Checkpoints(arguments.state).forget()
@@ -279,11 +285,16 @@ def _watch(arguments: argparse.Namespace) -> Exit:
 
 
 def _pursue(arguments: argparse.Namespace) -> Exit:
-    key_file = key_file_of(arguments)
-    governor, configuration, proof = governed(arguments, resumed=arguments.resume or arguments.serve_plant)
+    key_file = find_key_file(arguments)
+    governor, configuration, proof = open_governor(
+        arguments.state,
+        arguments.ecms,
+        arguments.site,
+        resumed=arguments.resume or arguments.serve_plant,
+    )
     try:
-        signing = signing_with(key_file, arguments.anchor)
-        routed = task_meant(arguments.instruction, configuration, governor, arguments.state)
+        signing = build_signing(key_file, arguments.anchor)
+        routed = select_task(arguments.instruction, configuration, governor, arguments.state)
         goal = None if arguments.goal is None else goal_of(arguments.goal, configuration.site)
         planner = planner_of(arguments, configuration.modules[routed.module], configuration.site)
         around = around_of(arguments, configuration, routed)
@@ -292,7 +303,7 @@ def _pursue(arguments: argparse.Namespace) -> Exit:
             if arguments.serve_plant:
                 return serve(staged)
             return run_task(staged, Meant(governor, proof, planner, goal, signing))
-    except REFUSALS as refusal:
+    except SETUP_ERRORS as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
     except LostError as lost:

@@ -13,10 +13,18 @@ from aeros.agent.errors import RefusedError
 from aeros.agent.identity import exclusive
 from aeros.agent.routing import Routed
 from aeros.cli.exit_codes import Exit
-from aeros.cli.plants import bodies_of, faults_of, film_of, joined, open_plant, people_of, window_of
-from aeros.cli.premises import output_folder
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.ports import Plant
+from aeros.session.plant_factory import (
+    connect_plant,
+    load_bodies,
+    load_faults,
+    load_people,
+    open_plant,
+    open_video,
+    open_viewer,
+)
+from aeros.session.setup import create_output_folder
 from aeros.sim.hosting.host import Host, HostLog
 
 if TYPE_CHECKING:
@@ -57,11 +65,11 @@ def is_elsewhere(arguments: argparse.Namespace) -> bool:
 
 def around_of(arguments: argparse.Namespace, configuration: Configuration, routed: Routed) -> Around:
     """What the arguments name; of a plant elsewhere nothing, as that has it."""
-    people = people_of(arguments.plant, arguments.person)
+    people = load_people(arguments.plant, arguments.person)
     if is_elsewhere(arguments):
         return Around((), (), ())
-    faults = faults_of(arguments.plant, arguments.faults, configuration, routed.task)
-    bodies = bodies_of(arguments.plant, arguments.scene, routed.task, arguments.seed)
+    faults = load_faults(arguments.plant, arguments.faults, configuration, routed.task)
+    bodies = load_bodies(arguments.plant, arguments.scene, routed.task, arguments.seed)
     return Around(people, faults, bodies)
 
 
@@ -74,12 +82,12 @@ def watched(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Path, Se
             yield arguments.out, spectators
             return
         if arguments.view:
-            spectators.append(window_of(arguments.plant))
+            spectators.append(open_viewer(arguments.plant))
             stack.callback(spectators[0].close)
-        out = arguments.out if arguments.serve_plant else output_folder(arguments.out, task)
+        out = arguments.out if arguments.serve_plant else create_output_folder(arguments.out, task)
         is_filmed = arguments.plant == "physics" and not arguments.no_record
         if is_filmed or arguments.record is not None:
-            spectators.append(film_of(arguments.plant, arguments.record or out / "run.webp"))
+            spectators.append(open_video(arguments.plant, arguments.record or out / "run.webp"))
         yield out, spectators
 
 
@@ -87,7 +95,7 @@ def staged_plant(staged: Staged, tell: Callable[[Happening], None]) -> AbstractC
     """The plant of this process, or of another that is served at `plant_at`."""
     arguments, (people, faults, bodies) = staged.arguments, staged.around
     if is_elsewhere(arguments):
-        return closing(joined(arguments.plant_at))
+        return closing(connect_plant(arguments.plant_at))
     return open_plant(
         arguments.plant,
         staged.configuration,

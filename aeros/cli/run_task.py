@@ -1,7 +1,8 @@
-"""One run of `aeros run`: the agent pursues its instruction, and what is left is told."""
+"""One run of `aeros run`: the agent pursues its instruction, and the summary is printed."""
 
 from __future__ import annotations
 
+import sys
 import time
 from functools import partial
 from pathlib import Path
@@ -9,30 +10,26 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from aeros.agent.checkpoint import Checkpoints, Ended
 from aeros.agent.journal import Event
-from aeros.agent.loop import Agent, awake
+from aeros.agent.loop import Agent
 from aeros.agent.planner import Planner
 from aeros.agent.report import RunReport
-from aeros.cli.bag import bagged
+from aeros.cli.arguments import print_warning
 from aeros.cli.exit_codes import Exit
-from aeros.cli.interruptible import Interruptible
 from aeros.cli.latest_run import note_run
-from aeros.cli.notification import READY, STOPPING, Attended, Notifier
 from aeros.cli.page.left import read_left
 from aeros.cli.planners import time_for
-from aeros.cli.premises import isolated_skills
 from aeros.cli.report import written
 from aeros.cli.run_plant import Staged, staged_plant
-from aeros.cli.run_report import TraceWriter, summary
+from aeros.cli.run_report import summary
 from aeros.cli.unfinished import end_plant, end_task, forget
 from aeros.runtime.audit import AuditLog, AuditReport, verify_log
 from aeros.runtime.audit_checkpoints import Signing, verify_signed
 from aeros.runtime.bus.feed import Feed
-from aeros.runtime.bus.samples import FILE as SAMPLES
-from aeros.runtime.bus.samples import Samples
-from aeros.runtime.bus.watched_plant import WatchedPlant
-from aeros.runtime.execution.executor import Executor
-from aeros.runtime.gate import CompiledGate, GateMode
+from aeros.runtime.gate import GateMode
 from aeros.runtime.governor import Command, Governor
+from aeros.session.assembly import AUDIT, SessionSetup, open_agent, open_recorded_plant
+from aeros.session.run_governor import RunGovernor
+from aeros.session.sd_notify import READY, STOPPING, Notifier
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.spec.model import Clause
 from aeros.spec.reports import Report
@@ -58,68 +55,55 @@ class Meant(NamedTuple):
 def run_task(staged: Staged, meant: Meant) -> Exit:
     """Have the agent pursue it, tell what came of it, and leave that in the run's folder."""
     began = time.perf_counter()
-    arguments, configuration, out = staged.arguments, staged.configuration, staged.out
+    arguments, out = staged.arguments, staged.out
     if arguments.resume and (ended := _ended(staged, meant)) is not None:
         return _tell_ended(staged, meant, ended)
-    log = out / "audit.jsonl"
-    with (
-        isolated_skills(configuration) as skills,
-        bagged(arguments.bag, arguments.mcap, configuration.site) as feed,
-        AuditLog(
-            log,
-            durability=configuration.site.durability,
-            signing=meant.signing,
-            listener=None if feed is None else feed.record,
-        ) as audit,
-        TraceWriter(out / "trace.jsonl") as trace,
-        Samples(out / SAMPLES, configuration.site) as samples,
-        Notifier() as notifier,
-        staged_plant(staged, lambda one: trace.tell(_told(one))) as opened,
-    ):
-        sampled = WatchedPlant(opened, samples)
-        plant = sampled if feed is None else WatchedPlant(sampled, feed)
-        gate = CompiledGate(configuration, GateMode(arguments.gate))
+    setup = _setup(staged, meant)
+    with Notifier() as notifier, open_recorded_plant(setup) as recorded:
         with (
-            Interruptible(meant.governor) as governed,
-            Executor(
-                configuration,
-                gate,
-                plant,
-                audit,
-                skills,
-                attended := Attended(governed, notifier),
-                resumed=arguments.resume,
-            ) as executor,
+            RunGovernor(meant.governor, notifier) as governor,
+            open_agent(setup, recorded, governor) as (_, agent),
         ):
-            audit.append("isolation", skills.details())
-            with awake(
-                arguments.state,
-                configuration.site.id,
-                executor,
-                meant.planner,
-                trace.tell,
-                arguments.seed,
-                within=time_for(arguments, meant.planner),
-                purpose=arguments.instruction,
-            ) as agent:
-                note_run(arguments.state, out)
-                attended.on_command = partial(_heed, agent)
-                notifier.tell(READY)
-                pursue = agent.resume if arguments.resume else agent.run
-                report = pursue(arguments.instruction, arguments.timeout, meant.goal)
-            notifier.tell(STOPPING)
-        simulated = plant.now()
+            note_run(arguments.state, out)
+            governor.on_command = partial(_heed, agent)
+            notifier.send(READY)
+            pursue = agent.resume if arguments.resume else agent.run
+            report = pursue(arguments.instruction, arguments.timeout, meant.goal)
+        notifier.send(STOPPING)
+        simulated = recorded.plant.now()
         # An agent whose supervisor is gone has stopped, and leaves its task and plant to be resumed.
         is_over = False
-        if isinstance(opened, RemotePlant) and not notifier.is_alone:
-            end_plant(opened, arguments.state)
+        if isinstance(recorded.plant, RemotePlant) and not notifier.is_alone:
+            end_plant(recorded.plant, arguments.state)
             is_over = True
     seconds = time.perf_counter() - began
-    code = _tell(staged, meant, report, simulated, seconds, feed)
+    code = _tell(staged, meant, report, simulated, seconds, recorded.feed)
     # Last of all, and by whoever supervises this process: until then another one may tell how it ended.
     if is_over and not arguments.supervised:
         forget(arguments.state)
-    return Exit.INTERRUPTED if governed.is_interrupted else code
+    return Exit.INTERRUPTED if governor.is_interrupted else code
+
+
+def _setup(staged: Staged, meant: Meant) -> SessionSetup:
+    """Describe the session that the arguments ask for."""
+    arguments = staged.arguments
+    return SessionSetup(
+        configuration=staged.configuration,
+        open_plant=lambda observe: staged_plant(staged, lambda one: observe(_told(one))),
+        out=staged.out,
+        state=arguments.state,
+        warn=print_warning,
+        stream=sys.stdout,
+        gate_mode=GateMode(arguments.gate),
+        signing=meant.signing,
+        bag=arguments.bag,
+        mcap=arguments.mcap,
+        planner=meant.planner,
+        planning_timeout=time_for(arguments, meant.planner),
+        seed=arguments.seed,
+        purpose=arguments.instruction,
+        is_resumed=arguments.resume,
+    )
 
 
 def _ended(staged: Staged, meant: Meant) -> Ended | None:
@@ -128,7 +112,7 @@ def _ended(staged: Staged, meant: Meant) -> Ended | None:
     if ended is None:
         return None
     durability = staged.configuration.site.durability
-    with AuditLog(staged.out / "audit.jsonl", durability=durability, signing=meant.signing) as audit:
+    with AuditLog(staged.out / AUDIT, durability=durability, signing=meant.signing) as audit:
         return None if audit.since(ended.head) is None else ended
 
 
@@ -136,8 +120,8 @@ def _tell_ended(staged: Staged, meant: Meant, ended: Ended) -> Exit:
     """Tell what an agent had no time left to tell; nothing more is done, and the plant may be gone."""
     arguments = staged.arguments
     with Notifier() as notifier:
-        notifier.tell(READY)
-        notifier.tell(STOPPING)
+        notifier.send(READY)
+        notifier.send(STOPPING)
     print("The task had ended.")
     code = _tell(staged, meant, ended.report, ended.time, 0.0, None)
     if not arguments.supervised:
@@ -151,7 +135,7 @@ def _tell(
     """Print what came of it and what is left; the exit code that says so, too."""
     out = staged.out
     print(summary(meant.proof, report, staged.arguments.plant, simulated, seconds))
-    audited, sound = _audited(out / "audit.jsonl", meant.signing)
+    audited, sound = _audited(out / AUDIT, meant.signing)
     print(f"audit      {audited.records} records, {sound}")
     if not report.reached:
         print(f"why        aeros why {out}")

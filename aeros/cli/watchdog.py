@@ -30,8 +30,8 @@ from typing import IO, Final
 
 from aeros.agent.quarantine import Quarantine
 from aeros.cli.exit_codes import Exit
-from aeros.cli.notification import ALIVE, READY, STOPPING, Notifier
 from aeros.cli.unfinished import end_plant, forget
+from aeros.session.sd_notify import ALIVE, READY, STOPPING, Notifier
 from aeros.sim.hosting.remote import RemotePlant
 
 _START: Final = 300.0
@@ -122,7 +122,7 @@ class _Watchdog:
                     if STOPPING in said:
                         # It looks at its log once more, and writes a page: nobody asks it whether to go on.
                         self._is_over, latest = True, time.monotonic() + _START
-                    self._notifier.tell(*(word for word in said if word in (READY, ALIVE, STOPPING)))
+                    self._notifier.send(*(word for word in said if word in (READY, ALIVE, STOPPING)))
                 elif handle in ready:
                     break
                 elif plant.poll():

@@ -13,6 +13,7 @@ from aeros.agent.routing import Routed
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.merging import moves_joints
 from aeros.runtime.ports import Plan, Plant, Trajectory
+from aeros.session.plant_factory import surroundings_of
 from aeros.sim.channel import Process
 from aeros.sim.outcomes import Bursts
 from aeros.sim.symbolic import SymbolicPlant
@@ -101,12 +102,10 @@ def no_physics(error: ImportError) -> UserError:
 def _faults(
     text: str, process: Process | Mapping[str, Process], configuration: Configuration, scene: str
 ) -> tuple[Fault, ...]:
-    from aeros.sim.faults.reading import Surroundings, read_faults
+    from aeros.sim.faults.reading import read_faults
     from aeros.sim.scenes import SCENES
 
-    known = SCENES[scene]()
-    skills = [f"{ecm.id}.{skill}" for ecm in configuration.modules.values() for skill in ecm.skills]
-    around = Surroundings(configuration.site.state, skills, known.things, known.cameras)
+    around = surroundings_of(configuration, SCENES[scene]())
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "faults.yaml"
         path.write_text(text, encoding="utf-8")

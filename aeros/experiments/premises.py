@@ -22,8 +22,8 @@ from aeros.spec.diagnostics import Diagnostic, did_you_mean
 from aeros.spec.errors import UserError
 from aeros.spec.folders import reference_site
 
-_NOT_IN_TRIALS: Final = ("cli", "docs", "experiments")
-"""Folders of AEROS that decide nothing of what a trial finds, but for …"""
+_NOT_IN_TRIALS: Final = ("api.py", "cli", "docs", "experiments")
+"""Parts of AEROS that decide nothing of what a trial finds, but for …"""
 
 _IN_TRIALS: Final = (
     "architecture.py",

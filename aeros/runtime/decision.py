@@ -49,6 +49,14 @@ class Decision(NamedTuple):
 
     For ATTENUATE the action is the reduced one, decided again and allowed; the reasons name what
     stood in the way of the one asked for.
+
+    Example:
+        >>> gate = aeros.load_gate("ecms/make_dumplings", skill="wrap")
+        >>> decision = gate.decide(aeros.act("look", camera="overhead"), {"estop_pressed": True})
+        >>> decision.action is None
+        True
+        >>> decision.reasons[0].text
+        'breaks `not estop_pressed`: nothing goes on while an emergency stop is pressed'
     """
 
     verdict: Verdict

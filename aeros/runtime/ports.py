@@ -185,6 +185,15 @@ class Plant(Protocol):
     A plant never decides.  It refuses what it cannot do (`Completion` with a reason, before any
     motion), never raises for it, and stops when `monitor` names a rule.  Several actions may be under
     way; that they do not share an actuator is for others to see to.
+
+    Example:
+        >>> from aeros.sim.kinematic.plant import make_plant
+        >>> plant: aeros.Plant = make_plant("bare", 0)
+        >>> motion = plant.begin(aeros.act("wait", duration=0.5))
+        >>> ended = plant.advance(lambda time, values: None, until=1.0)
+        >>> ended[motion].completed
+        True
+        >>> plant.close()
     """
 
     def now(self) -> float:

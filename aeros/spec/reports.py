@@ -76,6 +76,13 @@ class Report:
     site_model: None where it could not be read, or where only the report was asked for.
     configuration: of all modules together; None unless there are several that can be read.
     agreement: of a second solver, where one was asked.
+
+    Example:
+        >>> report = aeros.verify("no/such/folder")
+        >>> report.conclusion.value
+        'rejected'
+        >>> [problem.headline for subject in report.subjects for problem in subject.diagnostics]
+        ['`no/such/folder` is neither a folder nor an `ecm.yaml`']
     """
 
     site: SubjectReport

@@ -4,7 +4,8 @@
   apart.  It exits with 0 unless an error is shown.
 - ```diff: `--- FILE`, then an edit of it: its lines without `+` stand in the file exactly once, and are
   replaced by those without `-`.
-- ```yaml, ```python: an excerpt of the manifest or of the skills, as they are at this point.
+- ```python: a program, where its first line is `# FILE.py`, and written to that file.
+- ```yaml, ```python: else an excerpt of the manifest or of the skills, as they are at this point.
 """
 
 from __future__ import annotations
@@ -48,6 +49,8 @@ def test_the_tutorial_does_what_it_says(tmp_path: Path) -> None:
                 carry_out(command, shown, tmp_path, refused="error[" in shown)
         elif kind == "diff":
             _edit(block, tmp_path)
+        elif program := re.match(r"# (\w+\.py)\n", block):
+            (tmp_path / program[1]).write_text(block, encoding="utf-8")
         else:
             text = (tmp_path / _EXCERPTED[kind]).read_text(encoding="utf-8")
             assert _is_excerpt(block, text), f"{_EXCERPTED[kind]} does not hold:\n{block}"

@@ -7,8 +7,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
-from queue import SimpleQueue
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 from aeros.agent.graph import TaskGraph
 from aeros.agent.loop import Agent
@@ -18,9 +17,8 @@ from aeros.agent.world import World, measured_world
 from aeros.cli.mcp_server.judging import Judge, Plan
 from aeros.runtime.bus.telling import Chain
 from aeros.runtime.ports import Reading, Readings, Runtime
+from aeros.session.robot_thread import RobotThread
 from aeros.spec.model import Ecm
-
-_T = TypeVar("_T")
 
 
 class PlanIsOverError(Exception):
@@ -91,7 +89,7 @@ class Heard:
             return self._now, dict(self._readings)
 
 
-class Robot:
+class Robot(RobotThread[Parts]):
     """Runs what it is given in a thread of its own, in which `open_parts` is entered and left.
 
     instruction: names the task that the robot is set up for.
@@ -104,33 +102,15 @@ class Robot:
         instruction: str,
         halt: Callable[[], None],
     ) -> None:
-        self._open = open_parts
         self._instruction = instruction
         self._halt = halt
-        self._queue: SimpleQueue[Callable[[Parts], None] | None] = SimpleQueue()
         self.running: Running | None = None
-        self._opened: Future[None] = Future()
-        self._thread = threading.Thread(target=self._live, name="aeros-robot")
-        self._thread.start()
-        self._opened.result()
+        super().__init__(open_parts)
 
     @property
     def is_busy(self) -> bool:
         """Whether a plan is being executed."""
         return self.running is not None and not self.running.ended.is_set()
-
-    def call(self, do: Callable[[Parts], _T]) -> Future[_T]:
-        """Have it done; comes after whatever the robot does now."""
-        future: Future[_T] = Future()
-
-        def done(parts: Parts) -> None:
-            try:
-                future.set_result(do(parts))
-            except Exception as failure:
-                future.set_exception(failure)
-
-        self._queue.put(done)
-        return future
 
     def world(self) -> Future[World]:
         """What is measured now."""
@@ -162,16 +142,4 @@ class Robot:
     def close(self) -> None:
         """Stop what moves, and end; safe to call twice."""
         self._halt()
-        self._queue.put(None)
-        self._thread.join()
-
-    def _live(self) -> None:
-        try:
-            with self._open() as parts:
-                self._opened.set_result(None)
-                while (do := self._queue.get()) is not None:
-                    do(parts)
-        except BaseException as failure:
-            if self._opened.done():
-                raise
-            self._opened.set_exception(failure)
+        super().close()

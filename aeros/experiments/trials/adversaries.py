@@ -43,6 +43,7 @@ from aeros.runtime.ports import (
     StepResult,
     StepStatus,
 )
+from aeros.session.assembly import build_executor
 from aeros.skill import Action
 from aeros.spec.diagnostics import Diagnostics, Severity
 from aeros.spec.errors import InternalError, UserError
@@ -79,9 +80,9 @@ class Adversaries:
                 referee, told = Referee(site, settings["limits"]), _Told()
                 if defence.configuration is not None and defence.gate is not None:
                     plant = _plant(settings, seed, referee)
-                    here = defence.configuration, defence.gate, plant, audit, premises.runs
+                    here = defence.configuration, plant, audit, premises.runs
                     try:
-                        with Executor(*here) as executor:
+                        with build_executor(*here, gate=defence.gate) as executor:
                             _run(executor, settings, seed, told)
                     finally:
                         plant.close()

@@ -23,12 +23,12 @@ from aeros.experiments.premises import Premises
 from aeros.experiments.trials.task import KIND as TASKS
 from aeros.experiments.trials.task import plants_of
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate
 from aeros.runtime.ports import Runtime
 from aeros.runtime.proving import prove
 from aeros.runtime.registry.governing import Governing
 from aeros.runtime.registry.registry import Registry
+from aeros.session.assembly import build_executor
 from aeros.spec.reports import Report
 
 
@@ -55,8 +55,14 @@ class HotSwaps:
                 began = time.process_time()
                 with Governing(registry) as governing, plants[0](seed) as bench:
                     configuration = governing.configuration()[1]
-                    here = gate.under(configuration), bench.plant, audit, premises.runs, governing
-                    with Executor(configuration, *here) as executor:
+                    rest = audit, premises.runs
+                    with build_executor(
+                        configuration,
+                        bench.plant,
+                        *rest,
+                        gate=gate.under(configuration),
+                        governor=governing,
+                    ) as executor:
                         runtime = _Moving(executor)
                         with awake_once(configuration.site.id, cast(Runtime, runtime), seed=seed) as agent:
                             found = {"first": _does(agent, routed[0].task.words[0])}
@@ -66,11 +72,18 @@ class HotSwaps:
                             found["swapped"] = second.id in runtime.active_modules()
                             swap_s = time.perf_counter() - swap_began
                             configuration = governing.configuration()[1]
-                            with plants[1](seed) as other:
-                                there = gate.under(configuration), other.plant, *here[2:]
-                                with Executor(configuration, *there) as moved:
-                                    runtime.move(moved)
-                                    found["second"] = _does(agent, routed[1].task.words[0])
+                            with (
+                                plants[1](seed) as other,
+                                build_executor(
+                                    configuration,
+                                    other.plant,
+                                    *rest,
+                                    gate=gate.under(configuration),
+                                    governor=governing,
+                                ) as moved,
+                            ):
+                                runtime.move(moved)
+                                found["second"] = _does(agent, routed[1].task.words[0])
                 registry.deactivate(second.id)
                 registry.remove(second.id)
                 return {

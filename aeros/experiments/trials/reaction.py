@@ -26,8 +26,8 @@ from aeros.experiments.kinds import Found, Trial, scratch
 from aeros.experiments.premises import Premises
 from aeros.experiments.slow_planner import SlowPlanner
 from aeros.experiments.trials.truth import REST, Referee, Refereed, constant
-from aeros.runtime.execution.executor import Executor
 from aeros.runtime.ports import Ended, Plant, Runtime, StepRequest
+from aeros.session.assembly import build_executor
 from aeros.sim.clock import TICK
 
 if TYPE_CHECKING:
@@ -67,8 +67,8 @@ class Reactions:
                 scene = routed.task.scene or ""
                 with closing(make_plant(scene, seed, people=people, referee=referee)) as plant:
                     refereed = cast(Plant, Refereed(plant, referee, seen.named))
-                    with Executor(
-                        premises.configuration, premises.gate, refereed, audit, premises.runs
+                    with build_executor(
+                        premises.configuration, refereed, audit, premises.runs, gate=premises.gate
                     ) as executor:
                         _think_beside(executor, routed, settings, seen)
                 return {**seen.found(braking), "processor_s": time.process_time() - began}

@@ -25,8 +25,8 @@ from aeros.experiments.kinds import Found, Trial, scratch
 from aeros.experiments.means import CountingRuntime, TrialMeans
 from aeros.experiments.premises import Premises
 from aeros.experiments.trials.truth import REST, Referee, Refereed, constant
-from aeros.runtime.execution.executor import Executor
 from aeros.runtime.ports import Ended, Plant, Runtime, StepStatus
+from aeros.session.assembly import build_executor
 from aeros.sim.clock import TICK
 from aeros.sim.sensing import SensorModel
 from aeros.spec.model import Site
@@ -63,8 +63,8 @@ class BadSensors:
                     make_plant(scene, seed, people=people, sensors=sensors, referee=referee)
                 ) as plant:
                     refereed = cast(Plant, Refereed(plant, referee, lambda _: None))
-                    with Executor(
-                        premises.configuration, premises.gate, refereed, audit, premises.runs
+                    with build_executor(
+                        premises.configuration, refereed, audit, premises.runs, gate=premises.gate
                     ) as executor:
                         counting = _Counting(executor)
                         means = TrialMeans(counting, routed, seed)

@@ -33,9 +33,9 @@ from aeros.experiments.premises import Premises
 from aeros.experiments.trials.given_module import proved, written
 from aeros.experiments.trials.thompson import Chances, Session, best, forgetting, remembering
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate
 from aeros.runtime.ports import Runtime
+from aeros.session.assembly import build_executor
 from aeros.spec.closed_loop.chances import with_skill_probabilities
 
 LATE: Final = 10
@@ -70,7 +70,9 @@ class Sessions:
                         own = seed * len(plants) + number
                         with (
                             opened(own) as bench,
-                            Executor(configuration, gate, bench.plant, audit, premises.runs) as executor,
+                            build_executor(
+                                configuration, bench.plant, audit, premises.runs, gate=gate
+                            ) as executor,
                             _agent(Path(state), site.id, executor, own, settings["remembers"]) as agent,
                         ):
                             report = agent.run(routed.task.words[0])

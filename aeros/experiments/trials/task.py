@@ -32,7 +32,7 @@ from aeros.experiments.plants import Plants, physics_plants, symbolic_plants
 from aeros.experiments.premises import Premises
 from aeros.experiments.sharing import FollowingRuntime, Live, Take, Takes
 from aeros.runtime.audit import AuditError, AuditLog
-from aeros.runtime.execution.executor import Executor
+from aeros.session.assembly import build_executor
 from aeros.sim.outcomes import Draws, shares_by_skill
 from aeros.spec.closed_loop.transition_system import NotExploredError
 from aeros.spec.errors import InternalError
@@ -70,7 +70,7 @@ class Tasks:
             def live(seed: int, plants: Plants, audit: AuditLog) -> Iterator[Live]:
                 with (
                     plants(seed) as opened,
-                    Executor(configuration, gate, opened.plant, audit, premises.runs) as executor,
+                    build_executor(configuration, opened.plant, audit, premises.runs, gate=gate) as executor,
                 ):
                     yield Live(executor, opened)
 

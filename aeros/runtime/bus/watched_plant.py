@@ -30,7 +30,7 @@ class Listener(Protocol):
 
 
 class WatchedPlant:
-    """Implements `ports.Plant` by `plant`, and tells listeners what is observed and each control tick.
+    """Implements `ports.Plant` by `plant`, and tells `listeners` what is observed and each control tick.
 
     A plant is wrapped once, with as many listeners as there are.
     Of the robot it knows what plans say of it: the body, and where the base is, as long as nothing was

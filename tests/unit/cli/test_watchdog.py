@@ -18,11 +18,11 @@ import pytest
 from aeros.agent.quarantine import Quarantine
 from aeros.cli.exit_codes import Exit
 from aeros.cli.main import main
-from aeros.cli.plants import PlantRefusedError, joined
 from aeros.experiments.trials.kills import VICTIMS, trial_of
 from aeros.runtime.audit import verify_log
 from aeros.runtime.registry.governing import Steering
 from aeros.runtime.registry.registry import Registry
+from aeros.session.plant_factory import PlantSetupError, connect_plant
 from tests.repo.tree import ROOT
 from tests.unit.experiments.common import WHERE, premises
 
@@ -268,5 +268,5 @@ def test_where_the_plant_is_gone_too_it_is_said_that_the_task_has_to_begin_anew(
     path = tmp_path / "plant.sock"
     with socket.socket(socket.AF_UNIX) as left:
         left.bind(str(path))
-    with pytest.raises(PlantRefusedError, match="begin the task anew"):
-        joined(path)
+    with pytest.raises(PlantSetupError, match="begin the task anew"):
+        connect_plant(path)

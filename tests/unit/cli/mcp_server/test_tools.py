@@ -19,13 +19,11 @@ from aeros.cli.mcp_server.judging import Judge
 from aeros.cli.mcp_server.robot import Heard, Parts, Proposed, Robot
 from aeros.cli.mcp_server.tools import MOST_PLANS, Tools
 from aeros.runtime.audit import AuditLog, verify_log
-from aeros.runtime.bus.watched_plant import WatchedPlant
 from aeros.runtime.configuration import Configuration
-from aeros.runtime.execution.executor import Executor
-from aeros.runtime.gate import CompiledGate
 from aeros.runtime.governor import Command, Fixed
 from aeros.runtime.isolation.opening import SkillRuns
 from aeros.runtime.proving import prove
+from aeros.session.assembly import build_executor
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.spec.doubles import as_doubles
 from aeros.spec.folders import reference_site
@@ -112,13 +110,8 @@ def cell(configuration: Configuration, folder: Path, policy: McpPolicy, seed: in
         with (
             SkillRuns(site, configuration.modules.values()) as skills,
             AuditLog(folder / "audit.jsonl", listener=operator.hear) as audit,
-            Executor(
-                configuration,
-                CompiledGate(configuration),
-                WatchedPlant(plant, heard),
-                audit,
-                skills,
-                operator,
+            build_executor(
+                configuration, plant, audit, skills, governor=operator, listeners=(heard,)
             ) as executor,
             awake(
                 folder / "state", "panda", executor, planner := Proposed(Judge(lambda: executor.site))

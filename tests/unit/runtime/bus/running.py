@@ -8,12 +8,10 @@ from aeros.agent.loop import awake
 from aeros.runtime.audit import AuditLog, verify_log
 from aeros.runtime.bus.feed import Feed
 from aeros.runtime.bus.port import Publishing
-from aeros.runtime.bus.watched_plant import WatchedPlant
-from aeros.runtime.execution.executor import Executor
-from aeros.runtime.gate import CompiledGate
 from aeros.runtime.isolation.opening import SkillRuns
 from aeros.runtime.ports import Plant
 from aeros.runtime.proving import prove
+from aeros.session.assembly import build_executor
 from aeros.sim.symbolic import SymbolicPlant
 from aeros.spec.doubles import as_doubles
 from aeros.spec.folders import reference_site
@@ -27,13 +25,13 @@ def wipe_the_table(folder: Path, bus: Publishing | None) -> str:
     feed = None if bus is None else Feed(bus, configuration.site)
     task = configuration.modules["clean_table"].tasks["clean_table"]
     plant: Plant = SymbolicPlant(configuration.site, configuration.modules, 7, as_doubles(task.initial))
-    if feed is not None:
-        plant = WatchedPlant(plant, feed)
     listener = None if feed is None else feed.record
     with (
         SkillRuns(configuration.site, configuration.modules.values()) as skills,
         AuditLog(folder / "audit.jsonl", clock=lambda: 0.0, listener=listener) as audit,
-        Executor(configuration, CompiledGate(configuration), plant, audit, skills) as executor,
+        build_executor(
+            configuration, plant, audit, skills, listeners=() if feed is None else (feed,)
+        ) as executor,
         awake(folder / "state", "panda", executor) as agent,
     ):
         assert agent.run("clean the table").reached

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from aeros.cli.notification import ALIVE, READY, Attended, Notifier
 from aeros.runtime.governor import Command, Fixed
+from aeros.session.run_governor import RunGovernor
+from aeros.session.sd_notify import ALIVE, READY, Notifier
 from tests.unit.runtime import bench
 
 
@@ -45,11 +46,11 @@ def governor() -> Steered:
 def test_each_look_is_a_heartbeat_and_no_more_than_a_supervisor_needs(
     notifier: Notifier, supervisor: socket.socket, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    attended, now = Attended(governor(), notifier), 100.0
-    monkeypatch.setattr("aeros.cli.notification.time.monotonic", lambda: now)
+    attending, now = RunGovernor(governor(), notifier), 100.0
+    monkeypatch.setattr("aeros.session.sd_notify.time.monotonic", lambda: now)
     for _ in range(35):
         now += 0.01
-        assert attended.command is Command.RUN
+        assert attending.command is Command.RUN
     supervisor.setblocking(False)
     beats = 0
     while True:
@@ -62,7 +63,7 @@ def test_each_look_is_a_heartbeat_and_no_more_than_a_supervisor_needs(
 
 
 def test_words_arrive_as_systemd_has_them(notifier: Notifier, supervisor: socket.socket) -> None:
-    notifier.tell(READY, ALIVE)
+    notifier.send(READY, ALIVE)
     assert supervisor.recv(100) == b"READY=1\nWATCHDOG=1"
 
 
@@ -72,42 +73,42 @@ def test_an_abstract_address_is_understood() -> None:
         listening.settimeout(5.0)
         name = listening.getsockname()
         with Notifier({"NOTIFY_SOCKET": "@" + name[1:].decode()}) as speaking:
-            speaking.tell(READY)
+            speaking.send(READY)
         assert listening.recv(100) == READY.encode()
 
 
 def test_once_the_supervisor_is_gone_a_stop_is_asked_for(
     notifier: Notifier, supervisor: socket.socket
 ) -> None:
-    attended = Attended(governor(), notifier)
-    attended.command  # noqa: B018  the first heartbeat
+    attending = RunGovernor(governor(), notifier)
+    attending.command  # noqa: B018  the first heartbeat
     supervisor.close()
     time.sleep(notifier.every)
-    commands = [attended.command for _ in range(2)]
+    commands = [attending.command for _ in range(2)]
     assert (commands, notifier.is_alone) == ([Command.STOP, Command.STOP], True)
 
 
 def test_a_supervisor_that_does_not_listen_is_not_waited_for(notifier: Notifier) -> None:
     began = time.monotonic()
     for _ in range(2000):
-        notifier.tell(ALIVE)
+        notifier.send(ALIVE)
     assert time.monotonic() - began < 5.0
     assert not notifier.is_alone
 
 
 def test_without_a_supervisor_nothing_is_said_and_nothing_stops() -> None:
     with Notifier({}) as notifier:
-        attended = Attended(governor(), notifier)
-        assert attended.command is Command.RUN
+        attending = RunGovernor(governor(), notifier)
+        assert attending.command is Command.RUN
         assert not notifier.is_alone
 
 
 def test_a_change_of_what_is_asked_for_is_told_once(notifier: Notifier) -> None:
     heard: list[Command] = []
     asking = governor()
-    attended = Attended(asking, notifier)
-    attended.on_command = heard.append
+    attending = RunGovernor(asking, notifier)
+    attending.on_command = heard.append
     for command in (Command.RUN, Command.PAUSE, Command.PAUSE, Command.RUN):
         asking.asked = command
-        assert attended.command is command
+        assert attending.command is command
     assert heard == [Command.PAUSE, Command.RUN]

@@ -1,0 +1,104 @@
+"""The public names of AEROS for programs; `import aeros` has them all, and imports them when first used."""
+
+from __future__ import annotations
+
+from contextlib import closing, nullcontext
+from os import PathLike
+from pathlib import Path
+
+from aeros.runtime.decision import Decision
+from aeros.runtime.ports import Plant
+from aeros.session.session import Session, open_session
+from aeros.session.skill_gate import SkillGate as Gate
+from aeros.session.skill_gate import load_gate
+from aeros.sim.conformance.suite import CHECKS, ConformanceError, Subject
+from aeros.skill import Action, Observation, act
+from aeros.spec.backends.store import default_store
+from aeros.spec.brief import verify_in_brief
+from aeros.spec.folders import reference_site
+from aeros.spec.reports import Report
+
+__all__ = [
+    "Action",
+    "Decision",
+    "Gate",
+    "Observation",
+    "Plant",
+    "Report",
+    "Session",
+    "act",
+    "check_conformance",
+    "load_gate",
+    "open_session",
+    "verify",
+]
+
+
+def verify(*paths: str | PathLike[str], site: str | PathLike[str] | None = None) -> Report:
+    """Prove that modules keep the policy of a site, as `aeros verify` does; no certificate is written.
+
+    Files that cannot be read or are refused raise nothing: the report says so, with file, line, cause and
+    cure of each problem.  What an earlier run proved of the same files is not proved again.
+
+    Args:
+        paths: Modules' folders, or folders of modules.
+        site: The site file; None for the reference site, a Panda cell.
+
+    Returns:
+        The report: `conclusion`, and what was found of the `site` and of each of the `modules`.
+
+    Example:
+        >>> report = aeros.verify("ecms/")
+        >>> report.conclusion.value
+        'proved'
+        >>> [module.name for module in report.modules]
+        ['clean_table', 'fetch_object', 'make_dumplings']
+    """
+    store = default_store()
+    with nullcontext() if store is None else closing(store):
+        path = reference_site() if site is None else Path(site)
+        return verify_in_brief([Path(one) for one in paths], path, store=store)
+
+
+def check_conformance(subject: Subject) -> tuple[str, ...]:
+    """Check that a plant keeps every promise of `Plant`, by moving it: first use the robot's own simulator.
+
+    Args:
+        subject: How to make the plant, actions that move it, and what its author states of it in SI units
+            (`aeros.sim.conformance.suite.Subject`).
+
+    Returns:
+        The names of the promises that were checked, all of them kept.
+
+    Raises:
+        ConformanceError: Promises are broken, by an exception, too; the text has each of them and how.
+
+    Example:
+        >>> from aeros.sim.conformance.suite import Subject
+        >>> from aeros.sim.kinematic.plant import make_plant
+        >>> from aeros.sim.limits import QDD_MAX
+        >>> subject = Subject(
+        ...     make=lambda: make_plant("bare", 0),
+        ...     moving=aeros.act("move_tool", target=(0.5, -0.35, 0.25), yaw=0.5, speed=0.5),
+        ...     beside=aeros.act("wait", duration=6.0),
+        ...     follows_within=1e-9,
+        ...     overshoots=1e-6,
+        ...     deceleration=tuple(QDD_MAX),
+        ...     stops_within=0.17,
+        ...     noise=1e-9,
+        ... )
+        >>> promises = aeros.check_conformance(subject)
+        >>> promises[0]
+        'the_clock_never_goes_back'
+    """
+    broken = []
+    for check in CHECKS:
+        try:
+            check(subject)
+        except ConformanceError as error:
+            broken.append(f"{check.__name__}: {error}")
+        except Exception as error:
+            broken.append(f"{check.__name__}: it raises {type(error).__name__}: {error}")
+    if broken:
+        raise ConformanceError(f"{len(broken)} of {len(CHECKS)} promises are broken\n" + "\n".join(broken))
+    return tuple(check.__name__ for check in CHECKS)

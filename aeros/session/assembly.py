@@ -1,0 +1,222 @@
+"""Assemble a run: plant and recorders, then gate and executor, then the agent.
+
+Three steps, each of which an experiment, a benchmark or a test may take alone:
+
+1. `open_recorded_plant` opens what outlives the agent: skills, bag, audit log, trace, samples and the plant.
+2. `build_executor` joins configuration, gate, plant, audit log and skills.
+3. `open_agent` does 2 for the plant of 1 and wakes the agent that is to use it.
+
+What is opened later is closed first, so no step is under way when the plant closes, and the plant moves
+nothing any more when the audit log does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, NamedTuple, TextIO
+
+from aeros.agent.journal import Event, Observer
+from aeros.agent.loop import Agent, awake, awake_once
+from aeros.agent.planner import Planner
+from aeros.runtime.audit import AuditLog
+from aeros.runtime.audit_checkpoints import Signing
+from aeros.runtime.bus.feed import Feed
+from aeros.runtime.bus.samples import FILE as SAMPLES
+from aeros.runtime.bus.samples import Samples
+from aeros.runtime.bus.watched_plant import Listener, WatchedPlant
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate import CompiledGate, GateMode
+from aeros.runtime.governor import Governor
+from aeros.runtime.isolation.opening import SkillRuns
+from aeros.runtime.ports import Plant
+from aeros.runtime.skill_run import OpenRun
+from aeros.session.bag import open_bag
+from aeros.session.setup import open_isolated_skills
+from aeros.session.trace import TRACE, TraceWriter
+
+AUDIT: Final = "audit.jsonl"
+"""The audit log's name in the folder of a run."""
+
+OpenPlant = Callable[[Observer], AbstractContextManager[Plant]]
+"""Opens a plant, given an observer to call with each event of the plant's own, such as a fault."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SessionSetup:
+    """Everything that one session is made of.
+
+    Args:
+        configuration: The proved modules and the site that govern at first.
+        open_plant: Opens the plant, which is closed when the session ends.
+        out: An existing folder for audit log, trace and samples.
+        state: The agent's state folder; None for an agent that is born for this session and leaves nothing.
+        warn: Called with a text where this host isolates skills less than the site wants.
+        stream: Where events are printed; None to print nothing.
+        on_event: Called with each event, after it is written; None for nobody.
+        gate_mode: How conditions are decided.
+        signing: Signs the audit log; None for no signatures.
+        bag: A new folder for a ROS 2 bag; None for none.
+        mcap: A new MCAP file; None for none.
+        listeners: Also hear of what is measured.
+        planner: Proposes plans; None for the planning rules of the manifest.
+        planning_timeout: Seconds for each plan, made while the plant's time goes on; None to plan in place.
+        seed: Of the agent's choices between skills.
+        purpose: For whoever asks what holds the state folder.
+        is_resumed: Whether the session goes on that the audit log in `out` holds.
+    """
+
+    configuration: Configuration
+    open_plant: OpenPlant
+    out: Path
+    state: Path | None
+    warn: Callable[[str], None]
+    stream: TextIO | None = None
+    on_event: Observer | None = None
+    gate_mode: GateMode = GateMode.COMPILED
+    signing: Signing | None = None
+    bag: Path | None = None
+    mcap: Path | None = None
+    listeners: Sequence[Listener] = ()
+    planner: Planner | None = None
+    planning_timeout: float | None = None
+    seed: int = 0
+    purpose: str = ""
+    is_resumed: bool = False
+
+
+class RecordedPlant(NamedTuple):
+    """A plant with all that is kept of what it does.
+
+    plant: as it was opened, without the recorders.
+    observe: writes an event to the trace, and passes it on.
+    feed: into the bag or MCAP file; None where there is none.
+    listeners: who hears of what is measured, the recorders among them.
+    """
+
+    plant: Plant
+    audit: AuditLog
+    skills: SkillRuns
+    observe: Observer
+    feed: Feed | None
+    listeners: tuple[Listener, ...]
+
+
+class AgentSession(NamedTuple):
+    """An awake agent and the executor that carries out what it proposes."""
+
+    executor: Executor
+    agent: Agent
+
+
+def build_executor(
+    configuration: Configuration,
+    plant: Plant,
+    audit: AuditLog,
+    open_run: OpenRun,
+    *,
+    gate: Gate | None = None,
+    governor: Governor | None = None,
+    listeners: Sequence[Listener] = (),
+    is_resumed: bool = False,
+) -> Executor:
+    """Join configuration, gate, plant, audit log and skills.
+
+    Args:
+        configuration: What governs.
+        plant: Executes what is allowed; the caller closes it.
+        audit: Where every decision is recorded; the caller closes it.
+        open_run: Opens runs of skills.
+        gate: Decides; None for a compiled gate under `configuration`.
+        governor: Says which configuration is in force; None for `configuration` for good.
+        listeners: Hear of what is measured.
+        is_resumed: Whether to go on with the session that the audit log holds.
+
+    Returns:
+        The executor, a context manager that leaves no step under way.
+
+    Raises:
+        AuditError: The log cannot be written, or is that of another site where it is to be resumed.
+    """
+    return Executor(
+        configuration,
+        CompiledGate(configuration) if gate is None else gate,
+        WatchedPlant(plant, *listeners) if listeners else plant,
+        audit,
+        open_run,
+        governor,
+        resumed=is_resumed,
+    )
+
+
+@contextmanager
+def open_recorded_plant(setup: SessionSetup) -> Iterator[RecordedPlant]:
+    """Open what outlives the agent: skills, bag, audit log, trace, samples and the plant.
+
+    Raises:
+        SkillRefusedError: This host isolates skills less than the site requires.
+        BagOutputError: The bag or MCAP file cannot be written.
+        AuditError: The audit log cannot be written, or what it holds is not sound.
+        PlantSetupError: The plant cannot be had.
+    """
+    site = setup.configuration.site
+    with (
+        open_isolated_skills(setup.configuration, setup.warn) as skills,
+        open_bag(setup.bag, setup.mcap, site) as feed,
+        AuditLog(
+            setup.out / AUDIT,
+            durability=site.durability,
+            signing=setup.signing,
+            listener=None if feed is None else feed.record,
+        ) as audit,
+        TraceWriter(setup.out / TRACE, setup.stream) as trace,
+        Samples(setup.out / SAMPLES, site) as samples,
+        setup.open_plant(observe := _observer(setup, trace)) as plant,
+    ):
+        recorders = (samples,) if feed is None else (samples, feed)
+        yield RecordedPlant(plant, audit, skills, observe, feed, (*recorders, *setup.listeners))
+
+
+@contextmanager
+def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor) -> Iterator[AgentSession]:
+    """Put gate and executor before the plant and wake the agent; at the end no step is under way.
+
+    Raises:
+        RefusedError: Another agent holds the state folder, it is in quarantine, or memory cannot be trusted.
+        AuditError: The audit log cannot be written.
+    """
+    configuration, observe = setup.configuration, recorded.observe
+    with build_executor(
+        configuration,
+        recorded.plant,
+        recorded.audit,
+        recorded.skills,
+        gate=CompiledGate(configuration, setup.gate_mode),
+        governor=governor,
+        listeners=recorded.listeners,
+        is_resumed=setup.is_resumed,
+    ) as executor:
+        recorded.audit.append("isolation", recorded.skills.details())
+        name, within, planner = configuration.site.id, setup.planning_timeout, setup.planner
+        opened = (
+            awake_once(name, executor, planner, observe, setup.seed, within)
+            if setup.state is None
+            else awake(setup.state, name, executor, planner, observe, setup.seed, within, setup.purpose)
+        )
+        with opened as agent:
+            yield AgentSession(executor, agent)
+
+
+def _observer(setup: SessionSetup, trace: TraceWriter) -> Observer:
+    heard = setup.on_event
+    if heard is None:
+        return trace.write
+
+    def observe(event: Event) -> None:
+        trace.write(event)
+        heard(event)
+
+    return observe

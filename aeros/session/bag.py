@@ -1,0 +1,53 @@
+"""Record a run as ROS 2 messages in a bag or an MCAP file; imports their writer only where asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Final
+
+from aeros.runtime.bus.feed import Feed
+from aeros.spec.model import Site
+
+_NOUN: Final = {"--bag": "folder", "--mcap": "file"}
+
+
+class BagOutputError(Exception):
+    """A bag or MCAP file that cannot be written; the message says why and what to do."""
+
+
+@contextmanager
+def open_bag(folder: Path | None, file: Path | None, site: Site) -> Iterator[Feed | None]:
+    """Open a feed into a bag or an MCAP file, which is complete when the block ends.
+
+    Args:
+        folder: A new folder for a bag; None for no bag.
+        file: A new MCAP file; None for none.
+        site: The site whose vocabulary is measured.
+
+    Yields:
+        The feed; None where neither `folder` nor `file` is given.
+
+    Raises:
+        BagOutputError: The output exists already or cannot be written, or the extra `ros` is missing.
+    """
+    option, path = ("--bag", folder) if file is None else ("--mcap", file)
+    if path is None:
+        yield None
+        return
+    try:
+        from aeros.runtime.bus.bag import Bag, BagError, McapFile
+    except ImportError as error:
+        raise BagOutputError(
+            f"{option} needs `pip install 'aeros[ros]'` ({error.name} is missing)"
+        ) from error
+    try:
+        bag = Bag(path) if file is None else McapFile(file)
+    except BagError as refusal:
+        raise BagOutputError(f"{refusal}; give a new {_NOUN[option]} with {option}") from refusal
+    try:
+        with bag, Feed(bag, site, is_whole=True) as feed:
+            yield feed
+    except BagError as failure:
+        raise BagOutputError(str(failure)) from failure

@@ -1,0 +1,291 @@
+"""Open plants by name, with people, faults, bodies and films; PyBullet is imported only for physics."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Literal, get_args
+
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.ports import Plant
+from aeros.sim.hosting.remote import RemotePlant
+from aeros.spec.doubles import as_doubles
+from aeros.spec.model import Task
+
+if TYPE_CHECKING:
+    from aeros.sim.bodies import Body
+    from aeros.sim.faults.injector import Happening
+    from aeros.sim.faults.model import Fault
+    from aeros.sim.faults.reading import Surroundings
+    from aeros.sim.people import Person
+    from aeros.sim.physics import Spectator
+    from aeros.sim.scenes.scene import Scene
+
+_START_TIMEOUT_S: Final = 60.0
+"""For a plant in another process to be there: it proves its modules and builds its scene first."""
+
+_LISTEN_TIMEOUT_S: Final = 1.0
+"""From a socket that is there to one that accepts connections."""
+
+_POLL_INTERVAL_S: Final = 0.02
+
+PlantName = Literal["physics", "kinematic", "symbolic"]
+
+PLANTS: Final[tuple[PlantName, ...]] = get_args(PlantName)
+
+
+class PlantSetupError(Exception):
+    """A plant or an output of it that cannot be had; the message says why and what to do."""
+
+
+def load_people(plant: str, name_or_path: str | None) -> tuple[Person, ...]:
+    """Read the people file of a run.
+
+    Args:
+        plant: The plant's name.
+        name_or_path: A file, or the name of one that comes with AEROS; None for nobody.
+
+    Raises:
+        UserError: The file is not a people file.
+        PlantSetupError: The plant has no people.
+    """
+    if name_or_path is None:
+        return ()
+    if plant != "physics":
+        raise PlantSetupError(f"`--person` needs the physics plant: the {plant} plant has no people")
+    with _physics_import_errors():
+        from aeros.sim.people_file import read_people
+    return read_people(name_or_path)
+
+
+def load_faults(
+    plant: str, name_or_path: str | None, configuration: Configuration, task: Task
+) -> Sequence[Fault]:
+    """Read the faults file of a run.
+
+    Args:
+        plant: The plant's name.
+        name_or_path: A file, or the name of one that comes with AEROS; None for no faults.
+        configuration: The vocabulary and the skills that faults may name.
+        task: Its scene has the things and cameras that faults may name.
+
+    Raises:
+        UserError: The file is not a faults file, or names what is not there.
+        PlantSetupError: The plant has no faults.
+    """
+    if name_or_path is None:
+        return ()
+    if plant != "physics":
+        raise PlantSetupError(
+            f"`--faults` needs the physics plant: what goes wrong on the {plant} plant are declared outcomes"
+        )
+    with _physics_import_errors():
+        from aeros.sim.faults.reading import read_faults
+    _, scene = _unbuilt_scene(task.scene)
+    return read_faults(name_or_path, surroundings_of(configuration, scene))
+
+
+def surroundings_of(configuration: Configuration, scene: Scene) -> Surroundings:
+    """Collect what a faults file may name: state variables, skills as `MODULE.SKILL`, things and cameras."""
+    from aeros.sim.faults.reading import Surroundings
+
+    skills = [f"{ecm.id}.{skill}" for ecm in configuration.modules.values() for skill in ecm.skills]
+    return Surroundings(configuration.site.state, skills, scene.things, scene.cameras)
+
+
+def load_bodies(plant: str, name_or_path: str | None, task: Task, seed: int) -> Sequence[Body]:
+    """Read the scene file of a run: bodies that stand and lie about besides the task's own things.
+
+    Args:
+        plant: The plant's name.
+        name_or_path: A file, or the name of one that comes with AEROS; None for none.
+        task: Its scene is built once, to find bodies that would be in something's place.
+        seed: Of the plant.
+
+    Raises:
+        UserError: The file is not a scene file, or a body is in something's place.
+        PlantSetupError: The plant knows no bodies.
+    """
+    if name_or_path is None:
+        return ()
+    if plant != "physics":
+        raise PlantSetupError(
+            f"`--scene` needs the physics plant: on the {plant} plant nothing is in the way"
+        )
+    with _physics_import_errors():
+        from aeros.sim.physics import make_plant
+        from aeros.sim.scene_file import read_bodies
+    known, _ = _unbuilt_scene(task.scene)
+    bodies = read_bodies(name_or_path)
+    make_plant(known, seed, bodies=bodies).close()
+    return bodies
+
+
+def open_video(plant: str, path: Path) -> Spectator:
+    """Open a film of `plant`, written to `path` when it is closed.
+
+    Raises:
+        PlantSetupError: The plant cannot be seen, or the film could not be written at the end.
+    """
+    _require_physics("--record", plant)
+    with _physics_import_errors():
+        from aeros.sim.video import FilmError, Recorder
+    try:
+        return Recorder(path)
+    except FilmError as refusal:
+        raise PlantSetupError(f"{refusal}; give another file with --record") from refusal
+
+
+def open_viewer(plant: str) -> Spectator:
+    """Open a window that shows `plant`.
+
+    Raises:
+        PlantSetupError: The plant cannot be seen, or there is no display.
+    """
+    _require_physics("--view", plant)
+    with _physics_import_errors():
+        from aeros.sim.window import Window, WindowError
+    try:
+        return Window()
+    except WindowError as refusal:
+        raise PlantSetupError(f"--view: {refusal}; or use --record, which needs no display") from refusal
+
+
+def _require_physics(option: str, plant: str) -> None:
+    if plant != "physics":
+        raise PlantSetupError(
+            f"`{option}` needs the physics plant: the {plant} plant has nothing to be seen; "
+            "`--mcap` keeps what is measured on any plant"
+        )
+
+
+@contextmanager
+def open_plant(
+    name: str,
+    configuration: Configuration,
+    task: Task,
+    seed: int,
+    spectators: Sequence[Spectator] = (),
+    people: Sequence[Person] = (),
+    faults: Sequence[Fault] = (),
+    tell: Callable[[Happening], None] | None = None,
+    bodies: Sequence[Body] = (),
+) -> Iterator[Plant]:
+    """Open the plant `name`, ready for `task`; it is closed however the block ends.
+
+    Args:
+        name: One of `PLANTS`.
+        configuration: The vocabulary, and what the modules declare to the symbolic plant.
+        task: Its scene and initial state.
+        seed: Of everything random.
+        spectators: Film or window (physics).
+        people: Who walks about (physics).
+        faults: What goes wrong (physics).
+        tell: Called with each of the `faults` as it happens.
+        bodies: What else stands and lies about (physics).
+
+    Raises:
+        PlantSetupError: The extra is missing, there is no such scene, or the film cannot be written.
+    """
+    if name == "physics":
+        plant = _build_physics(task.scene, seed, spectators, people, faults, tell, bodies)
+    elif name == "kinematic":
+        plant = _build_kinematic(task.scene, seed)
+    else:
+        plant = _build_symbolic(configuration, task, seed)
+    try:
+        yield plant
+    finally:
+        try:
+            plant.close()
+        except OSError as failure:
+            raise PlantSetupError(f"the film cannot be written: {failure}") from failure
+
+
+def connect_plant(path: Path) -> RemotePlant:
+    """Connect to the plant that another process serves at the socket `path`, waiting for it to be there.
+
+    Raises:
+        PlantSetupError: Nobody serves a plant there within 60 s.
+    """
+    latest = time.monotonic() + _START_TIMEOUT_S
+    while True:
+        try:
+            return RemotePlant(path)
+        except OSError as failure:
+            if isinstance(failure, ConnectionRefusedError):
+                # The socket is there, and nobody behind it: it listens in a moment, or it never will again.
+                latest = min(latest, time.monotonic() + _LISTEN_TIMEOUT_S)
+            if time.monotonic() >= latest:
+                raise PlantSetupError(
+                    f"nobody serves a plant at `{path}` ({failure.strerror}); if its process ended, so did "
+                    "the simulated plant: begin the task anew, by its instruction"
+                ) from failure
+        time.sleep(_POLL_INTERVAL_S)
+
+
+def _build_symbolic(configuration: Configuration, task: Task, seed: int) -> Plant:
+    from aeros.sim.symbolic import SymbolicPlant
+
+    return SymbolicPlant(configuration.site, configuration.modules, seed, as_doubles(task.initial))
+
+
+def _build_kinematic(scene: str | None, seed: int) -> Plant:
+    try:
+        from aeros.sim.kinematic.plant import make_plant
+        from aeros.sim.kinematic.scenes import SCENES
+    except ImportError as error:
+        raise PlantSetupError(
+            f"the kinematic plant needs `pip install 'aeros[kinematic]'` ({error.name} is missing); "
+            "or use `--plant symbolic`"
+        ) from error
+    return make_plant(_checked_scene(scene, SCENES), seed)
+
+
+def _build_physics(
+    scene: str | None,
+    seed: int,
+    spectators: Sequence[Spectator],
+    people: Sequence[Person],
+    faults: Sequence[Fault],
+    tell: Callable[[Happening], None] | None,
+    bodies: Sequence[Body],
+) -> Plant:
+    known_scene, _ = _unbuilt_scene(scene)
+    from aeros.sim.faults.injector import Injector
+    from aeros.sim.physics import make_plant
+
+    disturbance = None if tell is None else Injector(faults, seed, tell)
+    return make_plant(
+        known_scene, seed, spectators=spectators, people=people, disturbance=disturbance, bodies=bodies
+    )
+
+
+def _unbuilt_scene(scene: str | None) -> tuple[str, Scene]:
+    """Return the scene that a task takes place in: its name, and the scene before it is built."""
+    with _physics_import_errors():
+        from aeros.sim.scenes import SCENES
+    known = _checked_scene(scene, SCENES)
+    return known, SCENES[known]()
+
+
+@contextmanager
+def _physics_import_errors() -> Iterator[None]:
+    try:
+        yield
+    except ImportError as error:
+        raise PlantSetupError(
+            f"the physics plant needs `pip install 'aeros[sim]'` ({error.name} is missing); "
+            "or use `--plant kinematic` or `--plant symbolic`"
+        ) from error
+
+
+def _checked_scene(scene: str | None, scenes: Collection[str]) -> str:
+    """Return `scene` if it is one of `scenes`, else raise `PlantSetupError`."""
+    if scene is None or scene not in scenes:
+        raise PlantSetupError(
+            f"the task's scene is `{scene}`, but there is only {', '.join(scenes)}; or use `--plant symbolic`"
+        )
+    return scene

@@ -1,0 +1,92 @@
+"""The governor of one run: the operator's commands, and a stop on Ctrl-C or without a supervisor."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from types import FrameType
+from typing import Final, Self
+
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.governor import Command, Governor
+from aeros.session.sd_notify import Notifier
+
+_STDERR: Final = 2
+_STOP_MESSAGE: Final = b"stopping; Ctrl-C again ends at once\n"
+
+
+class RunGovernor:
+    """A `Governor` that adds to another the ways in which one run is stopped, and its heartbeat.
+
+    The command is STOP once `interrupt` was called or the supervisor is gone, else that of the other.  The
+    executor asks for it before every action, at every control tick and while the operator pauses, so each
+    look is also the heartbeat that the supervisor gets.
+
+    As a context manager it turns SIGINT into `interrupt`: an exception in its place may come between any two
+    instructions, and so leave a record of the audit log half written.  The second SIGINT does raise
+    KeyboardInterrupt, for code that never looks here.  Enter it in the main thread, or not at all.
+
+    Args:
+        governor: Says which configuration is in force and what the operator commands.
+        notifier: Connection to the supervisor; None for none.
+
+    on_command: called with each change of the command.
+    is_interrupted: whether a stop was asked for by `interrupt`.
+    """
+
+    def __init__(self, governor: Governor, notifier: Notifier | None = None) -> None:
+        self._governor = governor
+        self._notifier = notifier
+        self._last = Command.RUN
+        self.on_command: Callable[[Command], None] = lambda _: None
+        self.is_interrupted = False
+
+    def __enter__(self) -> Self:
+        self._former = signal.signal(signal.SIGINT, self._on_sigint)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        signal.signal(signal.SIGINT, self._former)
+
+    def _on_sigint(self, _number: int, _frame: FrameType | None) -> None:
+        if self.is_interrupted:
+            raise KeyboardInterrupt
+        self.interrupt()
+        # Not `print`: what was interrupted may be a `print`.
+        os.write(_STDERR, _STOP_MESSAGE)
+
+    def interrupt(self) -> None:
+        """Stop the run, for good; any thread may call it."""
+        self.is_interrupted = True
+
+    @property
+    def command(self) -> Command:
+        """See `Governor`."""
+        is_alone = False
+        if self._notifier is not None:
+            self._notifier.send_heartbeat()
+            is_alone = self._notifier.is_alone
+        command = Command.STOP if is_alone or self.is_interrupted else self._governor.command
+        if command is not self._last:
+            self._last = command
+            self.on_command(command)
+        return command
+
+    @property
+    def generation(self) -> int:
+        """See `Governor`."""
+        return self._governor.generation
+
+    def configuration(self) -> tuple[int, Configuration]:
+        """See `Governor`."""
+        return self._governor.configuration()
+
+    def acting(self, generation: int) -> AbstractContextManager[bool]:
+        """See `Governor`."""
+        return self._governor.acting(generation)
+
+    def objection(self, module: str, skill: str, kind: str) -> str | None:
+        """See `Governor`."""
+        return self._governor.objection(module, skill, kind)

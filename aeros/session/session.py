@@ -1,0 +1,281 @@
+"""A session for programs: modules, plant, gate and agent in one context manager."""
+
+from __future__ import annotations
+
+import tempfile
+import warnings
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, wait
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from os import PathLike
+from pathlib import Path
+from queue import SimpleQueue
+from typing import get_args
+
+from aeros.agent.journal import Event, Observer
+from aeros.agent.planner import Planner
+from aeros.agent.report import RunReport
+from aeros.agent.routing import route
+from aeros.runtime.gate import GateMode
+from aeros.runtime.governor import Fixed, Governor
+from aeros.runtime.ports import Plant
+from aeros.runtime.proving import prove
+from aeros.session.assembly import AgentSession, SessionSetup, open_agent, open_recorded_plant
+from aeros.session.plant_factory import PLANTS, PlantName, open_plant
+from aeros.session.rendered_errors import rendered_errors
+from aeros.session.robot_thread import RobotThread
+from aeros.session.run_governor import RunGovernor
+from aeros.session.setup import create_output_folder, open_governor
+from aeros.session.skill_gate import GateModeName
+from aeros.spec.diagnostics import did_you_mean
+from aeros.spec.errors import MisuseError
+from aeros.spec.folders import reference_site
+from aeros.spec.model import Task
+from aeros.spec.reports import Report
+
+
+class Session:
+    """Robot with one agent, which pursues one instruction after the other; `open_session` makes one.
+
+    The plant is opened with the first instruction, as its task says which scene it needs.  Everything that
+    acts runs in a thread of its own.
+
+    proof: what was proved of the site and the modules.
+    out: the folder with audit log (`audit.jsonl`), trace and samples.
+    report: of the last run that ended; None before.
+
+    Example:
+        >>> with aeros.open_session("ecms/clean_table", seed=7) as session:
+        ...     kinds = [event.kind for event in session.events("clean the table")]
+        >>> kinds[0], kinds[-1]
+        ('routed', 'run-ended')
+        >>> session.report.reached
+        True
+    """
+
+    def __init__(
+        self,
+        proof: Report,
+        out: Path,
+        governor: RunGovernor,
+        make_setup: Callable[[Task, Observer], SessionSetup],
+        *,
+        is_bound_to_scene: bool,
+    ) -> None:
+        self.proof = proof
+        self.out = out
+        self.report: RunReport | None = None
+        self._governor = governor
+        self._make_setup = make_setup
+        self._is_bound_to_scene = is_bound_to_scene
+        self._thread: RobotThread[AgentSession] | None = None
+        self._scene: str | None = None
+        self._events: SimpleQueue[Event | None] = SimpleQueue()
+        self._run: Future[RunReport] | None = None
+
+    def run(self, instruction: str, *, timeout: float | None = None) -> RunReport:
+        """Pursue an instruction until its goal is measured, or until nothing more can be done for it.
+
+        Ctrl-C meanwhile stops the robot, and is raised once it is at rest.
+
+        Args:
+            instruction: What to do, in the words that a task of the modules declares.
+            timeout: Seconds on the plant's clock after which the task is cancelled; None for never.
+
+        Returns:
+            What became of it: `reached`, `reason` where it was not, `measured`, `steps`.
+
+        Raises:
+            RefusedError: The instruction names no task or several, or the agent may not start.
+            PlantSetupError: The plant cannot be opened.
+            SkillRefusedError: This host isolates skill code less than the site requires.
+            AuditError: The audit log cannot be written, so nothing moves.
+            MisuseError: A run is under way, or the task is of another scene than the plant.
+
+        Example:
+            >>> with aeros.open_session("ecms/", plant="symbolic") as session:
+            ...     result = session.run("make dumplings")
+            >>> result.reached, result.denied
+            (True, 0)
+        """
+        for _ in self.events(instruction, timeout=timeout):
+            pass
+        if self.report is None:
+            raise AssertionError("a run has ended without a report")
+        return self.report
+
+    def events(self, instruction: str, *, timeout: float | None = None) -> Iterator[Event]:
+        """Pursue an instruction as `run` does, and yield what the agent does and finds as it happens.
+
+        The run begins when the first event is asked for, and goes on while the caller looks at events.
+        Leaving the loop early stops the robot, for good; `report` has the outcome after the last event.
+
+        Args:
+            instruction: What to do, in the words that a task of the modules declares.
+            timeout: Seconds on the plant's clock after which the task is cancelled; None for never.
+
+        Yields:
+            Events: `kind`, `text` for people (may be empty), `details` as JSON values, `time` in plant
+            seconds.
+
+        Raises:
+            Exception: Whatever `run` raises.
+
+        Example:
+            >>> with aeros.open_session("ecms/clean_table") as session:
+            ...     for event in session.events("clean the table"):
+            ...         if event.kind == "plan":
+            ...             print(len(event.details["steps"]))
+            3
+        """
+        thread = self._opened(instruction)
+        events = self._events = SimpleQueue()
+        run = self._run = thread.call(lambda session: session.agent.run(instruction, timeout))
+        run.add_done_callback(lambda _: events.put(None))
+        try:
+            while (event := events.get()) is not None:
+                yield event
+            with rendered_errors():
+                self.report = run.result()
+        finally:
+            self._stop_and_wait()
+
+    def stop(self) -> None:
+        """Stop the robot, for good: what moves comes to rest, and no later run begins anything.
+
+        Any thread may call it.
+        """
+        self._governor.interrupt()
+
+    def close(self) -> None:
+        """Stop what is under way and close plant, agent and audit log; safe to call twice.
+
+        Raises:
+            AuditError: The end of the audit log cannot be written.
+        """
+        self._stop_and_wait()
+        thread, self._thread = self._thread, None
+        if thread is not None:
+            thread.close()
+
+    def _stop_and_wait(self) -> None:
+        run = self._run
+        if run is not None and not run.done():
+            self.stop()
+            wait([run])
+
+    def _opened(self, instruction: str) -> RobotThread[AgentSession]:
+        """Return the robot's thread, opened where this is the first task."""
+        if self._run is not None and not self._run.done():
+            raise MisuseError("a run is under way: take its events to the end, or call `stop`")
+        with rendered_errors():
+            task = route(instruction, self._governor.configuration()[1].modules).task
+            if self._thread is None:
+                setup = self._make_setup(task, lambda event: self._events.put(event))
+                self._scene = task.scene
+                self._thread = RobotThread(lambda: _open_parts(setup, self._governor))
+        if self._is_bound_to_scene and task.scene != self._scene:
+            raise MisuseError(
+                f"`{task.id}` takes place in `{task.scene}`, and the plant is `{self._scene}`: "
+                "open another session"
+            )
+        return self._thread
+
+
+@contextmanager
+def _open_parts(setup: SessionSetup, governor: Governor) -> Iterator[AgentSession]:
+    with open_recorded_plant(setup) as recorded, open_agent(setup, recorded, governor) as session:
+        yield session
+
+
+@contextmanager
+def open_session(
+    modules: str | PathLike[str],
+    *,
+    plant: PlantName | Plant = "symbolic",
+    site: str | PathLike[str] | None = None,
+    seed: int = 0,
+    planner: Planner | None = None,
+    gate: GateModeName = "compiled",
+    out: str | PathLike[str] | None = None,
+    state: str | PathLike[str] | None = None,
+) -> Iterator[Session]:
+    """Prove modules and open a robot that runs them, every action decided by the gate.
+
+    Args:
+        modules: A module's folder or a folder of modules, each with a current `ecm.lock` (`aeros verify`).
+        plant: `symbolic` (declared outcomes), `kinematic`, `physics`, or a `Plant` of yours, which you close.
+        site: The site file; None for the reference site, a Panda cell.
+        seed: Of everything random, 0 or more.
+        planner: Proposes plans; None for the planning rules of the manifests.
+        gate: How conditions are decided: `compiled`; `z3`, slow; or `shadow`, both.
+        out: A new folder for audit log, trace and samples; None for one that is deleted at the end.
+        state: The agent's folder, where it keeps identity and memory and hears `aeros pause`, `resume` and
+            `stop`; None for an agent that is born for this session and leaves nothing.
+
+    Yields:
+        The session.  At the end of the block what moves is stopped and everything is closed.
+
+    Raises:
+        UserError: A file is refused, a claim is refuted, or a certificate is missing or not current; its text
+            has file, line, cause and cure.
+        PlantSetupError: `out` is not empty or cannot be written.
+        MisuseError: There is no such plant or gate mode.
+
+    Example:
+        >>> with aeros.open_session("ecms/", plant="symbolic") as session:
+        ...     result = session.run("make dumplings")
+        >>> result.goal, result.reached
+        ('dumpling_cooked', True)
+    """
+    name = plant if isinstance(plant, str) else None
+    _require_one_of("plant", name, PLANTS)
+    _require_one_of("gate mode", gate, get_args(GateModeName))
+    with ExitStack() as stack:
+        with rendered_errors():
+            path, ecms = reference_site() if site is None else Path(site), Path(modules)
+            governor: Governor
+            if state is None:
+                configuration, proof = prove([ecms], path, certified=True)
+                governor = Fixed(configuration)
+            else:
+                steered, configuration, proof = open_governor(Path(state), ecms, path)
+                stack.enter_context(steered)
+                governor = steered
+        temporary = None if out is not None else stack.enter_context(tempfile.TemporaryDirectory())
+        folder = create_output_folder(Path(out or temporary or ""), "")
+
+        def make_setup(task: Task, observe: Observer) -> SessionSetup:
+            return SessionSetup(
+                configuration=configuration,
+                open_plant=lambda _: _plant_for(plant, task),
+                out=folder,
+                state=None if state is None else Path(state),
+                warn=lambda text: warnings.warn(text, RuntimeWarning, stacklevel=2),
+                on_event=observe,
+                gate_mode=GateMode(gate),
+                planner=planner,
+                seed=seed,
+            )
+
+        def _plant_for(given: PlantName | Plant, task: Task) -> AbstractContextManager[Plant]:
+            return (
+                open_plant(given, configuration, task, seed) if isinstance(given, str) else nullcontext(given)
+            )
+
+        session = Session(
+            proof,
+            folder,
+            RunGovernor(governor),
+            make_setup,
+            is_bound_to_scene=name in ("physics", "kinematic"),
+        )
+        stack.callback(session.close)
+        yield session
+
+
+def _require_one_of(what: str, given: str | None, known: tuple[str, ...]) -> None:
+    if given is not None and given not in known:
+        near = did_you_mean(given, known)
+        hint = f"did you mean `{near}`?" if near else f"there are {', '.join(known)}"
+        raise MisuseError(f"there is no {what} `{given}`; {hint}")

@@ -1,0 +1,126 @@
+"""The first steps of a session: governor and proof, signing key, task, isolation of skills, output folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from datetime import datetime
+from pathlib import Path
+from typing import Final
+
+from aeros.agent.errors import RefusedError
+from aeros.agent.routing import Routed, route
+from aeros.runtime.audit import AuditError
+from aeros.runtime.audit_checkpoints import AnchorError, Signing
+from aeros.runtime.audit_keys import KeyRefusedError, read_signing_key
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.isolation.opening import SkillRuns
+from aeros.runtime.proving import prove
+from aeros.runtime.registry.governing import Governing, Steered
+from aeros.runtime.registry.registry import Registry
+from aeros.runtime.skill_code import SkillRefusedError
+from aeros.session.bag import BagOutputError
+from aeros.session.plant_factory import PlantSetupError
+from aeros.spec.folders import reference_site
+from aeros.spec.model import Ecm
+from aeros.spec.reports import Report
+
+SETUP_ERRORS: Final = (
+    RefusedError,
+    PlantSetupError,
+    SkillRefusedError,
+    AuditError,
+    AnchorError,
+    BagOutputError,
+    KeyRefusedError,
+)
+"""Exceptions whose message tells a user why a session cannot be set up or go on."""
+
+
+def build_signing(key_file: Path | None, anchor: Path | None) -> Signing | None:
+    """Read the key that signs the audit log.
+
+    Args:
+        key_file: The private key, as `aeros audit keygen` writes it; None for a log without signatures.
+        anchor: A second file for the newest signature; None for none.
+
+    Raises:
+        KeyRefusedError: The key cannot be read or used.
+    """
+    return None if key_file is None else Signing(read_signing_key(key_file), anchor)
+
+
+def open_governor(
+    state: Path, modules: Path | None, site: Path | None, *, resumed: bool = False
+) -> tuple[Governing | Steered, Configuration, Report]:
+    """Prove the configuration that is to govern, and open the governor that watches over its changes.
+
+    Args:
+        state: The agent's state folder, with the registry of installed modules where there is one.
+        modules: The modules to load; None for those active in the registry, or else the folder `ecms`.
+        site: The site file; None for the policy in force in the registry, or else the reference site.
+        resumed: Whether a stop that was commanded before this session still holds.
+
+    Returns:
+        The governor, which the caller enters and so closes; the configuration in force; its proof.
+
+    Raises:
+        UserError: A file is refused, or a certificate is missing or not current.
+    """
+    registry = Registry(state)
+    if modules is None and site is None and registry.exists:
+        governing = Governing(registry, resumed=resumed)
+        return governing, governing.configuration()[1], governing.report
+    configuration, report = prove([modules or Path("ecms")], site or reference_site(), certified=True)
+    return Steered(configuration, registry, resumed=resumed), configuration, report
+
+
+def select_task(
+    instruction: str, configuration: Configuration, governor: Governing | Steered, state: Path
+) -> Routed:
+    """Select the task that `instruction` names, among those of the active modules.
+
+    Raises:
+        RoutingError: It names none or several; says so, too, where only an inactive module has the task.
+    """
+    others = Registry(state).inactive if isinstance(governor, Governing) else dict[str, Ecm]
+    return route(instruction, configuration.modules, others)
+
+
+@contextmanager
+def open_isolated_skills(configuration: Configuration, warn: Callable[[str], None]) -> Iterator[SkillRuns]:
+    """Start the processes in which skill code runs, isolated as the site says; they end with the block.
+
+    Args:
+        configuration: The site and the modules whose skills are to run.
+        warn: Called with a text where this host isolates less than the site wants and the site allows that.
+
+    Raises:
+        SkillRefusedError: This host isolates less than the site requires.
+    """
+    with SkillRuns(configuration.site, configuration.modules.values()) as skills:
+        if skills.refusal is not None:
+            raise SkillRefusedError(skills.refusal)
+        if skills.warning is not None:
+            warn(skills.warning)
+        yield skills
+
+
+def create_output_folder(wanted: Path | None, task: str) -> Path:
+    """Create the folder that a run writes to, so that one run never mixes with another's record.
+
+    Args:
+        wanted: The folder, new or empty; None for one in `runs/`, named for `task` and the time.
+        task: The id of the task.
+
+    Raises:
+        PlantSetupError: The folder holds something already or cannot be written.
+    """
+    folder = wanted or Path("runs") / f"{task}-{datetime.now().astimezone():%Y%m%d-%H%M%S-%f}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if any(folder.iterdir()):
+            raise PlantSetupError(f"`{folder}` is not empty; give a new folder with --out")
+    except OSError as error:
+        raise PlantSetupError(f"cannot write to `{folder}`: {error.strerror}") from error
+    return folder

@@ -1,0 +1,151 @@
+"""A gate for programs: the skill that asks is named once, and values need no time stamps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+from typing import Any, Literal
+
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.decision import Caller, Decision
+from aeros.runtime.gate import CompiledGate, GateMode
+from aeros.runtime.ports import Reading
+from aeros.runtime.proving import prove
+from aeros.session.rendered_errors import rendered_errors
+from aeros.skill import Action, Observation
+from aeros.spec.diagnostics import did_you_mean
+from aeros.spec.errors import MisuseError
+from aeros.spec.folders import reference_site
+
+GateModeName = Literal["compiled", "z3", "shadow"]
+
+
+class SkillGate:
+    """Gate that decides actions of the skills of proved modules; `load_gate` makes one.
+
+    Pure: `decide` has no effect, reads no clock and counts nothing, so that the same arguments give the same
+    decision.
+
+    Example:
+        >>> gate = aeros.load_gate("ecms/clean_table", skill="wipe")
+        >>> gate.skills
+        ('clean_table.wipe', 'clean_table.organize', 'clean_table.verify', 'clean_table.recover')
+        >>> decision = gate.decide(aeros.act("look", camera="overhead"), {"estop_pressed": True})
+        >>> decision.reasons[0].rule
+        'emergency-stop'
+    """
+
+    def __init__(self, configuration: Configuration, gate: Gate, skill: str | None = None) -> None:
+        self._gate = gate
+        self._unused = {quota.id: 0 for quota in configuration.site.quotas}
+        self.skills: tuple[str, ...] = tuple(
+            f"{module}.{one}" for module, ecm in configuration.modules.items() for one in ecm.skills
+        )
+        self._skill = None if skill is None else self._full_name(skill)
+
+    def decide(
+        self,
+        action: Action,
+        observation: Observation,
+        *,
+        skill: str | None = None,
+        inputs: Mapping[str, Any] | None = None,
+        time: float = 0.0,
+        ages: Mapping[str, float] | None = None,
+        usage: Mapping[str, int] | None = None,
+    ) -> Decision:
+        """Decide whether a skill may have `action` executed now.
+
+        Whatever is wrong with `action`, `observation` or the numbers is a reason of a denial and not an
+        exception.
+
+        Args:
+            action: The action that the skill asks for; parameters in SI units.
+            observation: Measured values by vocabulary name, in SI units.  An absent name is unknown, and
+                denies where a rule needs it.
+            skill: The skill that asks, as `MODULE.SKILL` or `SKILL`; None for that of `load_gate`.
+            inputs: The skill's inputs in SI units; None for none.
+            time: When the decision is made, in seconds on the plant's clock.
+            ages: For values that were not measured at `time`, how many seconds earlier they were.
+            usage: For each quota, how many actions were executed in its window; 0 where it is not named.
+
+        Returns:
+            The decision.  Its `action` is the one that may be executed: `action`, a reduced one, or None
+            where it is denied; `reasons` has every rule that stood in the way.
+
+        Raises:
+            MisuseError: There is no such skill, or none is named and there are several.
+            GateDisagreementError: The compiled gate and Z3 disagree, in mode `shadow`; nothing may move.
+
+        Example:
+            >>> gate = aeros.load_gate("ecms/make_dumplings", skill="wrap")
+            >>> decision = gate.decide(aeros.act("look", camera="overhead"), {"estop_pressed": False})
+            >>> decision.action
+            Action(kind='look', parameters={'camera': 'overhead'})
+        """
+        module, _, name = self._asking(skill).partition(".")
+        aged = {} if ages is None else ages
+        readings = {one: Reading(value, time - aged.get(one, 0.0)) for one, value in observation.items()}
+        caller = Caller(module, name, {} if inputs is None else inputs)
+        used = self._unused if usage is None else {**self._unused, **usage}
+        return self._gate.decide(caller, readings, action, time, used)
+
+    def _asking(self, skill: str | None) -> str:
+        if skill is not None:
+            return self._full_name(skill)
+        if self._skill is not None:
+            return self._skill
+        if len(self.skills) == 1:
+            return self.skills[0]
+        raise MisuseError(f"several skills may ask: name one as `skill`, of {', '.join(self.skills)}")
+
+    def _full_name(self, skill: str) -> str:
+        found = [one for one in self.skills if skill in (one, one.partition(".")[2])]
+        if len(found) == 1:
+            return found[0]
+        if found:
+            raise MisuseError(f"several modules have a skill `{skill}`: name one of {', '.join(found)}")
+        near = did_you_mean(skill, [*self.skills, *(one.partition(".")[2] for one in self.skills)])
+        hint = f"did you mean `{near}`?" if near else f"there are {', '.join(self.skills)}"
+        raise MisuseError(f"there is no skill `{skill}`; {hint}")
+
+
+def load_gate(
+    modules: str | PathLike[str],
+    *,
+    skill: str | None = None,
+    site: str | PathLike[str] | None = None,
+    mode: GateModeName = "compiled",
+) -> SkillGate:
+    """Prove modules and compile the gate that decides their actions.
+
+    What an earlier run proved of the same files is not proved again.
+
+    Args:
+        modules: A module's folder or a folder of modules.
+        skill: The skill that asks, as `MODULE.SKILL` or `SKILL`; None to name it in each `decide`.
+        site: The site file; None for the reference site, a Panda cell.
+        mode: How conditions are decided: `compiled`; `z3`, slow; or `shadow`, both, where a disagreement
+            raises.
+
+    Returns:
+        The gate.
+
+    Raises:
+        UserError: A file is refused or a claim is refuted; its text has file, line, cause and cure.
+        UndecidedError: The only reason is that the solver ran out of its budget (a `UserError`, too).
+        MisuseError: There is no such skill or mode.
+
+    Example:
+        >>> gate = aeros.load_gate("ecms/make_dumplings", skill="wrap")
+        >>> gate.decide(aeros.act("look", camera="overhead"), {}).reasons[0].text
+        '`estop_pressed` is not measured'
+    """
+    modes = {one.value: one for one in GateMode}
+    if mode not in modes:
+        raise MisuseError(f"there is no mode `{mode}`; there are {', '.join(modes)}")
+    with rendered_errors():
+        path = reference_site() if site is None else Path(site)
+        configuration, _ = prove([Path(modules)], path, certified=False)
+    return SkillGate(configuration, CompiledGate(configuration, modes[mode]), skill)

@@ -1,0 +1,51 @@
+"""Write the agent's events to a file, and print them as they come."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Final, Self, TextIO
+
+from aeros.agent.journal import Event
+from aeros.spec.render import safe
+
+TRACE: Final = "trace.jsonl"
+"""Its name in the folder of a run."""
+
+
+class TraceWriter:
+    """Writer of each event of the agent as one line of JSON, appended to a file.
+
+    Args:
+        path: The file, created where it is not there.
+        stream: Where each event is printed as a line for people; None to print nothing.
+    """
+
+    def __init__(self, path: Path, stream: TextIO | None) -> None:
+        self._file = path.open("a", encoding="utf-8")
+        self._stream = stream
+
+    def write(self, event: Event) -> None:
+        """Write and print one event.
+
+        Raises:
+            OSError: The file cannot be written.  A stream that cannot be written to is given up.
+        """
+        line = {"time": event.time, "kind": event.kind, "text": event.text, "details": event.details}
+        self._file.write(json.dumps(line, default=str) + "\n")
+        self._file.flush()
+        if self._stream is not None and event.text:
+            try:
+                print(f"{event.time:7.2f} s  {safe(event.text)}", file=self._stream, flush=True)
+            except OSError:
+                self._stream = None
+
+    def close(self) -> None:
+        """Close the file; safe to call twice."""
+        self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

@@ -1,0 +1,142 @@
+"""What docs/reference/api.md says of each public name, from its docstring; and the examples that it shows."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+from collections.abc import Iterator
+from itertools import pairwise
+from textwrap import dedent
+from typing import Any, NamedTuple
+
+import aeros
+import aeros.api
+from tests.repo.tree import text_of
+
+PUBLIC = tuple(name for name in aeros.__all__ if name != "__version__")
+_SECTIONS = ("Args", "Returns", "Yields", "Raises", "Example")
+_WIDEST = 88
+_MODULE_OF_ALIASES = "aeros/skill.py"
+
+
+class Entry(NamedTuple):
+    """A public name or a public member of one.
+
+    name: as a program says it, without `aeros`.
+    signature: as Python would define it; empty where it is not called.
+    """
+
+    name: str
+    signature: str
+    doc: str
+
+
+def entries() -> Iterator[Entry]:
+    """Each public name, followed by its members, in alphabetical order without regard to case."""
+    for name in sorted(PUBLIC, key=str.lower):
+        found = getattr(aeros, name)
+        if inspect.isclass(found):
+            yield Entry(name, "", _doc(found))
+            yield from _members(name, found)
+        elif inspect.isfunction(found):
+            yield Entry(name, _signature(found), _doc(found))
+        else:
+            yield Entry(name, "", _alias_doc(name))
+
+
+def page() -> str:
+    """The generated part of the page."""
+    text = ""
+    for entry in entries():
+        level = "###" if "." in entry.name else "##"
+        text += f"\n{level} {entry.name}\n\n"
+        if entry.signature:
+            text += f"```text\n{entry.signature}\n```\n\n"
+        text += _markdown(entry.doc)
+    return text + "\n"
+
+
+def examples() -> dict[str, str]:
+    """The example of each entry that has one."""
+    return {one.name: parts["Example"] for one in entries() if "Example" in (parts := _parts(one.doc))}
+
+
+def _doc(found: Any) -> str:
+    return inspect.getdoc(found) or ""
+
+
+def _alias_doc(name: str) -> str:
+    """The string below an alias, which Python does not keep."""
+    body = ast.parse(text_of(_MODULE_OF_ALIASES)).body
+    for assigned, below in pairwise(body):
+        if isinstance(assigned, ast.Assign) and ast.unparse(assigned.targets[0]) == name:
+            assert isinstance(below, ast.Expr)
+            return inspect.cleandoc(ast.literal_eval(below.value))
+    raise AssertionError(f"{name} is no alias of {_MODULE_OF_ALIASES}")
+
+
+def _members(name: str, of: type) -> Iterator[Entry]:
+    fields = {*getattr(of, "_fields", ()), *getattr(of, "__dataclass_fields__", ())}
+    for member, found in vars(of).items():
+        if member.startswith("_") or member in fields:
+            continue
+        if isinstance(found, property):
+            yield Entry(f"{name}.{member}", "", _doc(found))
+        elif inspect.isfunction(found):
+            yield Entry(f"{name}.{member}", _signature(found), _doc(found))
+
+
+def _signature(function: Any) -> str:
+    node = ast.parse(dedent(inspect.getsource(inspect.unwrap(function)))).body[0]
+    assert isinstance(node, ast.FunctionDef)
+    node.args.args = [one for one in node.args.args if one.arg != "self"]
+    returned = f" -> {ast.unparse(node.returns)}" if node.returns else ""
+    if hasattr(function, "__wrapped__"):
+        returned = returned.replace("Iterator[", "AbstractContextManager[")
+    # By its public name, and with defaults spaced as ruff has them.
+    returned = returned.replace("SkillGate", "Gate")
+    given = ast.unparse(node.args).replace("=", " = ")
+    line = f"{node.name}({given}){returned}"
+    if len(line) <= _WIDEST:
+        return line
+    # At commas outside of brackets and quotes.
+    parts, depth, quoted = [""], 0, False
+    for character in given:
+        quoted ^= character == "'"
+        depth += (character in "([{") - (character in ")]}")
+        if character == "," and depth == 0 and not quoted:
+            parts.append("")
+        else:
+            parts[-1] += character
+    return f"{node.name}(\n" + "".join(f"    {one.strip()},\n" for one in parts) + f"){returned}"
+
+
+def _parts(doc: str) -> dict[str, str]:
+    """The text before any section, by the empty name, and each section, dedented."""
+    found: dict[str, str] = {"": ""}
+    current = ""
+    for line in doc.splitlines():
+        if line.removesuffix(":") in _SECTIONS and line.endswith(":"):
+            current = line.removesuffix(":")
+            found[current] = ""
+        else:
+            found[current] += line + "\n"
+    return {name: dedent(text).strip("\n") for name, text in found.items()}
+
+
+def _markdown(doc: str) -> str:
+    parts = _parts(doc)
+    text = re.sub(r"^([a-z_]+(?:, [a-z_]+)*): ", r"- `\1`: ", parts.pop(""), flags=re.MULTILINE)
+    text = re.sub(r"^    (?=\S)", "  ", text, flags=re.MULTILINE) + "\n\n"
+    example = parts.pop("Example", None)
+    for name, section in parts.items():
+        if name in ("Args", "Raises"):
+            section = re.sub(r"^(\w+): ", r"- `\1`: ", section, flags=re.MULTILINE)
+            section = re.sub(r"^    ", "  ", section, flags=re.MULTILINE)
+            text += f"**{name}**\n\n{section}\n\n"
+        else:
+            text += f"**{name}**: {section}\n\n"
+    if example is not None:
+        text += f"```python\n{example}\n```\n\n"
+    return text.rstrip("\n") + "\n"

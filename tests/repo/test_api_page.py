@@ -1,0 +1,32 @@
+"""docs/reference/api.md is what the docstrings of the public names say.
+
+AEROS_UPDATE_GOLDEN=1 pytest tests/repo     rewrites the page, and fails
+"""
+
+from __future__ import annotations
+
+import importlib
+import re
+
+from tests.repo.api_page import PUBLIC, page
+from tests.repo.tree import check_generated, text_of
+
+_PAGE = "docs/reference/api.md"
+
+
+def test_the_page_is_that_of_the_docstrings() -> None:
+    check_generated(_PAGE, "names", page())
+
+
+def test_the_page_has_the_public_names_and_no_other() -> None:
+    generated = text_of(_PAGE).partition("<!-- generated: names -->")[2].partition("<!-- end: names -->")[0]
+    assert sorted(re.findall(r"^## (\w+)$", generated, re.MULTILINE)) == sorted(PUBLIC)
+
+
+def test_every_port_that_the_page_names_is_there() -> None:
+    named = re.findall(r"^\| `(aeros\.[\w.]+)` \| (.*?) \|", text_of(_PAGE), re.MULTILINE)
+    assert len(named) >= 6
+    for module, names in named:
+        found = importlib.import_module(module)
+        for name in re.findall(r"`(\w+)`", names):
+            assert hasattr(found, name), (module, name)

@@ -1,0 +1,7 @@
+import aeros
+
+report: aeros.Report = aeros.verify("ecms/")
+for module in report.modules:
+    print(module.name, module.conclusion.value, module.obligation_count)
+    for problem in module.diagnostics:
+        print(problem.code, problem.headline)

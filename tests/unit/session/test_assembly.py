@@ -1,0 +1,80 @@
+"""A whole session on the symbolic plant: who hears of what, and in which order things are closed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.agent.journal import Event, Observer
+from aeros.runtime.audit import verify_log
+from aeros.runtime.bus.telling import Chain
+from aeros.runtime.configuration import Configuration
+from aeros.runtime.governor import Fixed
+from aeros.runtime.ports import Plant, Readings
+from aeros.runtime.proving import prove
+from aeros.session.assembly import SessionSetup, open_agent, open_recorded_plant
+from aeros.session.plant_factory import open_plant
+from aeros.spec.folders import reference_site
+from tests.repo.tree import ROOT
+
+
+class Ear:
+    """A listener that counts."""
+
+    def __init__(self) -> None:
+        self.ticks = self.observations = 0
+
+    def tick(self, now: float, values: Mapping[str, Any], chain: Chain) -> None:
+        self.ticks += 1
+
+    def observed(self, readings: Readings, chain: Chain) -> None:
+        self.observations += 1
+
+
+@pytest.fixture(scope="module")
+def configuration() -> Configuration:
+    return prove([ROOT / "ecms" / "clean_table"], reference_site(), certified=True)[0]
+
+
+def test_every_listener_hears_the_same_and_all_is_closed_in_order(
+    configuration: Configuration, tmp_path: Path
+) -> None:
+    task = configuration.modules["clean_table"].tasks["clean_table"]
+    steps: list[str] = []
+    events: list[Event] = []
+
+    @contextmanager
+    def opened(observe: Observer) -> Iterator[Plant]:
+        observe(Event("fault", "", {}, 0.0))
+        with open_plant("symbolic", configuration, task, 0) as plant:
+            yield plant
+        steps.append(f"plant closed, {verify_log(tmp_path / 'audit.jsonl').records > 0}")
+
+    ears = Ear(), Ear()
+    setup = SessionSetup(
+        configuration=configuration,
+        open_plant=opened,
+        out=tmp_path,
+        state=None,
+        warn=steps.append,
+        on_event=events.append,
+        listeners=ears,
+    )
+    with open_recorded_plant(setup) as recorded:
+        with open_agent(setup, recorded, Fixed(configuration)) as (executor, agent):
+            assert agent.run("clean the table").reached
+            assert executor.site == configuration.site
+        steps.append("agent closed")
+    assert steps == ["agent closed", "plant closed, True"]
+    assert ears[0].ticks == ears[1].ticks > 0
+    assert ears[0].observations == ears[1].observations > 0
+    assert [events[0].kind, events[-1].kind] == ["fault", "run-ended"]
+    assert len((tmp_path / "trace.jsonl").read_text().splitlines()) == len(events)
+    assert (tmp_path / "measured.jsonl").stat().st_size > 0
+    report = verify_log(tmp_path / "audit.jsonl")
+    assert report.sound
+    assert '"event":"isolation"' in (tmp_path / "audit.jsonl").read_text()
