@@ -1,4 +1,5 @@
 # `make help` lists the targets.  Needs Python 3.11 or later, git and a network that reaches PyPI.
+# What is installed is locked, with hashes, in requirements/; `make lock` renews the locks.
 
 SHELL := /bin/sh
 .DEFAULT_GOAL := help
@@ -10,6 +11,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 DEMO := runs/demo
 JOBS ?= 2
+LOCK := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --custom-compile-command 'make lock'
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 .PHONY: help install demo test format lint types layers proofs pytest mutation clean
 
@@ -63,21 +66,39 @@ clean: ## remove .venv, caches and runs
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .grimp_cache .aeros runs dist mutants
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
+lock: $(VENV)/.installed-release ## renew requirements/*.txt: newest versions that pyproject.toml allows, with their hashes
+	@echo '== uv pip compile'
+	@$(LOCK) --upgrade --extra test --no-emit-package pybullet pyproject.toml requirements/build.in -o requirements/test.txt
+	@$(LOCK) --upgrade --extra audit --extra sim --no-emit-package pybullet \
+	  --constraint requirements/test.txt pyproject.toml requirements/build.in -o requirements/install.txt
+	@sed -n 's/^sim = .*"\(pybullet==[^"]*\)".*/\1/p' pyproject.toml | $(LOCK) --upgrade - -o requirements/simulator.txt
+	@$(LOCK) --upgrade --group release --constraint requirements/test.txt -o requirements/release.txt
+
 $(VENV)/.created:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 	  echo 'AEROS needs Python 3.11 or later; $(PYTHON) is older or missing.  Name one: make PYTHON=/path/to/python3.11'; exit 1; }
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info >= (3, 12))' 2>/dev/null || \
-	  echo 'PyBullet has no wheel for this Python, so pip compiles it; with Python 3.11 this takes no compiler.'
 	@$(BIN)/python -m pip --version >/dev/null 2>&1 || { \
 	  echo 'creating $(VENV) with $(PYTHON)'; $(PYTHON) -m venv --clear $(VENV); }
 	@touch $@
 
-$(VENV)/.installed: $(VENV)/.created pyproject.toml
+$(VENV)/.installed: $(VENV)/.created pyproject.toml requirements/install.txt requirements/simulator.txt
 	@echo 'installing aeros, its solver and its simulator into $(VENV): 500 MB, a minute or two'
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[audit,sim]'
+	@$(PIP) --require-hashes --requirement requirements/install.txt
+	@if $(BIN)/python -c 'import sys; sys.exit(sys.version_info >= (3, 12))'; then \
+	  $(PIP) --require-hashes --requirement requirements/simulator.txt; \
+	else \
+	  echo 'PyBullet has no wheel for this Python, so the physics plant is left out.  With Python 3.11 it is there; with a'; \
+	  echo 'compiler: $(BIN)/python -m pip install --require-hashes --requirement requirements/simulator.txt'; \
+	fi
+	@$(PIP) --no-deps --no-build-isolation --editable .
 	@touch $@
 
-$(VENV)/.installed-test: $(VENV)/.installed pyproject.toml
+$(VENV)/.installed-test: $(VENV)/.installed requirements/test.txt
 	@echo 'installing what the tests need into $(VENV)'
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+	@$(PIP) --require-hashes --requirement requirements/test.txt
+	@touch $@
+
+$(VENV)/.installed-release: $(VENV)/.created requirements/release.txt
+	@echo 'installing what makes releases into $(VENV)'
+	@$(PIP) --require-hashes --requirement requirements/release.txt
 	@touch $@
