@@ -14,7 +14,7 @@ JOBS ?= 2
 LOCK := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --custom-compile-command 'make lock'
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help install demo test format lint types layers proofs pytest mutation clean
+.PHONY: help install demo test format lint types layers proofs pytest mutation coverage benchmark hook tools schemas dist lock clean
 
 help: ## list the targets
 	@awk -F ' ## ' '/^[a-z]+:.* ## / { sub(/:.*/, "", $$1); printf "  make %-9s %s\n", $$1, $$2 }' Makefile
@@ -62,17 +62,46 @@ mutation: $(VENV)/.installed-test ## kill mutants of what proves, as docs/mutati
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[mutation]'
 	@nice $(BIN)/python tests/mutation.py $(MUTANTS)
 
-clean: ## remove .venv, caches and runs
-	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .grimp_cache .aeros runs dist mutants
-	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+coverage: $(VENV)/.installed-test ## branch coverage of gate, expressions and obligations, each with a floor
+	@$(BIN)/coverage erase
+	@$(BIN)/pytest -n $(JOBS) --cov --cov-report= -m 'not physics' @tests/coverage.txt
+	@$(BIN)/coverage html --quiet --directory runs/coverage
+	@status=0; \
+	for part in $(COVERED); do \
+	  echo "== branch coverage of $${part#*:}: at least $${part%%:*} %"; \
+	  $(BIN)/coverage report --fail-under "$${part%%:*}" --include "$${part#*:}" || status=1; \
+	done; exit $$status
 
-lock: $(VENV)/.installed-release ## renew requirements/*.txt: newest versions that pyproject.toml allows, with their hashes
+benchmark: $(VENV)/.installed-test ## run one: make benchmark BENCHMARK=verify; its figures go to runs/benchmarks/
+	@$(PIP) --editable '.[benchmark]'
+	@mkdir -p runs/benchmarks
+	@$(BIN)/python -m benchmarks.$(BENCHMARK) > runs/benchmarks/$(BENCHMARK).txt
+	@cat runs/benchmarks/$(BENCHMARK).txt
+
+hook: $(VENV)/.installed-test $(VENV)/.installed-tools ## let pre-commit install and run the hook for users: reaches PyPI
+	@AEROS_NETWORK=1 $(BIN)/pytest tests/repo/test_ci_integration.py
+
+tools: $(VENV)/.installed-tools ## install pre-commit, towncrier and what else no test needs
+
+schemas: $(VENV)/.installed ## write the JSON Schemas that .vscode/settings.json maps to manifests and sites
+	@for kind in ecm faults people scene site; do $(BIN)/aeros schema $$kind > .vscode/$$kind.schema.json || exit 1; done
+
+dist: $(VENV)/.installed-tools ## build the package into dist/ and check what a package index would show of it
+	@rm -rf dist
+	@$(BIN)/python -m build --quiet --no-isolation
+	@$(BIN)/twine check --strict dist/*
+
+lock: $(VENV)/.installed-tools ## renew requirements/*.txt: newest versions that pyproject.toml allows, with their hashes
 	@echo '== uv pip compile'
 	@$(LOCK) --upgrade --extra test --no-emit-package pybullet pyproject.toml requirements/build.in -o requirements/test.txt
 	@$(LOCK) --upgrade --extra audit --extra sim --no-emit-package pybullet \
 	  --constraint requirements/test.txt pyproject.toml requirements/build.in -o requirements/install.txt
 	@sed -n 's/^sim = .*"\(pybullet==[^"]*\)".*/\1/p' pyproject.toml | $(LOCK) --upgrade - -o requirements/simulator.txt
-	@$(LOCK) --upgrade --group release --constraint requirements/test.txt -o requirements/release.txt
+	@$(LOCK) --upgrade --group tools --constraint requirements/test.txt requirements/build.in -o requirements/tools.txt
+
+clean: ## remove .venv, caches and runs
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .grimp_cache .coverage .aeros runs dist mutants
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(VENV)/.created:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
@@ -98,7 +127,7 @@ $(VENV)/.installed-test: $(VENV)/.installed requirements/test.txt
 	@$(PIP) --require-hashes --requirement requirements/test.txt
 	@touch $@
 
-$(VENV)/.installed-release: $(VENV)/.created requirements/release.txt
-	@echo 'installing what makes releases into $(VENV)'
-	@$(PIP) --require-hashes --requirement requirements/release.txt
+$(VENV)/.installed-tools: $(VENV)/.created requirements/tools.txt
+	@echo 'installing pre-commit, towncrier, uv and the like into $(VENV)'
+	@$(PIP) --require-hashes --requirement requirements/tools.txt
 	@touch $@
