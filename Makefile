@@ -1,4 +1,5 @@
 # `make help` lists the targets.  Needs Python 3.11 or later, git and a network that reaches PyPI.
+# What is installed is locked, with hashes, in requirements/; `make lock` renews the locks.
 
 SHELL := /bin/sh
 .DEFAULT_GOAL := help
@@ -10,8 +11,12 @@ VENV := .venv
 BIN := $(VENV)/bin
 DEMO := runs/demo
 JOBS ?= 2
+# Percent of statements and branches that tests/coverage.txt must reach, by part.
+COVERED := 90:aeros/runtime/gate.py,aeros/runtime/straight.py,aeros/runtime/layers.py,aeros/runtime/decision.py,aeros/runtime/form.py,aeros/runtime/intake.py,aeros/runtime/conditions.py,aeros/runtime/attenuation.py,aeros/runtime/writing.py,aeros/runtime/beside.py,aeros/runtime/moments.py,aeros/runtime/configuration.py,aeros/runtime/explaining.py,aeros/runtime/grounds.py,aeros/runtime/passing.py,aeros/runtime/requests.py,aeros/runtime/watched.py,aeros/runtime/violation.py,aeros/runtime/usage.py,aeros/runtime/window.py 90:aeros/spec/expr/*.py 90:aeros/spec/obligations/*.py
+LOCK := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --custom-compile-command 'make lock'
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help install demo test format lint types layers proofs pytest mutation clean
+.PHONY: help install demo test format lint types layers proofs pytest mutation coverage benchmark hook tools schemas dist lock clean
 
 help: ## list the targets
 	@awk -F ' ## ' '/^[a-z]+:.* ## / { sub(/:.*/, "", $$1); printf "  make %-9s %s\n", $$1, $$2 }' Makefile
@@ -59,25 +64,72 @@ mutation: $(VENV)/.installed-test ## kill mutants of what proves, as docs/mutati
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[mutation]'
 	@nice $(BIN)/python tests/mutation.py $(MUTANTS)
 
+coverage: $(VENV)/.installed-test ## branch coverage of gate, expressions and obligations, each with a floor
+	@$(BIN)/coverage erase
+	@$(BIN)/pytest -n $(JOBS) --cov --cov-report= -m 'not physics' @tests/coverage.txt
+	@$(BIN)/coverage html --quiet --directory runs/coverage
+	@status=0; \
+	for part in $(COVERED); do \
+	  echo "== branch coverage of $${part#*:}: at least $${part%%:*} %"; \
+	  $(BIN)/coverage report --fail-under "$${part%%:*}" --include "$${part#*:}" || status=1; \
+	done; exit $$status
+
+benchmark: $(VENV)/.installed-test ## run one: make benchmark BENCHMARK=verify; its figures go to runs/benchmarks/
+	@$(PIP) --editable '.[benchmark]'
+	@mkdir -p runs/benchmarks
+	@$(BIN)/python -m benchmarks.$(BENCHMARK) > runs/benchmarks/$(BENCHMARK).txt
+	@cat runs/benchmarks/$(BENCHMARK).txt
+
+hook: $(VENV)/.installed-test $(VENV)/.installed-tools ## let pre-commit install and run the hook for users: reaches PyPI
+	@AEROS_NETWORK=1 $(BIN)/pytest tests/repo/test_ci_integration.py
+
+tools: $(VENV)/.installed-tools ## install pre-commit, towncrier and what else no test needs
+
+schemas: $(VENV)/.installed ## write the JSON Schemas that .vscode/settings.json maps to manifests and sites
+	@for kind in ecm faults people scene site; do $(BIN)/aeros schema $$kind > .vscode/$$kind.schema.json || exit 1; done
+
+dist: $(VENV)/.installed-tools ## build the package into dist/ and check what a package index would show of it
+	@rm -rf dist
+	@$(BIN)/python -m build --quiet --no-isolation
+	@$(BIN)/twine check --strict dist/*
+
+lock: $(VENV)/.installed-tools ## renew requirements/*.txt: newest versions that pyproject.toml allows, with their hashes
+	@echo '== uv pip compile'
+	@$(LOCK) --upgrade --extra test --no-emit-package pybullet pyproject.toml requirements/build.in -o requirements/test.txt
+	@$(LOCK) --upgrade --extra audit --extra sim --no-emit-package pybullet \
+	  --constraint requirements/test.txt pyproject.toml requirements/build.in -o requirements/install.txt
+	@sed -n 's/^sim = .*"\(pybullet==[^"]*\)".*/\1/p' pyproject.toml | $(LOCK) --upgrade - -o requirements/simulator.txt
+	@$(LOCK) --upgrade --group tools --constraint requirements/test.txt requirements/build.in -o requirements/tools.txt
+
 clean: ## remove .venv, caches and runs
-	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .grimp_cache .aeros runs dist mutants
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .grimp_cache .coverage .aeros runs dist mutants
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(VENV)/.created:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 	  echo 'AEROS needs Python 3.11 or later; $(PYTHON) is older or missing.  Name one: make PYTHON=/path/to/python3.11'; exit 1; }
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info >= (3, 12))' 2>/dev/null || \
-	  echo 'PyBullet has no wheel for this Python, so pip compiles it; with Python 3.11 this takes no compiler.'
 	@$(BIN)/python -m pip --version >/dev/null 2>&1 || { \
 	  echo 'creating $(VENV) with $(PYTHON)'; $(PYTHON) -m venv --clear $(VENV); }
 	@touch $@
 
-$(VENV)/.installed: $(VENV)/.created pyproject.toml
+$(VENV)/.installed: $(VENV)/.created pyproject.toml requirements/install.txt requirements/simulator.txt
 	@echo 'installing aeros, its solver and its simulator into $(VENV): 500 MB, a minute or two'
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[audit,sim]'
+	@$(PIP) --require-hashes --requirement requirements/install.txt
+	@if $(BIN)/python -c 'import sys; sys.exit(sys.version_info >= (3, 12))'; then \
+	  $(PIP) --require-hashes --requirement requirements/simulator.txt; \
+	else \
+	  echo 'PyBullet has no wheel for this Python, so the physics plant is left out.  With Python 3.11 it is there; with a'; \
+	  echo 'compiler: $(BIN)/python -m pip install --require-hashes --requirement requirements/simulator.txt'; \
+	fi
+	@$(PIP) --no-deps --no-build-isolation --editable .
 	@touch $@
 
-$(VENV)/.installed-test: $(VENV)/.installed pyproject.toml
+$(VENV)/.installed-test: $(VENV)/.installed requirements/test.txt
 	@echo 'installing what the tests need into $(VENV)'
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+	@$(PIP) --require-hashes --requirement requirements/test.txt
+	@touch $@
+
+$(VENV)/.installed-tools: $(VENV)/.created requirements/tools.txt
+	@echo 'installing pre-commit, towncrier, uv and the like into $(VENV)'
+	@$(PIP) --require-hashes --requirement requirements/tools.txt
 	@touch $@

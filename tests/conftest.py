@@ -5,7 +5,10 @@ from __future__ import annotations
 import os
 import shutil
 import signal
+import sys
 import tempfile
+from collections.abc import Generator
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -58,6 +61,28 @@ def pytest_unconfigure(config: pytest.Config) -> None:
     """Nothing of it is left."""
     if not hasattr(config, "workerinput"):
         shutil.rmtree(os.environ.pop(_STORE))
+
+
+_LACKS_PYBULLET = sys.version_info >= (3, 12) and find_spec("pybullet") is None
+"""PyBullet has wheels for Python 3.11 only; there its absence is an error."""
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(
+    collector: pytest.Collector,
+) -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    """Skip tests of the physics plant where this Python has no PyBullet."""
+    report = yield
+    if not _LACKS_PYBULLET:
+        return report
+    reason = "PyBullet has no wheel for this Python"
+    if report.failed and "No module named 'pybullet'" in str(report.longrepr):
+        report.outcome = "skipped"
+        report.longrepr = (str(collector.path), 0, f"Skipped: {reason}")
+    for item in report.result:
+        if isinstance(item, pytest.Item) and item.get_closest_marker("physics"):
+            item.add_marker(pytest.mark.skip(reason=reason))
+    return report
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -30,6 +30,7 @@ from aeros.runtime.bus.watched_plant import Listener, WatchedPlant
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate import CompiledGate, GateMode
+from aeros.runtime.gate_port import Gate
 from aeros.runtime.governor import Governor
 from aeros.runtime.isolation.opening import SkillRuns
 from aeros.runtime.ports import Plant

@@ -10,6 +10,7 @@ from typing import Any, Literal
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.decision import Caller, Decision
 from aeros.runtime.gate import CompiledGate, GateMode
+from aeros.runtime.gate_port import Gate
 from aeros.runtime.ports import Reading
 from aeros.runtime.proving import prove
 from aeros.session.rendered_errors import rendered_errors

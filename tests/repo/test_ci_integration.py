@@ -198,7 +198,7 @@ def test_the_action_is_well_formed() -> None:
             assert step["shell"] == "bash"
             assert "${{" not in step["run"], "an input in a script is code: pass it by `env`"
         else:
-            assert re.fullmatch(r"[\w-]+/[\w/-]+@v\d+", step["uses"])
+            assert re.fullmatch(r"[\w-]+/[\w/-]+@[0-9a-f]{40}", step["uses"]), "pinned by commit"
     named = set(re.findall(r"\binputs\.(\w+)", text_of("action.yml")))
     assert named == set(_ACTION["inputs"])
 

@@ -2,10 +2,15 @@ from __future__ import annotations
 
 import hashlib
 import re
+import subprocess
 import tomllib
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import pytest
+import yaml
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 import aeros
 from aeros.cli.exit_codes import Exit
@@ -13,6 +18,7 @@ from aeros.cli.main import main
 from tests.repo.tree import ROOT, text_of
 
 _PROJECT: dict[str, Any] = tomllib.loads(text_of("pyproject.toml"))
+_TOWNCRIER: dict[str, Any] = tomllib.loads(text_of("towncrier.toml"))["tool"]["towncrier"]
 
 
 def test_the_licence_is_the_whole_apache_2_0_unchanged() -> None:
@@ -39,11 +45,90 @@ def test_the_solver_is_pinned_exactly() -> None:
     assert re.fullmatch(r"z3-solver==[\d.]+", pin)
 
 
-def test_the_changelog_speaks_of_what_is_not_yet_released() -> None:
-    text = text_of("CHANGELOG.md")
-    assert "## [Unreleased]" in text
-    released = re.findall(r"^## \[(\d[^\]]*)\]", text, re.MULTILINE)
-    assert not released or released[0] == aeros.__version__
+def test_the_changelog_begins_with_this_version() -> None:
+    notes = text_of("CHANGELOG.md").split(_TOWNCRIER["start_string"])[1]
+    assert re.findall(r"^## \[(\d[^\]]*)\]", notes, re.MULTILINE)[0] == aeros.__version__
+
+
+def test_changelog_fragments_are_named_after_an_issue_and_a_kind() -> None:
+    kinds = "|".join(one["directory"] for one in _TOWNCRIER["type"])
+    folder = ROOT / _TOWNCRIER["directory"]
+    for path in folder.iterdir():
+        assert path.name in _TOWNCRIER["ignore"] or re.fullmatch(rf"(\d+|\+[\w-]+)\.({kinds})\.md", path.name)
+
+
+def test_the_citation_names_this_version() -> None:
+    citation = yaml.safe_load(text_of("CITATION.cff"))
+    assert (citation["version"], citation["license"]) == (aeros.__version__, _PROJECT["project"]["license"])
+
+
+def test_one_place_says_where_the_repository_is() -> None:
+    repository = _PROJECT["project"]["urls"]["Repository"]
+    owner = repository.removeprefix("https://github.com/").removesuffix("/aeros")
+    assert re.fullmatch(r"[\w-]+", owner)
+    files = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True)
+    for name in files.stdout.split("\0"):
+        path = ROOT / name
+        if (
+            name
+            and name != "pyproject.toml"
+            and path.suffix in {".cff", ".md", ".py", ".toml", ".yaml", ".yml"}
+        ):
+            text = path.read_text(encoding="utf-8", errors="replace")
+            named = re.findall(r"github\.com/([\w-]+)/aeros\b|\buses: ([\w-]+)/aeros@", text)
+            assert {one or other for one, other in named} <= {owner}, name
+
+
+def _locked(name: str) -> dict[str, list[str]]:
+    """Versions of a lock file by package, whose hashes are checked to be there."""
+    found: dict[str, list[str]] = {}
+    text = text_of(f"requirements/{name}.txt")
+    assert not re.search(r"://|--(index|extra-index|find-links|trusted-host)", text), "a lock names no host"
+    for entry in re.findall(r"^\w.*(?:\n +--hash.*)+", text, re.MULTILINE):
+        pinned = Requirement(entry.splitlines()[0].rstrip(" \\"))
+        assert re.search(r"--hash=sha256:[0-9a-f]{64}", entry)
+        (version,) = pinned.specifier
+        assert version.operator == "=="
+        found.setdefault(canonicalize_name(pinned.name), []).append(version.version)
+    assert len(re.findall(r"^\w", text, re.MULTILINE)) == sum(map(len, found.values()))
+    return found
+
+
+def _required(extras: Iterable[str], groups: Iterable[str] = ()) -> Iterator[Requirement]:
+    project = _PROJECT["project"]
+    texts = [one for extra in extras for one in project["optional-dependencies"][extra]]
+    texts += [one for group in groups for one in _PROJECT["dependency-groups"][group]]
+    for one in map(Requirement, texts + ([] if groups else project["dependencies"])):
+        if one.name == "aeros":
+            yield from _required(one.extras)
+        else:
+            yield one
+
+
+@pytest.mark.parametrize(
+    ("locks", "extras", "groups"),
+    [
+        (("install", "simulator"), ("audit", "sim"), ()),
+        (("test", "simulator"), ("test",), ()),
+        (("tools",), (), ("tools",)),
+    ],
+    ids=lambda one: "-".join(one) or "none",
+)
+def test_the_locks_hold_what_the_project_needs(
+    locks: tuple[str, ...], extras: tuple[str, ...], groups: tuple[str, ...]
+) -> None:
+    """`make lock` renews them."""
+    locked = {name: versions for lock in locks for name, versions in _locked(lock).items()}
+    for one in _required(extras, groups):
+        versions = locked[canonicalize_name(one.name)]
+        assert all(one.specifier.contains(version) for version in versions), one
+
+
+def test_the_locks_agree_with_each_other() -> None:
+    test = _locked("test")
+    for lock in ("install", "tools"):
+        for name, versions in _locked(lock).items():
+            assert set(versions) <= set(test.get(name, versions)), name
 
 
 def test_ci_runs_what_a_person_runs() -> None:
