@@ -2,16 +2,19 @@
 
 SHELL := /bin/sh
 .DEFAULT_GOAL := help
-.NOTPARALLEL:
 
 # The simulator has wheels for Python 3.11 only, so that version is preferred where there is one.
 PYTHON ?= $(shell python3.11 -c '' 2>/dev/null && echo python3.11 || echo python3)
 VENV := .venv
 BIN := $(VENV)/bin
 DEMO := runs/demo
-JOBS ?= 2
+# One test process more than there are cores: a third of the time of the tests is waiting.
+JOBS ?= $(shell expr $$(nproc) + 1)
+PYTEST = $(BIN)/pytest -n $(JOBS) --dist worksteal
+# What `make quick` leaves out; tests/conftest.py says which tests have these marks.
+QUICK := not slow and not page and not physics and not deep
 
-.PHONY: help install demo test format lint types layers proofs pytest mutation clean
+.PHONY: help install demo quick test deep format lint types layers proofs pytest mutation clean
 
 help: ## list the targets
 	@awk -F ' ## ' '/^[a-z]+:.* ## / { sub(/:.*/, "", $$1); printf "  make %-9s %s\n", $$1, $$2 }' Makefile
@@ -26,8 +29,16 @@ demo: install ## prove ecms/, then one agent makes dumplings on the simulated Pa
 	@echo '$$ aeros run "make dumplings" --out $(DEMO)'
 	@$(BIN)/aeros run "make dumplings" --out $(DEMO) --state $(DEMO)-agent
 
+quick: $(VENV)/.installed-test ## what is fast: under 90 s of processor time, once mypy has its cache
+	@$(MAKE) --no-print-directory --keep-going format lint types layers pytest-quick
+
 test: $(VENV)/.installed-test ## every check that CI runs; all steps run, and any that fails fails this
-	@$(MAKE) --no-print-directory --keep-going format lint types layers proofs pytest
+	@$(MAKE) --no-print-directory --keep-going -j2 --output-sync=target types format lint layers proofs; \
+	  checks=$$?; $(MAKE) --no-print-directory pytest && exit $$checks
+
+deep: $(VENV)/.installed-test ## every test, with 25 times the examples: an hour or more, each night
+	@echo '== pytest, all tests, Hypothesis profile `nightly`'
+	@AEROS_HYPOTHESIS=nightly $(PYTEST)
 
 format: $(VENV)/.installed-test
 	@echo '== ruff format --check'
@@ -53,7 +64,12 @@ proofs: $(VENV)/.installed-test
 
 pytest: $(VENV)/.installed-test
 	@echo '== pytest'
-	@$(BIN)/pytest -n $(JOBS)
+	@$(PYTEST) -m 'not deep'
+
+.PHONY: pytest-quick
+pytest-quick: $(VENV)/.installed-test
+	@echo '== pytest, fast tests'
+	@$(BIN)/pytest -m '$(QUICK)'
 
 mutation: $(VENV)/.installed-test ## kill mutants of what proves, as docs/mutation.md tells: hours
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[mutation]'

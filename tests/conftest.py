@@ -1,4 +1,8 @@
-"""Hypothesis profiles, small or deeper at night; Ctrl-C as at a terminal; proofs that tests share."""
+"""What all tests share: markers by folder, the Hypothesis profile, Ctrl-C as at a terminal, proofs.
+
+Markers choose what a target of the Makefile runs: `make quick` runs what has none of them, `make test` all
+but `deep`, `make deep` everything.
+"""
 
 from __future__ import annotations
 
@@ -7,29 +11,14 @@ import shutil
 import signal
 import tempfile
 from pathlib import Path
+from typing import Final
 
 import pytest
-from hypothesis import HealthCheck, settings
 
-# Two shared cores make single examples slow now and then; what is measured is correctness.
-settings.register_profile(
-    "ci",
-    max_examples=40,
-    derandomize=True,
-    database=None,
-    deadline=None,
-    suppress_health_check=[HealthCheck.too_slow],
-)
-settings.register_profile(
-    "nightly",
-    max_examples=5_000,
-    deadline=None,
-    print_blob=True,
-    suppress_health_check=[HealthCheck.too_slow],
-)
+import tests.hypothesis_profiles  # noqa: F401 - loads the profile of this run
+
 # A job of a shell that is not interactive ignores Ctrl-C, and so does everything that it starts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
-settings.load_profile(os.environ.get("AEROS_HYPOTHESIS", "ci"))
 
 _HERE = Path(__file__).parent
 _PROVING = [
@@ -45,6 +34,25 @@ _PROVING = [
 _PROVING += sorted(_HERE.glob("unit/cli/test_verify*.py"))
 """Tests of what proves, which prove everything themselves."""
 
+MARKED: Final = {
+    "page": ("repo/test_*_page.py", "repo/test_readme.py", "repo/test_tutorial.py"),
+    "slow": (
+        "corpus",
+        "differential",
+        "property",
+        "repo/test_benchmarks.py",
+        "repo/test_package.py",
+        "repo/test_shipped_modules.py",
+        "unit/cli",
+        "unit/experiments",
+        "unit/sim",
+    ),
+}
+"""Marker by folder or file pattern below `tests/`: what `make quick` leaves to `make test`.
+
+`physics` and `deep` are said in the files, by test.
+"""
+
 _STORE = "AEROS_STORE_OF_TESTS"
 
 
@@ -58,6 +66,14 @@ def pytest_unconfigure(config: pytest.Config) -> None:
     """Nothing of it is left."""
     if not hasattr(config, "workerinput"):
         shutil.rmtree(os.environ.pop(_STORE))
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Mark a test by the folder that it is in."""
+    path = item.path.relative_to(_HERE)
+    for marker, places in MARKED.items():
+        if any(path.match(place) or path.is_relative_to(place) for place in places):
+            item.add_marker(marker)
 
 
 @pytest.hookimpl(tryfirst=True)

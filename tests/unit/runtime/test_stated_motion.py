@@ -110,9 +110,9 @@ def test_whatever_a_plant_says_can_be_told() -> None:
     for strange in (object(), {1: 2}, [1.0], b"x"):
         for changed in ("paths", "base", "way", "duration", "servo", "body"):
             malformed: dict[str, Any] = {changed: strange}
-            canonical(told_motion(motion(**malformed), ""))
-            canonical(told_body(strange))
-        canonical(told_motion(strange, ""))
+            assert json.loads(canonical(told_motion(motion(**malformed), ""))).keys() > {changed} - {"body"}
+            json.loads(canonical(told_body(strange)))
+        assert json.loads(canonical(told_motion(strange, ""))) is not None
 
 
 @pytest.mark.parametrize(
