@@ -60,7 +60,7 @@ def test_bounds_never_contradict_the_solver(terms: list[t.Term], ranges: Ranges)
     _agrees(list(VARIABLES.values()), ranges, terms)
 
 
-@examples(400)
+@examples(120)
 @given(questions())
 def test_bounds_never_contradict_the_solver_nor_a_grid_where_they_are_busy(asked: Asked) -> None:
     found = _agrees(asked.variables, asked.ranges, asked.terms)

@@ -163,7 +163,7 @@ def test_a_way_to_the_goal_is_claimed_exactly_where_every_way_to_choose_has_one(
     SEEN.assert_both("AE802")
 
 
-@examples(400)
+@examples(160)
 @given(_capable(st.one_of(loops(), cases(most_rules=3, most_retries=1, most_replans=0)), 3))
 def _ways_are_judged(case: Case) -> None:
     start: dict[str, Any] = {name: case.start[name] for name in case.start}

@@ -157,7 +157,7 @@ def test_a_loop_is_refused_exactly_where_some_run_goes_wrong() -> None:
     SEEN.assert_both("AE801", "AE802", "AE804", "AE805")
 
 
-@examples(1200)
+@examples(500)
 @given(_judged() | _turning() | _turning())
 def _loops_are_judged(case: Case) -> None:
     found = {one.id.split("/", 2)[2]: one.diagnostic for one in closed_loop_obligations(case.ecm, case.site)}

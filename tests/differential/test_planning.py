@@ -64,8 +64,8 @@ def by_solver(domain: Domain, start: State, avoided: Avoided) -> Path | None:
 
 def test_a_strategy_is_found_exactly_where_there_is_one_and_none_is_shorter() -> None:
     seen = Mix()
-    _law(lambda problem: judge(problem, Strategy(domain_of(problem)), seen), 400)
-    seen.assert_both("strategy", at_least=40)
+    _law(lambda problem: judge(problem, Strategy(domain_of(problem)), seen), 150)
+    seen.assert_both("strategy", at_least=15)
 
 
 def test_the_solver_finds_plans_as_short_and_says_where_it_cannot_tell() -> None:
@@ -88,7 +88,7 @@ def test_the_solver_finds_plans_as_short_and_says_where_it_cannot_tell() -> None
 def test_runs_never_leave_hope_and_every_step_starts_where_it_may() -> None:
     ends = Counter[bool]()
 
-    @examples(300)
+    @examples(120)
     @given(problems(), st.integers(0, 2**32))
     def law(problem: Problem, seed: int) -> None:
         every = Enumeration(problem)
@@ -115,7 +115,7 @@ def test_runs_never_leave_hope_and_every_step_starts_where_it_may() -> None:
         ends[report.reached] += 1
 
     law()
-    assert ends[True] > 50
+    assert ends[True] > 20
 
 
 class _Careless(Domain):
@@ -182,7 +182,7 @@ def _law(check: Callable[[Problem], None], count: int, **more: Any) -> None:
 def test_a_plan_from_elsewhere_is_accepted_exactly_where_it_works() -> None:
     seen = Mix()
     _plans_are_judged(Strategy, seen)
-    seen.assert_both("plan", at_least=40)
+    seen.assert_both("plan", at_least=15)
 
 
 class _Hopeful(Strategy):
@@ -198,7 +198,7 @@ def test_a_judge_that_minds_no_outcome_is_noticed() -> None:
 
 
 def _plans_are_judged(strategy: type[Strategy], seen: Mix, **more: Any) -> None:
-    @examples(400, **more)
+    @examples(150, **more)
     @given(problems(), st.data())
     def law(problem: Problem, data: st.DataObject) -> None:
         steps = data.draw(_steps(problem))
@@ -301,8 +301,8 @@ def _judged_plans_are_run(problem: Problem, graph: TaskGraph, seed: int, seen: C
 def test_a_plan_that_is_accepted_reaches_the_goal_unless_a_step_fails_and_never_leaves_hope() -> None:
     seen = Counter[str]()
     _judged_in_runs(seen)
-    assert seen["accepted True, reached True"] > 40
-    assert seen["accepted False, reached False"] > 40
+    assert seen["accepted True, reached True"] > 15
+    assert seen["accepted False, reached False"] > 15
 
 
 def test_a_judge_of_graphs_that_minds_no_outcome_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -312,7 +312,7 @@ def test_a_judge_of_graphs_that_minds_no_outcome_is_noticed(monkeypatch: pytest.
 
 
 def _judged_in_runs(seen: Counter[str], **more: Any) -> None:
-    @examples(400, **more)
+    @examples(150, **more)
     @given(problems(), st.data(), st.integers(0, 2**32))
     def law(problem: Problem, data: st.DataObject, seed: int) -> None:
         _judged_plans_are_run(problem, data.draw(_graphs(problem)), seed, seen)
@@ -323,7 +323,7 @@ def _judged_in_runs(seen: Counter[str], **more: Any) -> None:
 def test_what_is_planned_is_written_as_json_and_read_as_it_was() -> None:
     forks = Counter[bool]()
 
-    @examples(300)
+    @examples(100)
     @given(problems())
     def law(problem: Problem) -> None:
         strategy = Strategy(domain_of(problem))
@@ -341,4 +341,4 @@ def test_what_is_planned_is_written_as_json_and_read_as_it_was() -> None:
             forks[bool(conditions[0])] += 1
 
     law()
-    assert forks[True] > 5
+    assert forks[True] > 1

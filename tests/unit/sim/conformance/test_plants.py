@@ -14,8 +14,8 @@ from aeros.sim.conformance.suite import CHECKS, Check
 from tests.unit.sim.conformance.subjects import PHYSICAL, SUBJECTS
 
 _IN_CONTACT = {
-    one.__name__
-    for one in (a_motion_under_feedback_keeps_near_its_paths, a_rule_named_in_contact_ends_it_within_one_tick)
+    a_motion_under_feedback_keeps_near_its_paths.__name__,
+    a_rule_named_in_contact_ends_it_within_one_tick.__name__,
 }
 """Checks that look at `pressing` alone, and take longest."""
 
