@@ -1,4 +1,4 @@
-"""One decision: on one look at the plant, recorded before it is returned, with quotas counted once executed."""
+"""One decision: on one look at the plant, recorded before it is returned, and counted once executed."""
 
 from __future__ import annotations
 
