@@ -3,20 +3,24 @@
 
 SHELL := /bin/sh
 .DEFAULT_GOAL := help
-.NOTPARALLEL:
 
 # The simulator has wheels for Python 3.11 only, so that version is preferred where there is one.
 PYTHON ?= $(shell python3.11 -c '' 2>/dev/null && echo python3.11 || echo python3)
 VENV := .venv
 BIN := $(VENV)/bin
 DEMO := runs/demo
-JOBS ?= 2
+# One test process more than there are cores: a third of the time of the tests is waiting.
+JOBS ?= $(shell expr $$(nproc) + 1)
+PYTEST = $(BIN)/pytest -n $(JOBS) --dist worksteal
+# What `make quick` leaves out; tests/conftest.py says which tests have these marks.
+QUICK := not slow and not page and not physics and not deep
+
 # Percent of statements and branches that tests/coverage.txt must reach, by part.
 COVERED := 90:aeros/runtime/gate.py,aeros/runtime/straight.py,aeros/runtime/layers.py,aeros/runtime/decision.py,aeros/runtime/form.py,aeros/runtime/intake.py,aeros/runtime/conditions.py,aeros/runtime/attenuation.py,aeros/runtime/writing.py,aeros/runtime/beside.py,aeros/runtime/moments.py,aeros/runtime/configuration.py,aeros/runtime/explaining.py,aeros/runtime/grounds.py,aeros/runtime/passing.py,aeros/runtime/requests.py,aeros/runtime/watched.py,aeros/runtime/violation.py,aeros/runtime/usage.py,aeros/runtime/window.py 90:aeros/spec/expr/*.py 90:aeros/spec/obligations/*.py
 LOCK := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --custom-compile-command 'make lock'
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help install demo test format lint types layers proofs pytest mutation coverage benchmark hook tools schemas dist lock clean
+.PHONY: help install demo quick test deep format lint types layers proofs pytest mutation coverage benchmark hook tools schemas dist lock clean
 
 help: ## list the targets
 	@awk -F ' ## ' '/^[a-z]+:.* ## / { sub(/:.*/, "", $$1); printf "  make %-9s %s\n", $$1, $$2 }' Makefile
@@ -31,8 +35,16 @@ demo: install ## prove ecms/, then one agent makes dumplings on the simulated Pa
 	@echo '$$ aeros run "make dumplings" --out $(DEMO)'
 	@$(BIN)/aeros run "make dumplings" --out $(DEMO) --state $(DEMO)-agent
 
+quick: $(VENV)/.installed-test ## what is fast: under 90 s of processor time, once mypy has its cache
+	@$(MAKE) --no-print-directory --keep-going format lint types layers pytest-quick
+
 test: $(VENV)/.installed-test ## every check that CI runs; all steps run, and any that fails fails this
-	@$(MAKE) --no-print-directory --keep-going format lint types layers proofs pytest
+	@$(MAKE) --no-print-directory --keep-going -j2 --output-sync=target types format lint layers proofs; \
+	  checks=$$?; $(MAKE) --no-print-directory pytest && exit $$checks
+
+deep: $(VENV)/.installed-test ## every test, with 25 times the examples: an hour or more, each night
+	@echo '== pytest, all tests, Hypothesis profile `nightly`'
+	@AEROS_HYPOTHESIS=nightly $(PYTEST)
 
 format: $(VENV)/.installed-test
 	@echo '== ruff format --check'
@@ -58,7 +70,12 @@ proofs: $(VENV)/.installed-test
 
 pytest: $(VENV)/.installed-test
 	@echo '== pytest'
-	@$(BIN)/pytest -n $(JOBS)
+	@$(PYTEST) -m 'not deep'
+
+.PHONY: pytest-quick
+pytest-quick: $(VENV)/.installed-test
+	@echo '== pytest, fast tests'
+	@$(BIN)/pytest -m '$(QUICK)'
 
 mutation: $(VENV)/.installed-test ## kill mutants of what proves, as docs/mutation.md tells: hours
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[mutation]'

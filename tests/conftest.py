@@ -1,4 +1,8 @@
-"""Hypothesis profiles, small or deeper at night; Ctrl-C as at a terminal; proofs that tests share."""
+"""What all tests share: markers by folder, the Hypothesis profile, Ctrl-C as at a terminal, proofs.
+
+Markers choose what a target of the Makefile runs: `make quick` runs what has none of them, `make test` all
+but `deep`, `make deep` everything.
+"""
 
 from __future__ import annotations
 
@@ -10,29 +14,14 @@ import tempfile
 from collections.abc import Generator
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Final
 
 import pytest
-from hypothesis import HealthCheck, settings
 
-# Two shared cores make single examples slow now and then; what is measured is correctness.
-settings.register_profile(
-    "ci",
-    max_examples=40,
-    derandomize=True,
-    database=None,
-    deadline=None,
-    suppress_health_check=[HealthCheck.too_slow],
-)
-settings.register_profile(
-    "nightly",
-    max_examples=5_000,
-    deadline=None,
-    print_blob=True,
-    suppress_health_check=[HealthCheck.too_slow],
-)
+import tests.hypothesis_profiles  # noqa: F401 - loads the profile of this run
+
 # A job of a shell that is not interactive ignores Ctrl-C, and so does everything that it starts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
-settings.load_profile(os.environ.get("AEROS_HYPOTHESIS", "ci"))
 
 _HERE = Path(__file__).parent
 _PROVING = [
@@ -47,6 +36,25 @@ _PROVING = [
 ]
 _PROVING += sorted(_HERE.glob("unit/cli/test_verify*.py"))
 """Tests of what proves, which prove everything themselves."""
+
+MARKED: Final = {
+    "page": ("repo/test_*_page.py", "repo/test_readme.py", "repo/test_tutorial.py"),
+    "slow": (
+        "corpus",
+        "differential",
+        "property",
+        "repo/test_benchmarks.py",
+        "repo/test_package.py",
+        "repo/test_shipped_modules.py",
+        "unit/cli",
+        "unit/experiments",
+        "unit/sim",
+    ),
+}
+"""Marker by folder or file pattern below `tests/`: what `make quick` leaves to `make test`.
+
+`physics` and `deep` are said in the files, by test.
+"""
 
 _STORE = "AEROS_STORE_OF_TESTS"
 
@@ -83,6 +91,14 @@ def pytest_make_collect_report(
         if isinstance(item, pytest.Item) and item.get_closest_marker("physics"):
             item.add_marker(pytest.mark.skip(reason=reason))
     return report
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Mark a test by the folder that it is in."""
+    path = item.path.relative_to(_HERE)
+    for marker, places in MARKED.items():
+        if any(path.match(place) or path.is_relative_to(place) for place in places):
+            item.add_marker(marker)
 
 
 @pytest.hookimpl(tryfirst=True)

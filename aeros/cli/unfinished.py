@@ -44,7 +44,7 @@ def restore(arguments: argparse.Namespace) -> argparse.Namespace:
         raise RefusedError(f"there is nothing to resume in `{arguments.state}`") from None
     except FormatVersionError as error:
         raise RefusedError(str(error)) from error
-    except (OSError, ValueError, AttributeError) as error:
+    except (OSError, ValueError, AttributeError, KeyError, TypeError) as error:
         raise RefusedError(f"what was asked for cannot be read from `{path}`: {error}") from error
     own = {name: one for name, one in vars(arguments).items() if name in _OF_THIS_COMMAND}
     return argparse.Namespace(**restored, **own)

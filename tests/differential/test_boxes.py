@@ -8,7 +8,7 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.spec.backends import boxes as boxes_module
@@ -29,12 +29,11 @@ from aeros.spec.folders import reference_site
 from aeros.spec.units import NUMBER
 from aeros.spec.verify import verify
 from tests.differential.box_questions import Asked, questions
+from tests.hypothesis_profiles import examples
 
 REPOSITORY = Path(__file__).parents[2]
 TEN = Fraction(10)
-_SETTINGS = settings(
-    max_examples=150, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
-)
+_SETTINGS = examples(150)
 
 
 def _agrees(
@@ -61,7 +60,7 @@ def test_bounds_never_contradict_the_solver(terms: list[t.Term], ranges: Ranges)
     _agrees(list(VARIABLES.values()), ranges, terms)
 
 
-@settings(_SETTINGS, max_examples=400)
+@examples(120)
 @given(questions())
 def test_bounds_never_contradict_the_solver_nor_a_grid_where_they_are_busy(asked: Asked) -> None:
     found = _agrees(asked.variables, asked.ranges, asked.terms)
@@ -70,7 +69,7 @@ def test_bounds_never_contradict_the_solver_nor_a_grid_where_they_are_busy(asked
         assert not any(holds(lower(every), point) for point in asked.points(24))
 
 
-@settings(_SETTINGS, max_examples=30)
+@examples(30)
 @given(st.lists(questions(), min_size=2, max_size=4))
 def test_an_answer_does_not_depend_on_what_was_asked_before(several: list[Asked]) -> None:
     remembers = Boxes()

@@ -9,7 +9,7 @@ from fractions import Fraction
 from random import Random
 from typing import Any
 
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.agent.attempt import Attempts
@@ -25,6 +25,7 @@ from aeros.spec.closed_loop.exploration import Exploration, explore
 from aeros.spec.closed_loop.transition_system import Node, TransitionSystem
 from tests.differential.real_loop import Forgetful, Recording
 from tests.differential.small_tasks import Case, cases, loops
+from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 
 SEEN = Mix()
@@ -121,9 +122,7 @@ def every_run(case: Case) -> list[tuple[Fraction, RunReport]]:
     return found
 
 
-@settings(
-    max_examples=150, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
-)
+@examples(150)
 @given(_capable(cases(most_rules=2, most_retries=1, most_replans=1), 1))
 def test_the_prediction_is_the_mean_over_all_runs_and_choices(case: Case) -> None:
     runs = every_run(case)
@@ -164,9 +163,7 @@ def test_a_way_to_the_goal_is_claimed_exactly_where_every_way_to_choose_has_one(
     SEEN.assert_both("AE802")
 
 
-@settings(
-    max_examples=400, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
-)
+@examples(160)
 @given(_capable(st.one_of(loops(), cases(most_rules=3, most_retries=1, most_replans=0)), 3))
 def _ways_are_judged(case: Case) -> None:
     start: dict[str, Any] = {name: case.start[name] for name in case.start}

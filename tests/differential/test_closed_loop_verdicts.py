@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.spec.expr.semantics import holds
@@ -18,6 +18,7 @@ from aeros.spec.model import TaskInvariant
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
 from tests.differential.small_tasks import NAMES, START, Case, cases, loops, marking_loops
 from tests.differential.tree_expansion import State, _judged_a_failure, _shares, _Tree
+from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 from tests.unit.agent.dumplings import PREDICATES, SPAN, term
 
@@ -156,9 +157,7 @@ def test_a_loop_is_refused_exactly_where_some_run_goes_wrong() -> None:
     SEEN.assert_both("AE801", "AE802", "AE804", "AE805")
 
 
-@settings(
-    max_examples=1200, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
-)
+@examples(500)
 @given(_judged() | _turning() | _turning())
 def _loops_are_judged(case: Case) -> None:
     found = {

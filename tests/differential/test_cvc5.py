@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 
 from aeros.spec.backends import smt
 from aeros.spec.backends.answers import Result
@@ -18,15 +18,14 @@ from aeros.spec.expr.parser import parse
 from aeros.spec.expr.scope import Box, Scope
 from aeros.spec.expr.semantics import holds
 from aeros.spec.expr.types import BOOL
+from tests.hypothesis_profiles import examples
 
 
 def _answer(text: str) -> str:
     return Cvc5().answer(text).result.value
 
 
-@settings(
-    max_examples=30, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
-)
+@examples(30)
 @given(cases())
 def test_cvc5_decides_random_cases_as_the_definition(case: Case) -> None:
     session = smt.Session(VARIABLES.values(), case.ranges)

@@ -9,7 +9,7 @@ from math import inf, nextafter
 from typing import Any
 
 import pytest
-from hypothesis import event, given, settings
+from hypothesis import event, given
 from hypothesis import strategies as st
 
 from aeros.runtime.configuration import Configuration
@@ -21,6 +21,7 @@ from aeros.spec.doubles import neighbours
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, VectorType
 from aeros.spec.model import Declared
 from tests.differential.gate_oracle import admits, exact, objections
+from tests.hypothesis_profiles import examples
 from tests.unit.runtime.bench import (
     ALLOWED,
     PARAMETERS,
@@ -60,7 +61,7 @@ BOUNDS = [
 ]
 """The constants of the bench's rules, in SI, and products of them."""
 
-MORE = settings(max_examples=4 * settings().max_examples)
+MORE = examples(160)
 
 
 def doubles(declared: Declared) -> st.SearchStrategy[Any]:

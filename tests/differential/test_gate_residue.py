@@ -16,7 +16,7 @@ from functools import cache
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.cli.examples import example_requests
@@ -40,6 +40,7 @@ from aeros.spec.obligations.obligation import Claim, Obligation
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.safety import envelope_space, safety_obligations
 from aeros.spec.verify import verify
+from tests.hypothesis_profiles import examples
 from tests.property.test_verdicts import (
     ANY,
     COLOURS,
@@ -53,7 +54,6 @@ from tests.property.test_verdicts import (
     _findings,
     _module,
     _site,
-    bounded,
 )
 from tests.repo.tree import ROOT
 from tests.unit.runtime.bench import MODULE, NOW, SITE, Request, measured
@@ -337,7 +337,7 @@ def test_for_generated_modules_the_residue_decides_as_everything_does() -> None:
     assert min(SEEN["relied on"], SEEN["outside"], SEEN["allowed"], SEEN["false and noticed"]) >= 20, SEEN
 
 
-@settings(bounded, max_examples=bounded.max_examples // 2)
+@examples(75)
 @given(
     st.lists(ON_ACTIONS, min_size=1, max_size=2),
     REDUCED,

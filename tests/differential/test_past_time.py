@@ -14,7 +14,7 @@ from fractions import Fraction
 from typing import Any, cast
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.runtime.history import Histories
@@ -26,6 +26,7 @@ from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type
 from aeros.spec.model import Declared, Site
 from aeros.spec.source import Source
 from aeros.spec.units import NUMBER
+from tests.hypothesis_profiles import examples
 from tests.unit.runtime.bench import configuration
 
 SPAN = Source("site.yaml", "text").span(0, 4)
@@ -114,7 +115,7 @@ def timed(trace: Sequence[tuple[float, Mapping[str, Any]]]) -> list[tuple[float,
     return found
 
 
-@settings(max_examples=400, deadline=None)
+@examples(120)
 @given(conditions(), traces)
 def test_a_history_of_measured_moments_is_what_the_definition_says(
     term: t.Term, trace: list[tuple[float, Mapping[str, Any]]]
@@ -131,7 +132,7 @@ def test_a_history_of_measured_moments_is_what_the_definition_says(
         assert evaluate(flat, env) == evaluate(term, moments[-1].values, moments)
 
 
-@settings(max_examples=400, deadline=None)
+@examples(120)
 @given(conditions(2, MEASURED), traces, st.randoms(use_true_random=False), st.booleans())
 def test_a_history_that_is_known_is_so_whatever_was_missed(
     term: t.Term, trace: list[tuple[float, Mapping[str, Any]]], chance: random.Random, slow: bool

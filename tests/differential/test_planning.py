@@ -8,11 +8,10 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from fractions import Fraction
-from functools import partial
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import Phase, given
 from hypothesis import strategies as st
 
 from aeros.agent.graph import Step, TaskGraph, verify_plan
@@ -32,12 +31,9 @@ from aeros.spec.planning.domain import Choice, Domain, domain_for
 from aeros.spec.planning.shortest import shortest_plan
 from tests.differential.planning_problems import Enumeration, Problem, problems
 from tests.differential.real_loop import Recording, pursue
+from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 from tests.unit.agent.dumplings import task
-
-_QUIETLY = partial(
-    settings, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
-)
 
 
 def domain_of(problem: Problem) -> Domain:
@@ -68,8 +64,8 @@ def by_solver(domain: Domain, start: State, avoided: Avoided) -> Path | None:
 
 def test_a_strategy_is_found_exactly_where_there_is_one_and_none_is_shorter() -> None:
     seen = Mix()
-    _law(lambda problem: judge(problem, Strategy(domain_of(problem)), seen), 400)
-    seen.assert_both("strategy", at_least=40)
+    _law(lambda problem: judge(problem, Strategy(domain_of(problem)), seen), 150)
+    seen.assert_both("strategy", at_least=15)
 
 
 def test_the_solver_finds_plans_as_short_and_says_where_it_cannot_tell() -> None:
@@ -92,7 +88,7 @@ def test_the_solver_finds_plans_as_short_and_says_where_it_cannot_tell() -> None
 def test_runs_never_leave_hope_and_every_step_starts_where_it_may() -> None:
     ends = Counter[bool]()
 
-    @_QUIETLY(max_examples=300)
+    @examples(120)
     @given(problems(), st.integers(0, 2**32))
     def law(problem: Problem, seed: int) -> None:
         every = Enumeration(problem)
@@ -119,7 +115,7 @@ def test_runs_never_leave_hope_and_every_step_starts_where_it_may() -> None:
         ends[report.reached] += 1
 
     law()
-    assert ends[True] > 50
+    assert ends[True] > 20
 
 
 class _Careless(Domain):
@@ -174,8 +170,8 @@ def test_plans_that_are_not_the_shortest_are_noticed() -> None:
         )
 
 
-def _law(check: Callable[[Problem], None], examples: int, **more: Any) -> None:
-    @_QUIETLY(max_examples=examples, **more)
+def _law(check: Callable[[Problem], None], count: int, **more: Any) -> None:
+    @examples(count, **more)
     @given(problems())
     def law(problem: Problem) -> None:
         check(problem)
@@ -186,7 +182,7 @@ def _law(check: Callable[[Problem], None], examples: int, **more: Any) -> None:
 def test_a_plan_from_elsewhere_is_accepted_exactly_where_it_works() -> None:
     seen = Mix()
     _plans_are_judged(Strategy, seen)
-    seen.assert_both("plan", at_least=40)
+    seen.assert_both("plan", at_least=15)
 
 
 class _Hopeful(Strategy):
@@ -202,7 +198,7 @@ def test_a_judge_that_minds_no_outcome_is_noticed() -> None:
 
 
 def _plans_are_judged(strategy: type[Strategy], seen: Mix, **more: Any) -> None:
-    @_QUIETLY(max_examples=400, **more)
+    @examples(150, **more)
     @given(problems(), st.data())
     def law(problem: Problem, data: st.DataObject) -> None:
         steps = data.draw(_steps(problem))
@@ -305,8 +301,8 @@ def _judged_plans_are_run(problem: Problem, graph: TaskGraph, seed: int, seen: C
 def test_a_plan_that_is_accepted_reaches_the_goal_unless_a_step_fails_and_never_leaves_hope() -> None:
     seen = Counter[str]()
     _judged_in_runs(seen)
-    assert seen["accepted True, reached True"] > 40
-    assert seen["accepted False, reached False"] > 40
+    assert seen["accepted True, reached True"] > 15
+    assert seen["accepted False, reached False"] > 15
 
 
 def test_a_judge_of_graphs_that_minds_no_outcome_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -316,7 +312,7 @@ def test_a_judge_of_graphs_that_minds_no_outcome_is_noticed(monkeypatch: pytest.
 
 
 def _judged_in_runs(seen: Counter[str], **more: Any) -> None:
-    @_QUIETLY(max_examples=400, **more)
+    @examples(150, **more)
     @given(problems(), st.data(), st.integers(0, 2**32))
     def law(problem: Problem, data: st.DataObject, seed: int) -> None:
         _judged_plans_are_run(problem, data.draw(_graphs(problem)), seed, seen)
@@ -327,7 +323,7 @@ def _judged_in_runs(seen: Counter[str], **more: Any) -> None:
 def test_what_is_planned_is_written_as_json_and_read_as_it_was() -> None:
     forks = Counter[bool]()
 
-    @_QUIETLY(max_examples=300)
+    @examples(100)
     @given(problems())
     def law(problem: Problem) -> None:
         strategy = Strategy(domain_of(problem))
@@ -345,4 +341,4 @@ def test_what_is_planned_is_written_as_json_and_read_as_it_was() -> None:
             forks[bool(conditions[0])] += 1
 
     law()
-    assert forks[True] > 5
+    assert forks[True] > 1

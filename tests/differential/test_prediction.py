@@ -15,7 +15,7 @@ from statistics import fmean, stdev
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import assume, given
 
 from aeros.agent import graph
 from aeros.agent.report import RunReport
@@ -38,6 +38,7 @@ from tests.differential.real_loop import Run, every_run, pursue, run_with
 from tests.differential.reference_cases import REFERENCE, as_tuple, in_small, predicted, reference
 from tests.differential.small_tasks import Case, cases
 from tests.differential.tree_expansion import Expected, expected
+from tests.hypothesis_profiles import examples
 
 Z = 3.2905
 """Two-sided 99.9 % of the normal distribution."""
@@ -90,13 +91,13 @@ def test_the_agent_and_the_analysis_accept_plans_of_the_same_length() -> None:
     assert transition_system.MOST_STEPS == graph.MOST_STEPS
 
 
-@settings(deadline=None, max_examples=400, suppress_health_check=[HealthCheck.too_slow])
+@examples(120)
 @given(cases(most_rules=3, most_retries=2, most_replans=4))
 def test_the_prediction_is_what_the_tree_adds_up_to(case: Case) -> None:
     assert as_tuple(predicted(case)) == expected(case.ecm, case.task, case.site, case.start)
 
 
-@settings(deadline=None, max_examples=150, suppress_health_check=list(HealthCheck))
+@examples(60)
 @given(cases(most_rules=2, most_retries=1, most_replans=1))
 def test_the_prediction_is_the_mean_over_every_run_of_the_real_loop(case: Case) -> None:
     found = enumerated(case, most=200)
@@ -104,7 +105,7 @@ def test_the_prediction_is_the_mean_over_every_run_of_the_real_loop(case: Case) 
     assert as_tuple(predicted(case)) == found
 
 
-@settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.too_slow])
+@examples(60)
 @given(cases(most_rules=3, most_retries=2, most_replans=4))
 def test_everything_the_real_loop_does_is_in_the_explored_graph(case: Case) -> None:
     explored = explore(case.ecm, replace(case.task, initial=case.start), case.site)

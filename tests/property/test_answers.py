@@ -14,7 +14,7 @@ from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
 
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.spec.answers import answered
@@ -32,11 +32,10 @@ from aeros.spec.model import Site
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.safety import safety_obligations
 from aeros.spec.verdicts import Verdict
+from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 
-bounded = settings(
-    max_examples=80, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
-)
+bounded = examples(80)
 
 _SITE = """\
 schema: aeros/site/1

@@ -8,13 +8,12 @@ predicates; v is measured, and may be anything once a skill has run, and at any 
 from __future__ import annotations
 
 import itertools
-import os
 from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.spec.composition import Composition, Part, Step
@@ -45,17 +44,10 @@ from aeros.spec.parts import If, Par, Seq, parts_of, steps_of
 from aeros.spec.source import Source, Span
 from aeros.spec.units import NUMBER
 from aeros.spec.verdicts import Verdict
+from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 
-_NIGHTLY = os.environ.get("AEROS_HYPOTHESIS") == "nightly"
-bounded = settings(
-    max_examples=3_000 if _NIGHTLY else 250,
-    derandomize=not _NIGHTLY,
-    database=None,
-    deadline=None,
-    report_multiple_bugs=False,
-    suppress_health_check=list(HealthCheck),
-)
+bounded = examples(250, report_multiple_bugs=False)
 
 TEXT = Source("generated", "x" * 1000)
 NAMES = ("p", "q", "r")

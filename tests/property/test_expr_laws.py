@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
-
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
@@ -13,15 +11,9 @@ from aeros.spec.expr.lower import lower, measure, scalars_of
 from aeros.spec.expr.parser import KEYWORDS, ExpressionSyntaxError, parse
 from aeros.spec.expr.semantics import holds
 from aeros.spec.units import parse_quantity, show_quantity, unit_names
+from tests.hypothesis_profiles import examples
 
-_NIGHTLY = os.environ.get("AEROS_HYPOTHESIS") == "nightly"
-_SETTINGS = settings(
-    max_examples=10_000 if _NIGHTLY else 60,
-    derandomize=not _NIGHTLY,
-    database=None,
-    deadline=None,
-    suppress_health_check=list(HealthCheck),
-)
+_SETTINGS = examples(60)
 _WORDS = [
     *sorted(KEYWORDS),
     "x",

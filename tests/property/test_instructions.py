@@ -9,12 +9,13 @@ import re
 import unicodedata
 from collections import Counter
 
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from aeros.agent.routing import RoutingError, route
 from aeros.spec.model import Ecm
 from aeros.spec.words import words_of
+from tests.hypothesis_profiles import examples
 from tests.unit.agent.dumplings import module, task
 
 _VOCABULARY = ("clean", "table", "the", "wipe", "éclair", "रोटी", "straße", "2", "x_y")
@@ -48,7 +49,7 @@ def test_an_instruction_is_routed_exactly_where_one_task_is_meant_and_else_it_is
     assert min(_COUNTED[n] for n in (0, 1, 2)) > 10, "nearly all instructions were of one kind"
 
 
-@settings(max_examples=400, database=None, derandomize=True)
+@examples(400)
 @given(_INSTRUCTIONS, _TASKS)
 def _routed_where_one_is_meant(instruction: str, tasks: list[list[str]]) -> None:
     expected, modules = meant(instruction, tasks), modules_of(tasks)
@@ -69,7 +70,7 @@ def _routed_where_one_is_meant(instruction: str, tasks: list[list[str]]) -> None
         assert all(word in set(tasks[int(name[1:-2])]) for word, name in nearest)
 
 
-@settings(max_examples=200, database=None, derandomize=True)
+@examples(200)
 @given(
     st.lists(st.sampled_from(_VOCABULARY), min_size=1, max_size=6),
     _TASKS,
@@ -89,7 +90,7 @@ def test_neither_case_nor_punctuation_nor_composition_matters(
         assert one == other
 
 
-@settings(max_examples=300, database=None, derandomize=True)
+@examples(300)
 @given(st.text(max_size=60), _TASKS)
 def test_whatever_is_said_is_routed_or_refused_in_words(instruction: str, tasks: list[list[str]]) -> None:
     found = answer(instruction, modules_of(tasks))

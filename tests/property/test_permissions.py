@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
 from fractions import Fraction
 from typing import Any
 
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
@@ -28,17 +27,12 @@ from aeros.spec.model import (
 )
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.verdicts import Settled
+from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 from tests.property.test_verdicts import SPAN
 from tests.unit.agent.dumplings import build
 
-bounded = settings(
-    max_examples=2_000 if os.environ.get("AEROS_HYPOTHESIS") == "nightly" else 150,
-    derandomize=os.environ.get("AEROS_HYPOTHESIS") != "nightly",
-    database=None,
-    deadline=None,
-    suppress_health_check=list(HealthCheck),
-)
+bounded = examples(150)
 
 SENSOR_OF = {"seen": "eye", "heard": "ear", "known": None}
 STATE = {

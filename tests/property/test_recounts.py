@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.runtime.history import Histories
@@ -13,13 +13,14 @@ from aeros.runtime.ports import Reading, Readings
 from aeros.runtime.recounting import Recount
 from aeros.spec.expr import terms as t
 from tests.differential.test_past_time import conditions, kept, steps, values
+from tests.hypothesis_profiles import examples
 
 Seen = Mapping[str, Any]
 looks = st.lists(st.tuples(steps, values), max_size=3)
 decisions = st.lists(st.tuples(steps, values, st.booleans(), looks), min_size=1, max_size=6)
 
 
-@settings(max_examples=400, deadline=None)
+@examples(400)
 @given(conditions(), decisions, st.randoms(use_true_random=False))
 def test_histories_as_they_were_kept_are_not_objected_to(
     term: t.Term, made: list[tuple[float, Seen, bool, list[tuple[float, Seen]]]], chance: Any

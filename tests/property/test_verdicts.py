@@ -9,13 +9,12 @@ order: two different values lie inside each unit interval, and their mirror imag
 from __future__ import annotations
 
 import itertools
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any, cast
 
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.spec.diagnostics import Label
@@ -47,16 +46,10 @@ from aeros.spec.obligations.safety import safety_obligations
 from aeros.spec.source import Source
 from aeros.spec.units import NUMBER
 from aeros.spec.verdicts import Settled, Verdict
+from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 
-_NIGHTLY = os.environ.get("AEROS_HYPOTHESIS") == "nightly"
-bounded = settings(
-    max_examples=2_000 if _NIGHTLY else 200,
-    derandomize=not _NIGHTLY,
-    database=None,
-    deadline=None,
-    suppress_health_check=list(HealthCheck),
-)
+bounded = examples(200)
 
 SPAN = Source("generated", "x").span(0, 1)
 COLOURS = EnumType("colours", ("red", "green", "blue"))

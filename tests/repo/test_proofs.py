@@ -20,8 +20,12 @@ def test_the_theorems_are_those_of_this_tree() -> None:
     assert _FOLDERS
 
 
-def test_make_test_checks_them() -> None:
-    assert re.search(r"^proofs:.*\n(\t.*\n)*\t@\$\(BIN\)/aeros prove$", text_of("Makefile"), re.MULTILINE)
+@pytest.mark.parametrize("command", ["prove", "verify ecms/ --check"])
+def test_make_test_proves_them_and_that_every_certificate_is_current(command: str) -> None:
+    makefile = text_of("Makefile")
+    recipe = rf"^proofs:.*\n(\t.*\n)*\t@\$\(BIN\)/aeros {command}$"
+    assert re.search(recipe, makefile, re.MULTILINE)
+    assert re.search(r"^test:.*\n\t@\$\(MAKE\).* types format lint layers proofs; ", makefile, re.MULTILINE)
 
 
 @pytest.mark.parametrize("folder", _FOLDERS.values(), ids=_FOLDERS)

@@ -43,8 +43,8 @@ from aeros.experiments.trials.kill_logs import lines_of, moved, repeated
 from aeros.runtime.audit import verify_log
 from aeros.spec.model import Ecm
 
-_LATEST: Final = 600.0
-"""Real seconds after which a task has not ended."""
+LONGEST_TASK: Final = 600.0
+"""Real seconds, from the last kill, after which a task counts as one that does not end."""
 
 VICTIMS: Final = ("agent", "worker", "watchdog")
 
@@ -85,7 +85,16 @@ class Trial:
 class _Life:
     """A task under way, and what harms it."""
 
-    def __init__(self, trial: Trial, plant: str, folder: Path, where: Where, instruction: str) -> None:
+    def __init__(
+        self,
+        trial: Trial,
+        plant: str,
+        folder: Path,
+        where: Where,
+        instruction: str,
+        longest: float = LONGEST_TASK,
+    ) -> None:
+        self._longest = longest
         self._trial = trial
         self._said = (folder / "said").open("ab")
         self.state, self.out = folder / "state", folder / "out"
@@ -138,12 +147,14 @@ class _Life:
     def end(self) -> None:
         """Wait for the task to end, for as long as it may take."""
         with suppress(subprocess.TimeoutExpired):
-            self._watchdog.wait(_LATEST)
+            self._watchdog.wait(self._longest)
         if self._watchdog.poll() is None:
-            self._trial.broken.append(f"ended: not after {_LATEST:g} s")
-            for pid in (self._watchdog.pid, self._agent()):
-                with suppress(ProcessLookupError):
-                    os.kill(pid, signal.SIGKILL)
+            self._trial.broken.append(f"ended: not after {self._longest:g} s")
+            for pid in (self._watchdog.pid, self._agent(), _holder_of(self.state / "plant")):
+                # 0 where there is none, which would be all processes of our group.
+                if pid > 0:
+                    with suppress(ProcessLookupError):
+                        os.kill(pid, signal.SIGKILL)
             self._watchdog.wait()
         self._said.close()
         self.stamps.end()
@@ -164,12 +175,18 @@ class _Life:
 
     def _agent(self) -> int:
         """The process that holds the agent's folder, 0 where there is none."""
-        try:
-            pid = int(json.loads((self.state / "agent.lock").read_text())["pid"])
-        except (OSError, ValueError, KeyError):
-            return 0
+        pid = _holder_of(self.state)
         # The watchdog holds it for a moment itself.
-        return pid if pid != self._watchdog.pid and Path(f"/proc/{pid}").exists() else 0
+        return pid if pid != self._watchdog.pid else 0
+
+
+def _holder_of(folder: Path) -> int:
+    """Return the id of the living process that holds `folder`, 0 where there is none."""
+    try:
+        pid = int(json.loads((folder / "agent.lock").read_text())["pid"])
+    except (OSError, ValueError, KeyError):
+        return 0
+    return pid if Path(f"/proc/{pid}").exists() else 0
 
 
 class Stamps:
@@ -236,13 +253,25 @@ def trial_of(
     where: Where,
     victims: Sequence[str] = VICTIMS,
     instruction: str = INSTRUCTION,
+    longest: float = LONGEST_TASK,
 ) -> Trial:
-    """One task, killed at up to three instants within `lasting` seconds of its agent's awakening."""
+    """Run one task, killed at up to three instants within `lasting` seconds of its agent's awakening.
+
+    Args:
+        seed: draws instants and victims.
+        plant: name of the plant.
+        modules: the installed modules, by id.
+        lasting: seconds from the agent's awakening within which kills fall.
+        where: site and modules of the run.
+        victims: who may be killed.
+        instruction: the task.
+        longest: real seconds after the last kill by which the task must have ended.
+    """
     trial = Trial(seed)
     chance = random.Random(seed)  # noqa: S311
     began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="survival-", dir=RAM) as name:
-        life = _Life(trial, plant, Path(name), where, instruction)
+        life = _Life(trial, plant, Path(name), where, instruction, longest)
         for _ in range(chance.randint(1, 3)):
             # One in four while processes are still starting, the others while the task is under way.
             if chance.random() < 0.25:

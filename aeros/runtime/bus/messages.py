@@ -34,8 +34,14 @@ class Time(Message, frozen=True):
 
 
 def stamp(seconds: float) -> Time:
-    """The stamp nearest to `seconds`; raises `ValueError` where ROS 2 has none."""
-    nanoseconds = round(seconds * _NANO)
+    """Return the stamp nearest to `seconds`, exactly: a product of doubles would be off by up to 128 ns.
+
+    Raises:
+        ValueError: ROS 2 has no stamp for `seconds`, or they are not a number.
+        OverflowError: `seconds` are infinite.
+    """
+    numerator, denominator = seconds.as_integer_ratio()
+    nanoseconds = (2 * numerator * _NANO + denominator) // (2 * denominator)
     if not -(2**31) <= nanoseconds // _NANO < 2**31:
         raise ValueError(f"{seconds} s is no time that ROS 2 can stamp")
     return Time(nanoseconds // _NANO, nanoseconds % _NANO)

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, ClassVar
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.agent.errors import RefusedError
@@ -548,7 +548,6 @@ def test_a_damaged_memory_is_a_reason_and_no_agent(tmp_path: Path) -> None:
         run(tmp_path, FakeRuntime())
 
 
-@settings(max_examples=40, deadline=None)
 @given(
     seed=st.integers(0, 2**32),
     success=st.floats(0, 1),

@@ -115,6 +115,7 @@ def test_our_judge_finds_fault_with_a_real_engines_plan_only_where_it_is_to_be_m
     runtime = Recording(case.ecm, case.site, case.start, lambda _, names: names[0])
     world = measured_world(case.site.state, runtime.observe(), runtime.now())
     modules, routed = {name: case.ecm}, Routed(name, case.task)
+    assert engines(), "unified_planning is installed and none of the engines that it could ask"
     for engine in engines():
         graph = ClassicalPlanner(case.site, Engine(engine)).plan(routed, world, modules)
         assert verify_plan(graph, modules, case.site) == []

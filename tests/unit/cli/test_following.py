@@ -121,7 +121,11 @@ def test_lines_of_another_form_are_passed_over(odd: object, writing: Writing) ->
     writing.record("decision", verdict="ALLOW", state={"x": odd}, usage=odd, reasons=odd)
     writing.tell(0.0, "plan", "x", steps=odd)
     run.read()
-    json.dumps(view_of(run, None, is_there=False))
+    view = view_of(run, None, is_there=False)
+    json.dumps(view)
+    # Of all these lines one decision has the form of one, and neither began or ended anything.
+    assert run.counts["ALLOW"] == 1
+    assert (view["ended"], view["instruction"]) == (None, None)
 
 
 def test_memory_does_not_grow_with_the_run(writing: Writing) -> None:
@@ -183,3 +187,5 @@ def test_the_latest_run_is_known_by_its_process(tmp_path: Path) -> None:
 
 def test_no_run_fails_for_want_of_a_place_to_say_where_it_is(tmp_path: Path) -> None:
     note_run(tmp_path / "nowhere", tmp_path)
+    assert latest_run(tmp_path / "nowhere") is None
+    assert list(tmp_path.iterdir()) == []

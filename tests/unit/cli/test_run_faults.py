@@ -157,8 +157,19 @@ def truth_at_the_end(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
     return done
 
 
+_EACH_PUSH = (
+    "a wrapper that is knocked under the handle, where it cannot be lifted, is slid to its place",
+    "a sponge that is dropped is brought back to its rest and taken again",
+    "an object that is dropped on the way is found on the floor",
+    "an object that is not seen is looked for again",
+)
+"""A recovery of each task, and something hidden. The kinds of faults have their own tests of the plant."""
+
+
 @pytest.mark.physics
-@pytest.mark.parametrize("case", RECOVERED)
+@pytest.mark.parametrize(
+    "case", [pytest.param(one, marks=() if one in _EACH_PUSH else pytest.mark.deep) for one in RECOVERED]
+)
 def test_the_agent_puts_right(case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     instruction, seed, fault, steps = RECOVERED[case]
     faults = write(tmp_path, f"  it: {fault}\n")

@@ -114,7 +114,13 @@ def check_against_the_records(
     [
         ("symbolic", "make dumplings", 50, "dumpling_wrapped"),
         ("kinematic", "fetch the object", 20, "object_delivered"),
-        pytest.param("physics", "fetch the object", 20, "object_delivered", marks=pytest.mark.physics),
+        pytest.param(
+            "physics",
+            "fetch the object",
+            20,
+            "object_delivered",
+            marks=[pytest.mark.physics, pytest.mark.deep],
+        ),
     ],
 )
 def test_an_mcap_file_says_what_trace_and_audit_log_say(
@@ -240,7 +246,7 @@ def moving(folder: Path, film: str = "run.gif") -> subprocess.Popen[bytes]:
 
 
 @pytest.mark.physics
-@pytest.mark.parametrize("name", ["run.gif", "run.mp4"])
+@pytest.mark.parametrize("name", ["run.gif", pytest.param("run.mp4", marks=pytest.mark.deep)])
 def test_an_interrupted_run_leaves_a_film_and_a_file_up_to_there(name: str, tmp_path: Path) -> None:
     run = moving(tmp_path, name)
     run.send_signal(signal.SIGINT)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.cli.main import main
@@ -16,6 +16,7 @@ from aeros.cli.why_chain import Run
 from aeros.runtime.audit import AuditLog
 from aeros.spec.cause import Cause, told
 from aeros.spec.expr.shortfall import Shortfall
+from tests.hypothesis_profiles import examples
 from tests.repo.tree import ROOT
 
 BASE = ROOT / "docs" / "codes" / "base"
@@ -243,7 +244,7 @@ events = st.sampled_from(
 )
 
 
-@settings(max_examples=200, database=None, derandomize=True)
+@examples(200)
 @given(
     st.lists(
         st.tuples(events, st.booleans(), st.dictionaries(st.sampled_from(names), anything, max_size=6)),

@@ -110,9 +110,11 @@ def test_whatever_a_plant_says_can_be_told() -> None:
     for strange in (object(), {1: 2}, [1.0], b"x"):
         for changed in ("paths", "base", "way", "duration", "servo", "body"):
             malformed: dict[str, Any] = {changed: strange}
-            canonical(motion_to_json(motion(**malformed), ""))
-            canonical(body_to_json(strange))
-        canonical(motion_to_json(strange, ""))
+            assert json.loads(canonical(motion_to_json(motion(**malformed), ""))).keys() > {changed} - {
+                "body"
+            }
+            json.loads(canonical(body_to_json(strange)))
+        assert json.loads(canonical(motion_to_json(strange, ""))) is not None
 
 
 @pytest.mark.parametrize(

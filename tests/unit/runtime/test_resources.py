@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.runtime.resources import Resources
 from aeros.spec.errors import MisuseError
+from tests.hypothesis_profiles import examples
 
 NAMES = ("arm", "camera", "memory", "wheels")
 CAPACITIES = st.fixed_dictionaries({name: st.integers(1, 3) for name in NAMES})
@@ -15,7 +16,7 @@ NEEDS = st.frozensets(st.sampled_from(NAMES))
 MOVES = st.lists(st.one_of(NEEDS, st.integers(0, 30)), max_size=40)
 """Asking for something, or releasing what the n-th one asked for."""
 
-small = settings(max_examples=300, derandomize=True, deadline=None)
+small = examples(300)
 
 
 def _follow(capacities: dict[str, int], moves: list[frozenset[str] | int]) -> None:

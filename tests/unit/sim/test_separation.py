@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -30,6 +30,17 @@ APPROACHES = (
     ("make dumplings", "at_the_bench", 30),
 )
 """An instruction, who walks up meanwhile, and by when they have been near, s."""
+
+
+def fetch_each_push(rows: Sequence[tuple[Any, ...]], *others: str) -> list[Any]:
+    """Rows of which those of other tasks than fetching, and than `others`, are left to `make deep`."""
+    return [
+        pytest.param(
+            *row, marks=() if row[0] in ("fetch the object", *others) else pytest.mark.deep, id=row[0]
+        )
+        for row in rows
+    ]
+
 
 BESIDE = (
     ("clean the table", ("at: [3 m, 0 m]", "at: [1.8 m, 0 m], speed: 1.2 m/s"), "-750 mm", 18),
@@ -133,7 +144,7 @@ def test_a_robot_that_is_looked_on_from_beside_drives_at_reduced_speed(run: Run)
     assert 0.9 * of_the_site("reduced_tool_speed") < driving.max() <= of_the_site("reduced_tool_speed")
 
 
-@pytest.mark.parametrize(("instruction", "way", "floor", "until"), BESIDE)
+@pytest.mark.parametrize(("instruction", "way", "floor", "until"), fetch_each_push(BESIDE, "clean the table"))
 def test_beside_somebody_who_stays_the_robot_works_slowly(
     instruction: str, way: tuple[str, ...], floor: str, until: int, run: Run, tmp_path: Path
 ) -> None:
@@ -147,7 +158,7 @@ def test_beside_somebody_who_stays_the_robot_works_slowly(
     assert np.mean(near > 0.05) > 0.25  # it goes on
 
 
-@pytest.mark.parametrize(("instruction", "person", "until"), APPROACHES)
+@pytest.mark.parametrize(("instruction", "person", "until"), fetch_each_push(APPROACHES))
 def test_a_robot_whose_scanner_sees_nobody_comes_too_near(
     instruction: str, person: str, until: int, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -175,7 +186,7 @@ def test_a_carriage_is_slowed_as_far_as_separation_needs(run: Run, tmp_path: Pat
     assert referee.breaches() == []
 
 
-@pytest.mark.parametrize(("instruction", "person", "until"), APPROACHES)
+@pytest.mark.parametrize(("instruction", "person", "until"), fetch_each_push(APPROACHES))
 def test_without_the_monitor_the_robot_comes_too_near(
     instruction: str, person: str, until: int, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -187,7 +198,7 @@ def test_without_the_monitor_the_robot_comes_too_near(
     assert referee.breaches() != []
 
 
-@pytest.mark.parametrize(("instruction", "person", "until"), APPROACHES)
+@pytest.mark.parametrize(("instruction", "person", "until"), fetch_each_push(APPROACHES))
 def test_a_scanner_within_its_data_sheet_is_good_enough(
     instruction: str, person: str, until: int, run: Run
 ) -> None:

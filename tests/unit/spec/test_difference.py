@@ -9,7 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.spec.difference.change import Change, Relation
@@ -21,6 +21,7 @@ from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.model import Declared
 from aeros.spec.source import Source
 from aeros.spec.units import NUMBER
+from tests.hypothesis_profiles import examples
 
 BASE = Path(__file__).parents[3] / "docs" / "codes" / "base"
 LIMIT = 1_000_000
@@ -281,7 +282,7 @@ def _members(side: Side) -> Iterator[tuple[bool, bool, Fraction]]:
             yield p, q, x
 
 
-@settings(max_examples=150)
+@examples(150)
 @given(st.lists(_TERMS, max_size=2), _RANGES, st.lists(_TERMS, max_size=2), _RANGES)
 def test_the_relation_of_two_sets_is_that_of_enumeration(
     one: list[t.Term],

@@ -27,6 +27,10 @@ from aeros.spec.verify import Detail, verify
 from tests.unit.spec.examining import note_examined
 
 REPOSITORY = Path(__file__).parents[3]
+BASE = REPOSITORY / "docs" / "codes" / "base"
+SITE = BASE / "site.yaml"
+"""A small site, and beside it a small module with a task and a composition: both are proved quickly."""
+
 NO_BYTECODE = shutil.ignore_patterns("__pycache__")
 
 
@@ -39,14 +43,19 @@ def store(tmp_path: Path) -> Store:
 def modules(tmp_path: Path) -> Path:
     """Two modules: one that is changed, and one beside it that is not."""
     folder = tmp_path / "modules"
-    for name in ("clean_table", "fetch_object"):
-        shutil.copytree(REPOSITORY / "ecms" / name, folder / name, ignore=NO_BYTECODE)
+    for name in ("tidy", "sweep"):
+        shutil.copytree(BASE / "tidy", folder / name, ignore=NO_BYTECODE)
+    path = folder / "sweep" / "ecm.yaml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(
+        text.replace("id: tidy", "id: sweep").replace("[clean, wipe]", "[sweep]"), encoding="utf-8"
+    )
     return folder
 
 
 @pytest.fixture
 def module(modules: Path) -> Path:
-    return modules / "clean_table"
+    return modules / "tidy"
 
 
 def _told(report: Report) -> tuple[str, list[str]]:
@@ -55,14 +64,14 @@ def _told(report: Report) -> tuple[str, list[str]]:
     return as_json(Result(report)), locks
 
 
-def _brief(folder: Path, store: Store | None, site: Path | None = None, jobs: int = 1) -> Report:
-    return verify([folder], site or reference_site(), store=store, detail=Detail.BRIEF, jobs=jobs)
+def _brief(folder: Path, store: Store | None, site: Path = SITE, jobs: int = 1) -> Report:
+    return verify([folder], site, store=store, detail=Detail.BRIEF, jobs=jobs)
 
 
 def test_what_is_kept_says_the_same_and_examines_nothing(
     modules: Path, store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    in_full = _told(verify([modules], reference_site()))
+    in_full = _told(verify([modules], SITE))
     cold = _told(_brief(modules, store))
     examined = note_examined(monkeypatch)
     assert _told(_brief(modules, store)) == cold == in_full
@@ -85,10 +94,9 @@ def test_a_run_that_finds_everything_imports_nothing_that_proves(modules: Path, 
 import sys
 from pathlib import Path
 from aeros.spec.backends.store import Store
-from aeros.spec.folders import reference_site
 from aeros.spec.verify import Detail, verify
 store = Store(Path({str(answers)!r}))
-report = verify([Path({str(modules)!r})], reference_site(), store=store, detail=Detail.BRIEF)
+report = verify([Path({str(modules)!r})], Path({str(SITE)!r}), store=store, detail=Detail.BRIEF)
 print(report.conclusion.value, *sorted({{"yaml", "z3", "networkx", "packaging"}} & set(sys.modules)))
 print(*sorted(name for name in sys.modules if name.startswith("aeros.spec.e")))
 """
@@ -112,8 +120,8 @@ def _edit(name: str, old: str, new: str) -> Callable[[Path], object]:
     "change",
     [
         _edit("ecm.yaml", "version: 1.0.0", "version: 1.0.1"),
-        _edit("ecm.yaml", "# Probabilities", "# The probabilities"),
-        _edit("skills.py", "Cleaning a table", "Cleaning the table"),
+        _edit("ecm.yaml", "# The module", "# A module"),
+        _edit("skills.py", "Close the fingers", "Close both fingers"),
         lambda folder: (folder / "more.py").write_text("", encoding="utf-8"),
     ],
     ids=["version", "comment", "code", "new file of code"],
@@ -122,11 +130,11 @@ def test_a_change_of_the_module_is_examined(
     change: Callable[[Path], object], modules: Path, store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _brief(modules, store)
-    change(modules / "clean_table")
+    change(modules / "tidy")
     examined = note_examined(monkeypatch)
     report = _brief(modules, store)
-    assert examined == ["clean_table"]
-    assert _told(report) == _told(verify([modules], reference_site()))
+    assert examined == ["tidy"]
+    assert _told(report) == _told(verify([modules], SITE))
 
 
 def test_another_site_budget_override_or_program_is_examined(
@@ -135,14 +143,14 @@ def test_another_site_budget_override_or_program_is_examined(
     _brief(modules, store)
     examined = note_examined(monkeypatch)
     site = tmp_path / "site.yaml"
-    site.write_text(reference_site().read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
+    site.write_text(SITE.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
     _brief(modules, store, site)
-    verify([modules], reference_site(), 7, store=store, detail=Detail.BRIEF)
+    verify([modules], SITE, 7, store=store, detail=Detail.BRIEF)
     block = Block("no_welder", "it is being repaired", "welder", None, None)
     for blocks in ([block], [replace(block, reason="it was repaired badly")], [block]):
-        report = verify([modules], reference_site(), store=store, blocks=blocks, detail=Detail.BRIEF)
-        assert _told(report) == _told(verify([modules], reference_site(), blocks=blocks))
-    found_in_full = 3 * ["clean_table", "fetch_object"]
+        report = verify([modules], SITE, store=store, blocks=blocks, detail=Detail.BRIEF)
+        assert _told(report) == _told(verify([modules], SITE, blocks=blocks))
+    found_in_full = 3 * ["tidy", "sweep"]
     assert len(examined) == 8 + len(found_in_full)
     monkeypatch.setattr(keeping, "_program", lambda: "another program")
     _brief(modules, store)
@@ -154,7 +162,7 @@ def test_a_copy_elsewhere_is_found_and_said_to_lie_there(
 ) -> None:
     _brief(modules, store)
     copy = shutil.copytree(modules, tmp_path / "copy")
-    in_full = _told(verify([copy], reference_site()))
+    in_full = _told(verify([copy], SITE))
     examined = note_examined(monkeypatch)
     assert _told(_brief(copy, store)) == in_full
     assert examined == []
@@ -174,11 +182,11 @@ def test_a_file_that_the_module_needs_is_looked_for_each_time(module: Path, stor
 
 
 def test_what_depends_on_other_modules_is_never_kept(tmp_path: Path, store: Store) -> None:
-    needed = write_module(tmp_path / "modules", 8)
-    write_module(tmp_path / "modules", 9)
-    assert _brief(tmp_path / "modules", store).conclusion is Conclusion.PROVED
+    needed = write_module(tmp_path / "modules", 8, skills=5)
+    write_module(tmp_path / "modules", 9, skills=5)
+    assert _brief(tmp_path / "modules", store, reference_site()).conclusion is Conclusion.PROVED
     shutil.rmtree(needed)
-    report = _brief(tmp_path / "modules", store)
+    report = _brief(tmp_path / "modules", store, reference_site())
     assert {one.code for one in report.modules[0].diagnostics} == {"AE301"}
     assert report.modules[0].certificate is None
 
@@ -186,14 +194,12 @@ def test_what_depends_on_other_modules_is_never_kept(tmp_path: Path, store: Stor
 def test_what_is_refuted_or_leaves_something_to_say_is_not_kept(
     modules: Path, store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    _edit(
-        "ecm.yaml", "slide: target in table_area and force <= 10 N", "slide: force <= 10 N and force >= 11 N"
-    )(modules / "clean_table")
+    _edit("ecm.yaml", "grip: force <= 10 N", "grip: force <= 10 N and force >= 11 N")(modules / "tidy")
     first = _told(_brief(modules, store))
     examined = note_examined(monkeypatch)
     second = _brief(modules, store)
     assert second.conclusion is Conclusion.REJECTED
-    assert examined == ["clean_table"]
+    assert examined == ["tidy"]
     assert _told(second) == first
 
 
@@ -201,7 +207,7 @@ def test_what_is_refuted_or_leaves_something_to_say_is_not_kept(
 def test_a_proof_that_cannot_be_read_is_not_there(content: str, module: Path, store: Store) -> None:
     _brief(module, store)
     store._connection.execute("UPDATE proofs SET head = ?", (content,))
-    assert _told(_brief(module, store)) == _told(verify([module], reference_site()))
+    assert _told(_brief(module, store)) == _told(verify([module], SITE))
 
 
 @pytest.mark.parametrize("content", [b"", b"{}", zlib.compress(b"[[],[]]")], ids=["none", "text", "others"])
@@ -210,12 +216,12 @@ def test_a_proof_whose_claims_are_not_those_that_were_kept_is_not_there(
 ) -> None:
     _brief(module, store)
     store._connection.execute("UPDATE proofs SET claims = ?", (content,))
-    assert _told(_brief(module, store)) == _told(verify([module], reference_site()))
+    assert _told(_brief(module, store)) == _told(verify([module], SITE))
 
 
 def test_a_report_on_other_bytes_is_not_believed(module: Path, store: Store) -> None:
     _brief(module, store)
-    cache = keeping.ProofCache(store, read_source(reference_site()), DEFAULT_RLIMIT)
+    cache = keeping.ProofCache(store, read_source(SITE), DEFAULT_RLIMIT)
     kept = cache.find_module(module)
     assert kept is not None
     assert kept.presence is not None
@@ -231,12 +237,12 @@ def test_several_processes_say_the_same_in_the_same_order(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(verify_module, "MANY", 2)
-    modules = write_modules(tmp_path / "modules", 4)
-    (modules[3] / "ecm.yaml").write_text("nonsense: true\n", encoding="utf-8")
+    modules = write_modules(tmp_path / "modules", 3, skills=5)
+    (modules[2] / "ecm.yaml").write_text("nonsense: true\n", encoding="utf-8")
     _edit("ecm.yaml", "force <= 15 N", "force <= 1 N")(modules[1])
-    alone = _brief(tmp_path / "modules", None)
+    alone = _brief(tmp_path / "modules", None, reference_site())
     assert alone.conclusion is Conclusion.REJECTED
-    assert _told(_brief(tmp_path / "modules", None, jobs=2)) == _told(alone)
+    assert _told(_brief(tmp_path / "modules", None, reference_site(), jobs=2)) == _told(alone)
     assert _told(verify([tmp_path / "modules"], reference_site())) == _told(alone)
 
 

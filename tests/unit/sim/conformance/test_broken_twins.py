@@ -28,10 +28,13 @@ def test_the_twin_that_is_not_broken_passes(check: Check, twin: type[Twin]) -> N
 
 
 @pytest.mark.parametrize(
-    ("name", "twin"),
-    [(name, twin) for name, twins in BROKEN.items() for twin in twins],
-    ids=lambda one: one if isinstance(one, str) else one.__name__,
+    ("name", "twin", "why"),
+    [
+        pytest.param(name, twin, why, id=f"{name}-{twin.__name__}")
+        for name, twins in BROKEN.items()
+        for twin, why in twins.items()
+    ],
 )
-def test_a_broken_twin_is_refused(name: str, twin: type[Twin]) -> None:
-    with pytest.raises(ConformanceError):
+def test_a_broken_twin_is_refused(name: str, twin: type[Twin], why: str) -> None:
+    with pytest.raises(ConformanceError, match=why):
         BY_NAME[name](replace(subject_of(twin), make=twin))

@@ -2,22 +2,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import pytest
 
+from aeros.sim.conformance.contact import (
+    a_motion_under_feedback_keeps_near_its_paths,
+    a_rule_named_in_contact_ends_it_within_one_tick,
+)
 from aeros.sim.conformance.suite import CHECKS, Check
 from tests.unit.sim.conformance.subjects import PHYSICAL, SUBJECTS
 
-each_check = pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
+_IN_CONTACT = {
+    a_motion_under_feedback_keeps_near_its_paths.__name__,
+    a_rule_named_in_contact_ends_it_within_one_tick.__name__,
+}
+"""Checks that look at `pressing` alone, and take longest."""
+
+_PRESSING_AS_ANOTHER = {"watched", "kinematic, joint by joint", "physics, joint by joint"}
+"""Subjects that press as `kinematic` and `physics` do: they differ in what these checks do not look at."""
 
 
-@each_check
-@pytest.mark.parametrize("name", SUBJECTS)
+def _each_check_of(names: Iterable[str]) -> pytest.MarkDecorator:
+    """Pair every subject with every check; pairs that repeat another are `deep`."""
+    pairs = []
+    for name in names:
+        for check in CHECKS:
+            is_repeated = name in _PRESSING_AS_ANOTHER and check.__name__ in _IN_CONTACT
+            marks = pytest.mark.deep if is_repeated else ()
+            pairs.append(pytest.param(name, check, id=f"{name}-{check.__name__}", marks=marks))
+    return pytest.mark.parametrize(("name", "check"), pairs)
+
+
+@_each_check_of(SUBJECTS)
 def test_a_plant_without_physics_conforms(name: str, check: Check) -> None:
     check(SUBJECTS[name])
 
 
-@each_check
+@_each_check_of(PHYSICAL)
 @pytest.mark.physics
-@pytest.mark.parametrize("name", PHYSICAL)
 def test_the_physics_plant_conforms(name: str, check: Check) -> None:
     check(PHYSICAL[name])

@@ -5,13 +5,28 @@ from __future__ import annotations
 import tempfile
 import time
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from threading import Thread
-from typing import Any
+from typing import Any, TypeVar
 
 from aeros.runtime.ports import Plant
 from aeros.sim.hosting.host import PATIENCE, Host
 from aeros.sim.hosting.remote import RemotePlant
+
+_Made = TypeVar("_Made")
+
+
+def once_it_listens(connect: Callable[[], _Made]) -> _Made:
+    """Call `connect` until a host takes the connection: the path of its socket is there before it listens."""
+    latest = time.monotonic() + 20.0
+    while True:
+        try:
+            return connect()
+        except (FileNotFoundError, ConnectionRefusedError):
+            assert time.monotonic() < latest
+            time.sleep(0.001)
+
 
 Told = list[Mapping[str, Any]]
 
@@ -26,8 +41,10 @@ class Hosting:
         self.told: Told = []
         self.thread = Thread(target=self._serve, args=(patience, linger), daemon=True)
         self.thread.start()
-        while not self.path.exists():
-            time.sleep(0.001)
+
+    def join(self) -> RemotePlant:
+        """Connect to the host, once it listens."""
+        return once_it_listens(lambda: RemotePlant(self.path))
 
     def events(self) -> list[str]:
         return [one["event"] for one in self.told]
@@ -51,7 +68,7 @@ class Hosted(RemotePlant):
 
     def __init__(self, make: Callable[[], Plant]) -> None:
         self._hosting = Hosting(make())
-        super().__init__(self._hosting.path)
+        once_it_listens(partial(super().__init__, self._hosting.path))
         self._is_over = False
 
     def close(self) -> None:

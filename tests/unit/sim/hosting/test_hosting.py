@@ -13,7 +13,6 @@ from typing import Any
 import pytest
 
 from aeros.runtime.ports import Plant, Trajectory
-from aeros.sim.hosting.remote import RemotePlant
 from aeros.sim.hosting.wire import LostError
 from aeros.sim.kinematic.plant import make_plant
 from aeros.skill import act
@@ -67,7 +66,7 @@ def test_kill_9_amid_a_motion_brings_it_to_rest_within_its_limits() -> None:
     assert let_go["amid_motion"]
     assert speed(let_go["measured"]) == 0.0
     # Whoever comes next finds it as it was left, and nothing has moved since.
-    plant = RemotePlant(hosting.path)
+    plant = hosting.join()
     assert plant.now() == let_go["time"]
     assert plant.observe()["joint_position"].value == tuple(let_go["measured"]["joint_position"])
     moved = plant.begin(REACH, plant.plan(REACH))
@@ -88,14 +87,14 @@ def test_an_agent_that_hangs_is_given_up_and_cannot_go_on() -> None:
         rest = agent.stdout.read()
     assert "ended" not in rest
     assert agent.returncode == 1
-    plant = RemotePlant(hosting.path)
+    plant = hosting.join()
     assert plant.now() == let_go["time"]
     plant.end()
 
 
 def test_between_two_actions_an_agent_may_think() -> None:
     hosting = Hosting(kinematic(), patience=0.05)
-    plant = RemotePlant(hosting.path)
+    plant = hosting.join()
     time.sleep(0.3)
     before = plant.now()
     time.sleep(0.3)
@@ -106,12 +105,12 @@ def test_between_two_actions_an_agent_may_think() -> None:
 def test_what_makes_no_sense_ends_the_conversation_and_not_the_plant() -> None:
     hosting = Hosting(kinematic())
     for message in ({"do": "explode"}, {"do": "plan"}, {"do": "halt", "motion": 99}, {"no": "thing"}):
-        plant = RemotePlant(hosting.path)
+        plant = hosting.join()
         plant._line.say(message)
         with pytest.raises(LostError):
             plant.now()
         plant.close()
-    plant = RemotePlant(hosting.path)
+    plant = hosting.join()
     assert max(map(abs, plant.observe()["joint_velocity"].value)) == 0.0
     plant.end()
     hosting.thread.join(20.0)
@@ -127,7 +126,7 @@ def test_a_host_that_nobody_comes_to_ends() -> None:
 
 def test_a_monitor_that_fails_has_stopped_the_plant_first() -> None:
     hosting = Hosting(kinematic())
-    plant = RemotePlant(hosting.path)
+    plant = hosting.join()
     plant.begin(REACH, plant.plan(REACH))
 
     def monitor(now: float, measured: Mapping[str, Any]) -> None:
@@ -142,7 +141,7 @@ def test_a_monitor_that_fails_has_stopped_the_plant_first() -> None:
 
 def test_a_plan_arrives_as_it_was_stated() -> None:
     hosting, beside = Hosting(kinematic()), kinematic()
-    plant = RemotePlant(hosting.path)
+    plant = hosting.join()
     stated, told = beside.plan(REACH), plant.plan(REACH)
     assert isinstance(told, Trajectory)
     assert told == stated

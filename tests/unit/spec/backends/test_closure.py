@@ -6,7 +6,7 @@ from fractions import Fraction
 from typing import cast
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.spec.backends import closure
@@ -24,6 +24,7 @@ from aeros.spec.expr.lower import lower, scalars_of
 from aeros.spec.expr.semantics import evaluate, holds
 from aeros.spec.expr.types import RealType
 from aeros.spec.units import NUMBER
+from tests.hypothesis_profiles import examples
 
 _NUMBER = RealType(NUMBER)
 X, Y, Z = (t.Variable(name, _NUMBER, t.Role.STATE) for name in "xyz")
@@ -47,9 +48,7 @@ def _bounded(draw: st.DrawFn) -> tuple[t.Term, closure._Real, closure._Generator
     return term, generator._real(lower(term)), generator, values
 
 
-@settings(
-    max_examples=150, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
-)
+@examples(150)
 @given(_bounded())
 def test_the_error_bound_is_a_bound(
     drawn: tuple[t.Term, closure._Real, closure._Generator, Mapping[str, Raw]],

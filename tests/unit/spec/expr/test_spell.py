@@ -6,7 +6,7 @@ from fractions import Fraction
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
@@ -18,6 +18,7 @@ from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.spell import spell
 from aeros.spec.expr.types import BOOL, FamilyType, RealType
 from aeros.spec.units import LENGTH
+from tests.hypothesis_profiles import examples
 from tests.unit.spec.expr.scope import term_of
 
 _LIMITS = (Fraction(1, 10), Fraction(1, 3), Fraction(-2))
@@ -29,7 +30,7 @@ SCOPE = Scope(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@examples(150)
 @given(cases(), st.data())
 def test_what_is_spelt_means_the_same(case: Case, data: Any) -> None:
     text = spell(case.term)

@@ -1,0 +1,88 @@
+"""Arguments of commands: what is accepted, and what is refused in which words."""
+
+from __future__ import annotations
+
+import os
+import sys
+from argparse import ArgumentTypeError
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.cli.arguments import (
+    existing_path,
+    film_path,
+    mcap_path,
+    process_count,
+    processors,
+    second_solver,
+    solver_budget,
+    writable_path,
+)
+
+
+@pytest.mark.parametrize(("parse", "most"), [(solver_budget, 2**32 - 1), (process_count, 256)])
+def test_whole_numbers_within_their_bounds(parse: Callable[[str], int], most: int) -> None:
+    assert [parse(text) for text in ("1", "007", str(most))] == [1, 7, most]
+    for text in ("0", str(most + 1), "-1", "1.5", "", "x", "²", "٣", " 1", "1e3"):
+        with pytest.raises(ArgumentTypeError, match=f"expected a whole number between 1 and {most}"):
+            parse(text)
+
+
+def test_a_path_that_exists(tmp_path: Path) -> None:
+    assert existing_path(str(tmp_path)) == tmp_path
+    with pytest.raises(ArgumentTypeError, match="No such file or directory"):
+        existing_path(str(tmp_path / "none"))
+    with pytest.raises(ArgumentTypeError, match="not a path"):
+        existing_path("a\x00b")
+
+
+def test_a_path_at_which_a_file_can_be(tmp_path: Path) -> None:
+    assert writable_path(str(tmp_path / "new")) == tmp_path / "new"
+    with pytest.raises(ArgumentTypeError, match="is a folder"):
+        writable_path(str(tmp_path))
+    with pytest.raises(ArgumentTypeError, match="its folder does not exist"):
+        writable_path(str(tmp_path / "none" / "new"))
+
+
+@pytest.mark.parametrize(
+    ("parse", "taken", "expected"),
+    [
+        (mcap_path, ["run.mcap"], r"\*\.mcap"),
+        (film_path, ["run.webp", "run.gif", "a.b/run.mp4"], r"\*\.webp, \*\.gif, \*\.mp4"),
+    ],
+)
+def test_a_suffix_says_the_format(parse: Callable[[str], Path], taken: list[str], expected: str) -> None:
+    assert [parse(text) for text in taken] == [Path(text) for text in taken]
+    for text in ("run", "run.avi", "run.MCAP", "mcap", ".gif"):
+        with pytest.raises(ArgumentTypeError, match=f"expected a file named {expected}"):
+            parse(text)
+
+
+def test_processors_are_those_that_this_process_may_use(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 3, 5})
+    assert processors() == 3
+    monkeypatch.delattr(os, "sched_getaffinity")
+    for count, expected in ((7, 7), (None, 1)):
+
+        def counted(count: int | None = count) -> int | None:
+            return count
+
+        monkeypatch.setattr(os, "cpu_count", counted)
+        assert processors() == expected
+
+
+def test_a_second_solver_is_asked_for_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(ArgumentTypeError, match="expected `cvc5`"):
+        second_solver("z3")
+    gone: Any = None
+    monkeypatch.setitem(sys.modules, "aeros.spec.backends.second", gone)
+    with pytest.raises(ArgumentTypeError, match=r"pip install 'aeros\[cvc5\]'"):
+        second_solver("cvc5")
+    monkeypatch.undo()
+    pytest.importorskip("cvc5")
+    from aeros.spec.backends.second import Cvc5
+
+    assert isinstance(second_solver("cvc5"), Cvc5)

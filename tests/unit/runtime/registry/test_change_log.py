@@ -1,0 +1,89 @@
+"""Each change is in the audit record before it is made, and can be read back from there."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from aeros.runtime.audit import verify_log
+from aeros.runtime.audit_checkpoints import verify_signed
+from aeros.runtime.audit_keys import make_key, read_signing_key
+from aeros.runtime.registry import change_log
+from aeros.runtime.registry.change_log import LOG, adopted, record_change
+from aeros.runtime.registry.lifecycle import State
+from aeros.runtime.registry.records import Installed, Snapshot
+from aeros.spec.errors import UserError
+from aeros.spec.model import Block
+
+TIDY = Installed.kept("tidy", "1.2.0", "d" * 64, State.ACTIVE)
+BLOCK = Block("no_welder", "it is being repaired", "welder", None, "weld")
+OLD = Snapshot(4, "sites/a.yaml", {}, {})
+NEW = Snapshot(5, "sites/b.yaml", {"tidy": TIDY}, {"no_welder": BLOCK})
+
+
+def test_a_change_is_recorded_whole_and_comes_back_as_it_was(tmp_path: Path) -> None:
+    record_change(tmp_path, tmp_path / "no-key", OLD, NEW, "activate tidy", "c" * 64)
+    assert verify_log(tmp_path / LOG).sound
+    (record,) = (json.loads(line) for line in (tmp_path / LOG).read_text().splitlines())
+    details = record["details"]
+    assert record["event"] == "registry-change"
+    assert (details["change"], details["from"], details["to"]) == ("activate tidy", 4, 5)
+    assert details["by"].keys() == {"user", "host", "pid"}
+    assert details["by"]["pid"] == os.getpid()
+    assert adopted(tmp_path) == {"c" * 64: NEW}
+
+
+def test_of_several_changes_to_one_configuration_the_newest_counts(tmp_path: Path) -> None:
+    newer = Snapshot(7, NEW.site, NEW.modules, {})
+    for old, new, digest in ((OLD, NEW, "c"), (NEW, OLD, "o"), (OLD, newer, "c")):
+        record_change(tmp_path, tmp_path / "no-key", old, new, "x", digest)
+    assert adopted(tmp_path) == {"c": newer, "o": OLD}
+
+
+def test_with_a_key_the_record_is_signed(tmp_path: Path) -> None:
+    make_key(tmp_path / "key")
+    record_change(tmp_path, tmp_path / "key", OLD, NEW, "x", "c")
+    key = read_signing_key(tmp_path / "key")
+    assert verify_signed(tmp_path / LOG, key.public, None).signed > 0
+    assert adopted(tmp_path) == {"c": NEW}
+
+
+def test_what_cannot_be_recorded_is_not_done(tmp_path: Path) -> None:
+    (tmp_path / LOG).mkdir()
+    with pytest.raises(UserError, match="the change cannot be recorded, so it is not made"):
+        record_change(tmp_path, tmp_path / "no-key", OLD, NEW, "x", "c")
+    (tmp_path / "key").write_text("none")
+    (tmp_path / "other").mkdir()
+    with pytest.raises(UserError) as refused:
+        record_change(tmp_path / "other", tmp_path / "key", OLD, NEW, "x", "c")
+    assert [one.code for one in refused.value.diagnostics] == ["AE965"]
+    assert not (tmp_path / "other" / LOG).exists()
+
+
+def test_records_of_another_form_and_after_a_break_are_passed_over(tmp_path: Path) -> None:
+    record_change(tmp_path, tmp_path / "no-key", OLD, NEW, "x", "c")
+    with change_log.AuditLog(tmp_path / LOG) as log:
+        log.append("registry-change", {"configuration": "other"})
+        log.append("note", {"configuration": "c"})
+    record_change(tmp_path, tmp_path / "no-key", NEW, OLD, "x", "o")
+    assert adopted(tmp_path) == {"c": NEW, "o": OLD}
+    lines = (tmp_path / LOG).read_text().splitlines(keepends=True)
+    (tmp_path / LOG).write_text("".join([*lines[:-1], lines[-1].replace("sites/a", "sites/z")]))
+    assert adopted(tmp_path) == {"c": NEW}
+
+
+def test_where_nothing_was_ever_changed_nothing_is_adopted(tmp_path: Path) -> None:
+    assert adopted(tmp_path) == {}
+
+
+def test_a_user_without_a_name_is_a_number(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def nameless() -> str:
+        raise KeyError("uid")
+
+    monkeypatch.setattr(change_log.getpass, "getuser", nameless)
+    record_change(tmp_path, tmp_path / "no-key", OLD, NEW, "x", "c")
+    (record,) = (json.loads(line) for line in (tmp_path / LOG).read_text().splitlines())
+    assert record["details"]["by"]["user"] == str(os.getuid())
