@@ -17,7 +17,6 @@ import json
 import sys
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -48,16 +47,16 @@ _DECIDING: Final = (
 """Distributions whose code has a part in verdicts, with the package of each."""
 
 
-@dataclass(frozen=True)
 class _KeptClaims:
     """The claims about a module that is proved by itself, as they were packed; see `told.OwnClaims`."""
 
-    tally: Tally
-    packed: bytes
+    def __init__(self, tally: Tally, packed_claims: bytes) -> None:
+        self.tally = tally
+        self._packed = packed_claims
 
     def read(self) -> tuple[tuple[Told, ...], tuple[Told, ...]]:
         """Return the claims that come before and after those about other modules."""
-        before, after = json.loads(zlib.decompress(self.packed))
+        before, after = json.loads(zlib.decompress(self._packed))
         return _claims(before), _claims(after)
 
 

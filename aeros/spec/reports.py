@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from aeros.spec.certificate import GUARDED, Certificate, Lock, certificate_for
@@ -127,7 +128,6 @@ class Examined:
     full: tuple[Ecm, tuple[Settled, ...], tuple[Settled, ...], tuple[Finding, ...]] | None = None
 
 
-@dataclass(frozen=True)
 class Known:
     """What is known of a site and of modules under it before anything of them is proved.
 
@@ -135,8 +135,13 @@ class Known:
     modules: by folder; those that are left out are to be proved.
     """
 
-    site: tuple[SitePresence, SubjectReport] | None = None
-    modules: Mapping[Path, Examined] = field(default_factory=dict)
+    def __init__(
+        self,
+        site: tuple[SitePresence, SubjectReport] | None = None,
+        modules: Mapping[Path, Examined] = MappingProxyType({}),
+    ) -> None:
+        self.site = site
+        self.modules = modules
 
 
 def report_on_unreadable(path: Path, error: UserError) -> SubjectReport:

@@ -64,21 +64,21 @@ class OwnClaims(Protocol):
         """Return those that come before and those that come after the claims about other modules."""
 
 
-@dataclass(frozen=True)
 class ListedClaims:
     """The claims about a module by itself; see `OwnClaims`."""
 
-    before: tuple[Told, ...] = ()
-    after: tuple[Told, ...] = ()
+    def __init__(self, before: tuple[Told, ...] = (), after: tuple[Told, ...] = ()) -> None:
+        self._before = before
+        self._after = after
 
     @property
     def tally(self) -> Tally:
         """Counts of all of them."""
-        return Claims.of((*self.before, *self.after)).tally
+        return Claims.of((*self._before, *self._after)).tally
 
     def read(self) -> tuple[tuple[Told, ...], tuple[Told, ...]]:
         """Return them; see `OwnClaims`."""
-        return self.before, self.after
+        return self._before, self._after
 
 
 class Claims(Sequence[Told]):
