@@ -14,9 +14,10 @@ from aeros.session.skill_gate import load_gate
 from aeros.sim.conformance.suite import CHECKS, ConformanceError, Subject
 from aeros.skill import Action, Observation, act
 from aeros.spec.backends.store import default_store
-from aeros.spec.brief import verify_in_brief
 from aeros.spec.folders import reference_site
 from aeros.spec.reports import Report
+from aeros.spec.verify import Detail
+from aeros.spec.verify import verify as verify_modules
 
 __all__ = [
     "Action",
@@ -57,7 +58,7 @@ def verify(*paths: str | PathLike[str], site: str | PathLike[str] | None = None)
     store = default_store()
     with nullcontext() if store is None else closing(store):
         path = reference_site() if site is None else Path(site)
-        return verify_in_brief([Path(one) for one in paths], path, store=store)
+        return verify_modules([Path(one) for one in paths], path, store=store, detail=Detail.BRIEF)
 
 
 def check_conformance(subject: Subject) -> tuple[str, ...]:

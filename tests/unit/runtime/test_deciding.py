@@ -14,7 +14,7 @@ from aeros.runtime.audit import AuditLog
 from aeros.runtime.configuration import Configuration
 from aeros.runtime.deciding import Decided, Deciding
 from aeros.runtime.decision import Caller, Decision, Reason, Verdict
-from aeros.runtime.gate import Gate
+from aeros.runtime.gate_port import Gate
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, act
 from aeros.spec.errors import InternalError

@@ -3,6 +3,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 
 import pytest
 
@@ -30,10 +31,14 @@ def failing(*, opening: bool) -> Iterator[str]:
     raise RobotError("no brake")
 
 
+def _describe_use(number: int, part: str) -> str:
+    return f"{part} {number} {threading.current_thread().name}"
+
+
 def test_it_is_opened_used_and_closed_in_one_thread_in_order() -> None:
     seen: list[str] = []
     thread = RobotThread(lambda: robot(seen))
-    found = [thread.call(lambda part, n=n: f"{part} {n} {threading.current_thread().name}") for n in range(3)]
+    found = [thread.call(partial(_describe_use, number)) for number in range(3)]
     thread.close()
     thread.close()
     assert [one.result() for one in found] == [f"arm {n} aeros-robot" for n in range(3)]
