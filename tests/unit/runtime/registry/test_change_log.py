@@ -8,10 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from aeros.runtime.audit import verify_log
+from aeros.runtime.audit import AuditLog, verify_log
 from aeros.runtime.audit_checkpoints import verify_signed
 from aeros.runtime.audit_keys import make_key, read_signing_key
-from aeros.runtime.registry import change_log
 from aeros.runtime.registry.change_log import LOG, adopted, record_change
 from aeros.runtime.registry.lifecycle import State
 from aeros.runtime.registry.records import Installed, Snapshot
@@ -65,7 +64,7 @@ def test_what_cannot_be_recorded_is_not_done(tmp_path: Path) -> None:
 
 def test_records_of_another_form_and_after_a_break_are_passed_over(tmp_path: Path) -> None:
     record_change(tmp_path, tmp_path / "no-key", OLD, NEW, "x", "c")
-    with change_log.AuditLog(tmp_path / LOG) as log:
+    with AuditLog(tmp_path / LOG) as log:
         log.append("registry-change", {"configuration": "other"})
         log.append("note", {"configuration": "c"})
     record_change(tmp_path, tmp_path / "no-key", NEW, OLD, "x", "o")
@@ -83,7 +82,7 @@ def test_a_user_without_a_name_is_a_number(monkeypatch: pytest.MonkeyPatch, tmp_
     def nameless() -> str:
         raise KeyError("uid")
 
-    monkeypatch.setattr(change_log.getpass, "getuser", nameless)
+    monkeypatch.setattr("getpass.getuser", nameless)
     record_change(tmp_path, tmp_path / "no-key", OLD, NEW, "x", "c")
     (record,) = (json.loads(line) for line in (tmp_path / LOG).read_text().splitlines())
     assert record["details"]["by"]["user"] == str(os.getuid())
