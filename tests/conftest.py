@@ -11,7 +11,7 @@ import shutil
 import signal
 import sys
 import tempfile
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
@@ -44,11 +44,35 @@ MARKED: Final = {
         "differential",
         "property",
         "repo/test_benchmarks.py",
-        "repo/test_package.py",
-        "repo/test_shipped_modules.py",
+        "unit/agent/test_beside.py",
+        "unit/agent/test_dispatcher.py",
+        "unit/agent/test_llm_planner.py",
+        "unit/agent/test_loop.py",
+        "unit/agent/test_memory_and_gate.py",
+        "unit/agent/test_pddl_planner.py",
+        "unit/agent/test_resuming.py",
+        "unit/agent/test_smt_planner.py",
         "unit/cli",
         "unit/experiments",
+        "unit/runtime/bus/test_in_process.py",
+        "unit/runtime/bus/test_whole_run.py",
+        "unit/runtime/isolation/test_isolated_run.py",
+        "unit/runtime/isolation/test_probes.py",
+        "unit/runtime/isolation/test_zygote.py",
+        "unit/runtime/registry/test_archive.py",
+        "unit/runtime/registry/test_past_configurations.py",
+        "unit/runtime/registry/test_revocation.py",
+        "unit/runtime/test_arm_and_base.py",
+        "unit/runtime/test_audit_kills.py",
+        "unit/runtime/test_decided_together.py",
+        "unit/runtime/test_proving.py",
+        "unit/runtime/test_replay.py",
+        "unit/runtime/test_replay_motions.py",
+        "unit/runtime/test_told_decisions.py",
         "unit/sim",
+        "unit/spec/test_difference.py",
+        "unit/spec/test_keeping.py",
+        "unit/spec/test_repair.py",
     ),
 }
 """Marker by folder or file pattern below `tests/`: what `make quick` leaves to `make test`.
@@ -93,11 +117,24 @@ def pytest_make_collect_report(
     return report
 
 
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Skip unread what `-m 'not slow'` leaves out: to import it takes longer than many a fast test."""
+    is_left_out = "not slow" in config.option.markexpr and _is_at(collection_path, MARKED["slow"])
+    return True if is_left_out else None
+
+
+def _is_at(found: Path, places: Iterable[str]) -> bool:
+    """Whether a path is, or is in, one of the places below `tests/`."""
+    if not found.is_relative_to(_HERE):
+        return False
+    path = found.relative_to(_HERE)
+    return any(path.match(place) or path.is_relative_to(place) for place in places)
+
+
 def pytest_itemcollected(item: pytest.Item) -> None:
     """Mark a test by the folder that it is in."""
-    path = item.path.relative_to(_HERE)
     for marker, places in MARKED.items():
-        if any(path.match(place) or path.is_relative_to(place) for place in places):
+        if _is_at(item.path, places):
             item.add_marker(marker)
 
 

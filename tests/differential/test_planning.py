@@ -323,7 +323,7 @@ def _judged_in_runs(seen: Counter[str], **more: Any) -> None:
 def test_what_is_planned_is_written_as_json_and_read_as_it_was() -> None:
     forks = Counter[bool]()
 
-    @examples(100)
+    @examples(200)
     @given(problems())
     def law(problem: Problem) -> None:
         strategy = Strategy(domain_of(problem))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 from pathlib import Path
 
+from tests.conftest import MARKED
 from tests.repo.tree import PYTHON, ROOT, text_of
 
 _EXCEPTIONS = Path(__file__).with_name("mirror_exceptions.txt")
@@ -52,3 +53,9 @@ def test_no_exception_has_become_needless() -> None:
 
 def test_exceptions_become_fewer_and_never_more() -> None:
     assert len(_excepted()) == _MOST_EXCEPTIONS
+
+
+def test_every_place_that_conftest_marks_exists() -> None:
+    tests = ROOT / "tests"
+    places = [place for of_marker in MARKED.values() for place in of_marker]
+    assert [place for place in places if not list(tests.glob(place))] == []

@@ -81,13 +81,14 @@ def test_a_task_that_has_ended_ends_its_plant(tmp_path: Path) -> None:
 
 
 def test_the_end_of_a_plant_is_waited_for(tmp_path: Path) -> None:
-    hosting, order = Hosting(make_plant("bare", 0)), []
+    hosting = Hosting(make_plant("bare", 0))
+    order: list[str] = []
+
+    def wait() -> None:
+        end_plant(hosting.join(), tmp_path)
+        order.append("waited")
+
     with exclusive(tmp_path / "plant"):
-
-        def wait() -> None:
-            end_plant(hosting.join(), tmp_path)
-            order.append("waited")
-
         waiting = Thread(target=wait)
         waiting.start()
         hosting.until("ended")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import getpass
 import json
 import os
 from pathlib import Path
@@ -83,7 +82,7 @@ def test_a_user_without_a_name_is_a_number(monkeypatch: pytest.MonkeyPatch, tmp_
     def nameless() -> str:
         raise KeyError("uid")
 
-    monkeypatch.setattr(getpass, "getuser", nameless)
+    monkeypatch.setattr("getpass.getuser", nameless)
     record_change(tmp_path, tmp_path / "no-key", OLD, NEW, "x", "c")
     (record,) = (json.loads(line) for line in (tmp_path / LOG).read_text().splitlines())
     assert record["details"]["by"]["user"] == str(os.getuid())
