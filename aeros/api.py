@@ -6,18 +6,18 @@ from contextlib import closing, nullcontext
 from os import PathLike
 from pathlib import Path
 
-from aeros.runtime.decision import Decision
+from aeros.runtime.gate.decision import Decision
 from aeros.runtime.ports import Plant
 from aeros.session.session import Session, open_session
 from aeros.session.skill_gate import SkillGate as Gate
 from aeros.session.skill_gate import load_gate
 from aeros.sim.conformance.suite import CHECKS, ConformanceError, Subject
 from aeros.skill import Action, Observation, act
-from aeros.spec.backends.store import default_store
-from aeros.spec.folders import reference_site
-from aeros.spec.reports import Report
-from aeros.spec.verify import Detail
-from aeros.spec.verify import verify as verify_modules
+from aeros.spec.backends.answer_store import default_store
+from aeros.spec.text.discovery import reference_site
+from aeros.spec.verification.reports import Report
+from aeros.spec.verification.verify import Detail
+from aeros.spec.verification.verify import verify as verify_modules
 
 __all__ = [
     "Action",
@@ -77,7 +77,7 @@ def check_conformance(subject: Subject) -> tuple[str, ...]:
     Example:
         >>> from aeros.sim.conformance.suite import Subject
         >>> from aeros.sim.kinematic.plant import make_plant
-        >>> from aeros.sim.limits import QDD_MAX
+        >>> from aeros.sim.robot.limits import QDD_MAX
         >>> subject = Subject(
         ...     make=lambda: make_plant("bare", 0),
         ...     moving=aeros.act("move_tool", target=(0.5, -0.35, 0.25), yaw=0.5, speed=0.5),

@@ -1,7 +1,7 @@
 """Forward kinematics of a chain of revolute joints, for one posture, in plain numbers.
 
 The one scalar definition: the gate bounds motions with it, and simulators place their robot with it.  It
-stands below both, as neither may import the other.  `aeros.sim.kinematics.forward` computes many postures at
+stands below both, as neither may import the other.  `aeros.sim.robot.kinematics.forward` computes many postures at
 once, with NumPy.
 
 Frames: B, the robot's base; a link's frame is that of the joint that moves it, and turns about its z.

@@ -18,13 +18,13 @@ from pathlib import Path
 from typing import Any
 
 from aeros.spec.closed_loop import transition_system
-from aeros.spec.closed_loop.exploration import Exploration, explore
-from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.closed_loop.reachability import Exploration, explore
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
-from aeros.spec.folders import reference_site
-from aeros.spec.loading import load_ecm, load_site
-from aeros.spec.model import Clause, Ecm, Outcome, PlanningRule, Site, Task
+from aeros.spec.model.model import Clause, Ecm, Outcome, PlanningRule, Site, Task
+from aeros.spec.text.discovery import reference_site
 from benchmarks.command import parser_of, print_json
 
 _TEMPLATE = Path(__file__).parents[1] / "ecms" / "clean_table"

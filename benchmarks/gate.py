@@ -19,13 +19,13 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from aeros.runtime.decision import Caller, Verdict
-from aeros.runtime.gate import CompiledGate, GateMode
+from aeros.runtime.gate.decision import Caller, Verdict
+from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import Reading
 from aeros.skill import Action
 from benchmarks.command import parser_of, print_json
-from benchmarks.gate_peers import PEERS
 from benchmarks.gate_policy import NOW, Asked, careful, configuration, naive, requests
+from benchmarks.other_engines import PEERS
 
 Call = Callable[[], bool]
 HAND_WRITTEN = "by hand, checked"

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from aeros.runtime.configuration import Configuration
+from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.proving import prove
 
 NOW = 100.0

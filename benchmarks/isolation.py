@@ -9,12 +9,12 @@ import statistics
 import time
 
 from aeros.runtime.isolation.isolated_run import IsolatedRun
-from aeros.runtime.isolation.lockdown import PUT_ON, Layer
-from aeros.runtime.isolation.nursery import Nursery
-from aeros.runtime.skill_code import execute_skill
-from aeros.runtime.skill_run import SkillRun
-from aeros.runtime.skills import CertifiedCode
-from aeros.spec.obligations.skill_reach import HARMLESS
+from aeros.runtime.isolation.layers import PUT_ON, Layer
+from aeros.runtime.isolation.zygote_pool import Nursery
+from aeros.runtime.skills.contract import execute_skill
+from aeros.runtime.skills.in_process_run import SkillRun
+from aeros.runtime.skills.load import CertifiedCode
+from aeros.spec.obligations.forbidden_access import HARMLESS
 
 ACTIONS = 500
 CODE = f"""

@@ -24,10 +24,10 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from aeros.runtime.history import Histories
+from aeros.runtime.monitor.history import Histories
 from aeros.runtime.ports import Reading, Readings
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.loading import load_site
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
 from benchmarks.command import parser_of, print_json
 
 _OPERATORS = ("historically", "once")

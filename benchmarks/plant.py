@@ -35,28 +35,28 @@ from multiprocessing.synchronize import Barrier
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from aeros.agent.loop import awake
-from aeros.agent.memory import Memory
-from aeros.runtime.audit import AuditLog
-from aeros.runtime.configuration import Configuration
-from aeros.runtime.gate import CompiledGate
-from aeros.runtime.monitor import Monitors
+from aeros.agent.agent import awake
+from aeros.agent.memory.store import Memory
+from aeros.runtime.audit.log import AuditLog
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.gate import CompiledGate
+from aeros.runtime.monitor.monitor import Monitors
+from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.runtime.ports import Plant
 from aeros.runtime.proving import prove
-from aeros.runtime.skill_run import SkillRun, run_in_process
-from aeros.runtime.told_decisions import DecisionTeller
-from aeros.runtime.trajectory import MotionDecider
+from aeros.runtime.records.encode_decisions import DecisionTeller
+from aeros.runtime.skills.in_process_run import SkillRun, run_in_process
 from aeros.session.assembly import build_executor
-from aeros.sim.panda import Panda
-from aeros.sim.people import People, Person, Waypoint
+from aeros.sim.bullet.panda import Panda
+from aeros.sim.bullet.people import People, Person, Waypoint
+from aeros.sim.bullet.world import World
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.scenes import SCENES
-from aeros.sim.ticking import TickingPlant
-from aeros.sim.world import World
-from aeros.spec.folders import reference_site
+from aeros.sim.ticked_plant import TickingPlant
+from aeros.spec.text.discovery import reference_site
 from benchmarks.command import parser_of, print_json
 from benchmarks.plant_replay import Call, Noting, Tape, ask_again, places, play, taped
-from benchmarks.shares import Part, told_apart
+from benchmarks.profiler import Part, told_apart
 
 _TASKS: Final = {
     "make_dumplings": "make dumplings",

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import Any, Final
 
 from aeros.runtime.ports import Completion, Monitor, Motion, Plan, Plant, Readings
-from aeros.sim.bullet import bullet
+from aeros.sim.bullet.client import bullet
 from aeros.sim.physics import PhysicsPlant
 from aeros.skill import Action
 

@@ -11,7 +11,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Final
 
-from aeros.experiments.premises import Where, premises_of
+from aeros.experiments.inputs import Where, premises_of
 from aeros.experiments.trials.kill_logs import PLANTS
 from aeros.experiments.trials.kills import VICTIMS, Trial, lasts, trial_of
 from benchmarks.command import parser_of, print_json

@@ -24,21 +24,21 @@ from multiprocessing.synchronize import Barrier
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from aeros.agent.loop import awake_once
-from aeros.agent.memory import Memory
-from aeros.runtime.audit import AuditLog
-from aeros.runtime.configuration import Configuration
-from aeros.runtime.gate import CompiledGate
-from aeros.runtime.monitor import Monitors
+from aeros.agent.agent import awake_once
+from aeros.agent.memory.store import Memory
+from aeros.runtime.audit.log import AuditLog
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.gate import CompiledGate
+from aeros.runtime.monitor.monitor import Monitors
 from aeros.runtime.proving import prove
-from aeros.runtime.skill_run import RunsOfKeptCode, SkillRun
-from aeros.runtime.told_decisions import DecisionTeller
+from aeros.runtime.records.encode_decisions import DecisionTeller
+from aeros.runtime.skills.in_process_run import RunsOfKeptCode, SkillRun
 from aeros.session.assembly import build_executor
-from aeros.sim.symbolic import SymbolicPlant
-from aeros.spec.doubles import as_doubles
-from aeros.spec.folders import reference_site
-from aeros.spec.model import Durability
-from benchmarks.shares import Part, told_apart
+from aeros.sim.symbolic.plant import SymbolicPlant
+from aeros.spec.expr.doubles import as_doubles
+from aeros.spec.model.model import Durability
+from aeros.spec.text.discovery import reference_site
+from benchmarks.profiler import Part, told_apart
 
 _TASK: Final = "make_dumplings"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from aeros.spec.errors import UserError
+from aeros.spec.diagnostics.errors import UserError
 
 
 class RefusedError(UserError):

@@ -20,7 +20,7 @@ from pathlib import Path
 from uuid import UUID, uuid4
 
 from aeros.agent.errors import RefusedError
-from aeros.durable import replace_file, try_lock
+from aeros.files import replace_file, try_lock
 from aeros.spec.migrations.format import FormatVersionError
 from aeros.spec.migrations.formats import IDENTITY
 

@@ -8,10 +8,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from aeros.cli.exit_codes import EXIT_CODES
+from aeros.exit_codes import EXIT_CODES
 
 if TYPE_CHECKING:
-    from aeros.spec.agreement import SecondSolver
+    from aeros.spec.verification.second_solver import SecondSolver
 
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
@@ -67,7 +67,7 @@ def second_solver(text: str) -> SecondSolver:
     if text != "cvc5":
         raise argparse.ArgumentTypeError("expected `cvc5`")
     try:
-        from aeros.spec.backends.second import Cvc5
+        from aeros.spec.backends.cvc5_solver import Cvc5
     except ImportError as error:
         raise argparse.ArgumentTypeError("cvc5 is not here: pip install 'aeros[cvc5]'") from error
     return Cvc5()

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from aeros.cli.arguments import UsageError
-from aeros.durable import replace_file
+from aeros.files import replace_file
 from aeros.spec.migrations.format import FormatVersionError
 from aeros.spec.migrations.formats import LATEST_RUN
 

@@ -14,9 +14,9 @@ from typing import Final
 
 import aeros
 from aeros.cli.arguments import UsageError
-from aeros.cli.exit_codes import EXIT_CODES, Exit
-from aeros.spec.errors import UndecidedError, UserError
-from aeros.spec.render import render_all, safe
+from aeros.exit_codes import EXIT_CODES, Exit
+from aeros.spec.diagnostics.errors import UndecidedError, UserError
+from aeros.spec.diagnostics.render import render_all, safe
 
 _COMMANDS = {
     "verify": "prove modules safe under a site's policy",

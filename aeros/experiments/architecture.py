@@ -23,14 +23,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Protocol, runtime_checkable
 
-from aeros.agent.graph import Step
-from aeros.agent.routing import Routed
-from aeros.agent.supervisor import Judgement
-from aeros.agent.world import World
+from aeros.agent.execution.supervisor import Judgement
+from aeros.agent.planning.routing import Routed
+from aeros.agent.planning.task_graph import Step
+from aeros.agent.world.world import World
 from aeros.runtime.ports import Runtime
-from aeros.spec.closed_loop.chain import Prediction
-from aeros.spec.errors import MisuseError
-from aeros.spec.model import Ecm, Site, Task
+from aeros.spec.closed_loop.markov_chain import Prediction
+from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.model.model import Ecm, Site, Task
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +112,7 @@ class Predicting(Protocol):
 
 
 SHIPPED: Final[Mapping[str, str]] = {
-    "aeros": "aeros.experiments.architectures.shipped_agent:ShippedAgent",
+    "aeros": "aeros.experiments.architectures.aeros_agent:ShippedAgent",
     "behaviour_tree": "aeros.experiments.architectures.behaviour_tree:BehaviourTree",
     "flat": "aeros.experiments.architectures.flat:FlatPipeline",
     "progprompt": "aeros.experiments.architectures.progprompt:ProgPrompt",

@@ -13,9 +13,9 @@ from typing import Any, Final
 
 from aeros.experiments.architecture import SHIPPED, class_of
 from aeros.experiments.condition import Condition
-from aeros.experiments.premises import digest_of_files
-from aeros.spec.diagnostics import did_you_mean
-from aeros.spec.errors import MisuseError
+from aeros.experiments.inputs import digest_of_files
+from aeros.spec.diagnostics.codes import did_you_mean
+from aeros.spec.diagnostics.errors import MisuseError
 
 _DATA: Final = Path(__file__).parent / "data"
 

@@ -8,8 +8,8 @@ from contextlib import contextmanager
 
 from distributed import Client
 
-from aeros.spec.diagnostics import Diagnostic
-from aeros.spec.errors import UserError
+from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.diagnostics.errors import UserError
 
 
 @contextmanager

@@ -9,12 +9,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 
-from aeros.runtime.beside import Begun
-from aeros.runtime.configuration import Configuration
-from aeros.runtime.decision import Caller, Decision, Verdict
-from aeros.runtime.gate_port import Gate
+from aeros.runtime.gate.compiled.rules import Watched
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.decision import Caller, Decision, Verdict
+from aeros.runtime.gate.joint_rules import Begun
+from aeros.runtime.gate.port import Gate
 from aeros.runtime.ports import Readings
-from aeros.runtime.watched import Watched
 from aeros.skill import Action
 
 

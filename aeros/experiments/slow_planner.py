@@ -5,11 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 
-from aeros.agent.graph import Step, TaskGraph
-from aeros.agent.planner import RulePlanner
-from aeros.agent.routing import Routed
-from aeros.agent.world import World
-from aeros.spec.model import Ecm
+from aeros.agent.planning.base import RulePlanner
+from aeros.agent.planning.routing import Routed
+from aeros.agent.planning.task_graph import Step, TaskGraph
+from aeros.agent.world.world import World
+from aeros.spec.model.model import Ecm
 
 
 class SlowPlanner:

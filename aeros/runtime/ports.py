@@ -13,10 +13,10 @@ from math import inf
 from typing import Any, Final, NamedTuple, NewType, Protocol
 
 from aeros.skill import Action
-from aeros.spec.cause import Cause
-from aeros.spec.certificate import Certificate
-from aeros.spec.errors import MisuseError
-from aeros.spec.model import Ecm, Site
+from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.model.cause import Cause
+from aeros.spec.model.model import Ecm, Site
+from aeros.spec.verification.certificate import Certificate
 
 
 class Reading(NamedTuple):

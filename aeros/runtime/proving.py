@@ -7,16 +7,16 @@ from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import Protocol
 
-from aeros.runtime.configuration import Configuration, configure
-from aeros.spec.backends.store import default_store
-from aeros.spec.certificate import Certificate, certificate_for, check_lock
-from aeros.spec.diagnostics import Diagnostic, Diagnostics
-from aeros.spec.errors import UndecidedError, UserError
-from aeros.spec.loading import load_ecm, load_site
-from aeros.spec.model import Block, Ecm, Site
-from aeros.spec.reports import Report, SubjectReport
-from aeros.spec.verdicts import Conclusion
-from aeros.spec.verify import Detail, verify
+from aeros.runtime.gate.configuration import Configuration, configure
+from aeros.spec.backends.answer_store import default_store
+from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
+from aeros.spec.diagnostics.errors import UndecidedError, UserError
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.model import Block, Ecm, Site
+from aeros.spec.obligations.verdicts import Conclusion
+from aeros.spec.verification.certificate import Certificate, certificate_for, check_lock
+from aeros.spec.verification.reports import Report, SubjectReport
+from aeros.spec.verification.verify import Detail, verify
 
 
 class Prove(Protocol):

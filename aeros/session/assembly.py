@@ -18,23 +18,23 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, NamedTuple, TextIO
 
-from aeros.agent.journal import Event, Observer
-from aeros.agent.loop import Agent, awake, awake_once
-from aeros.agent.planner import Planner
-from aeros.runtime.audit import AuditLog
-from aeros.runtime.audit_checkpoints import Signing
+from aeros.agent.agent import Agent, awake, awake_once
+from aeros.agent.execution.journal import Event, Observer
+from aeros.agent.planning.base import Planner
+from aeros.runtime.audit.checkpoints import Signing
+from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.bus.feed import Feed
-from aeros.runtime.bus.samples import FILE as SAMPLES
-from aeros.runtime.bus.samples import Samples
-from aeros.runtime.bus.watched_plant import Listener, WatchedPlant
-from aeros.runtime.configuration import Configuration
+from aeros.runtime.bus.listened_plant import Listener, WatchedPlant
+from aeros.runtime.bus.sample_file import FILE as SAMPLES
+from aeros.runtime.bus.sample_file import Samples
 from aeros.runtime.execution.executor import Executor
-from aeros.runtime.gate import CompiledGate, GateMode
-from aeros.runtime.gate_port import Gate
-from aeros.runtime.governor import Governor
-from aeros.runtime.isolation.opening import SkillRuns
+from aeros.runtime.execution.governor import Governor
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.gate import CompiledGate, GateMode
+from aeros.runtime.gate.port import Gate
+from aeros.runtime.isolation.run_factory import SkillRuns
 from aeros.runtime.ports import Plant
-from aeros.runtime.skill_run import OpenRun
+from aeros.runtime.skills.in_process_run import OpenRun
 from aeros.session.bag import open_bag
 from aeros.session.setup import open_isolated_skills
 from aeros.session.trace import TRACE, TraceWriter

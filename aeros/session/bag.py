@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from aeros.runtime.bus.feed import Feed
-from aeros.spec.model import Site
+from aeros.spec.model.model import Site
 
 _NOUN: Final = {"--bag": "folder", "--mcap": "file"}
 

@@ -8,18 +8,18 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal, get_args
 
-from aeros.runtime.configuration import Configuration
+from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Plant
 from aeros.sim.hosting.remote import RemotePlant
-from aeros.spec.doubles import as_doubles
-from aeros.spec.model import Task
+from aeros.spec.expr.doubles import as_doubles
+from aeros.spec.model.model import Task
 
 if TYPE_CHECKING:
-    from aeros.sim.bodies import Body
+    from aeros.sim.bullet.bodies import Body
+    from aeros.sim.bullet.people import Person
+    from aeros.sim.faults.faults_file import Surroundings
     from aeros.sim.faults.injector import Happening
     from aeros.sim.faults.model import Fault
-    from aeros.sim.faults.reading import Surroundings
-    from aeros.sim.people import Person
     from aeros.sim.physics import Spectator
     from aeros.sim.scenes.scene import Scene
 
@@ -56,7 +56,7 @@ def load_people(plant: str, name_or_path: str | None) -> tuple[Person, ...]:
     if plant != "physics":
         raise PlantSetupError(f"`--person` needs the physics plant: the {plant} plant has no people")
     with _physics_import_errors():
-        from aeros.sim.people_file import read_people
+        from aeros.sim.bullet.people_file import read_people
     return read_people(name_or_path)
 
 
@@ -82,14 +82,14 @@ def load_faults(
             f"`--faults` needs the physics plant: what goes wrong on the {plant} plant are declared outcomes"
         )
     with _physics_import_errors():
-        from aeros.sim.faults.reading import read_faults
+        from aeros.sim.faults.faults_file import read_faults
     _, scene = _unbuilt_scene(task.scene)
     return read_faults(name_or_path, surroundings_of(configuration, scene))
 
 
 def surroundings_of(configuration: Configuration, scene: Scene) -> Surroundings:
     """Collect what a faults file may name: state variables, skills as `MODULE.SKILL`, things and cameras."""
-    from aeros.sim.faults.reading import Surroundings
+    from aeros.sim.faults.faults_file import Surroundings
 
     skills = [f"{ecm.id}.{skill}" for ecm in configuration.modules.values() for skill in ecm.skills]
     return Surroundings(configuration.site.state, skills, scene.things, scene.cameras)
@@ -115,8 +115,8 @@ def load_bodies(plant: str, name_or_path: str | None, task: Task, seed: int) -> 
             f"`--scene` needs the physics plant: on the {plant} plant nothing is in the way"
         )
     with _physics_import_errors():
+        from aeros.sim.bullet.scene_file import read_bodies
         from aeros.sim.physics import make_plant
-        from aeros.sim.scene_file import read_bodies
     known, _ = _unbuilt_scene(task.scene)
     bodies = read_bodies(name_or_path)
     make_plant(known, seed, bodies=bodies).close()
@@ -131,7 +131,7 @@ def open_video(plant: str, path: Path) -> Spectator:
     """
     _require_physics("--record", plant)
     with _physics_import_errors():
-        from aeros.sim.video import FilmError, Recorder
+        from aeros.sim.bullet.video import FilmError, Recorder
     try:
         return Recorder(path)
     except FilmError as refusal:
@@ -146,7 +146,7 @@ def open_viewer(plant: str) -> Spectator:
     """
     _require_physics("--view", plant)
     with _physics_import_errors():
-        from aeros.sim.window import Window, WindowError
+        from aeros.sim.bullet.window import Window, WindowError
     try:
         return Window()
     except WindowError as refusal:
@@ -227,7 +227,7 @@ def connect_plant(path: Path) -> RemotePlant:
 
 
 def _build_symbolic(configuration: Configuration, task: Task, seed: int) -> Plant:
-    from aeros.sim.symbolic import SymbolicPlant
+    from aeros.sim.symbolic.plant import SymbolicPlant
 
     return SymbolicPlant(configuration.site, configuration.modules, seed, as_doubles(task.initial))
 

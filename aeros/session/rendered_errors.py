@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from aeros.spec.errors import UserError
-from aeros.spec.render import render_all
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.diagnostics.render import render_all
 
 
 @contextmanager

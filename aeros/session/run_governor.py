@@ -9,8 +9,8 @@ from contextlib import AbstractContextManager
 from types import FrameType
 from typing import Final, Self
 
-from aeros.runtime.configuration import Configuration
-from aeros.runtime.governor import Command, Governor
+from aeros.runtime.execution.governor import Command, Governor
+from aeros.runtime.gate.configuration import Configuration
 from aeros.session.sd_notify import Notifier
 
 _STDERR: Final = 2

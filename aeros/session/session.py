@@ -12,12 +12,12 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import get_args
 
-from aeros.agent.journal import Event, Observer
-from aeros.agent.planner import Planner
-from aeros.agent.report import RunReport
-from aeros.agent.routing import route
-from aeros.runtime.gate import GateMode
-from aeros.runtime.governor import Fixed, Governor
+from aeros.agent.execution.journal import Event, Observer
+from aeros.agent.execution.report import RunReport
+from aeros.agent.planning.base import Planner
+from aeros.agent.planning.routing import route
+from aeros.runtime.execution.governor import Fixed, Governor
+from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.ports import Plant
 from aeros.runtime.proving import prove
 from aeros.session.assembly import AgentSession, SessionSetup, open_agent, open_recorded_plant
@@ -27,11 +27,11 @@ from aeros.session.robot_thread import RobotThread
 from aeros.session.run_governor import RunGovernor
 from aeros.session.setup import create_output_folder, open_governor
 from aeros.session.skill_gate import GateModeName
-from aeros.spec.diagnostics import did_you_mean
-from aeros.spec.errors import MisuseError
-from aeros.spec.folders import reference_site
-from aeros.spec.model import Task
-from aeros.spec.reports import Report
+from aeros.spec.diagnostics.codes import did_you_mean
+from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.model.model import Task
+from aeros.spec.text.discovery import reference_site
+from aeros.spec.verification.reports import Report
 
 
 class Session:

@@ -9,21 +9,21 @@ from pathlib import Path
 from typing import Final
 
 from aeros.agent.errors import RefusedError
-from aeros.agent.routing import Routed, route
-from aeros.runtime.audit import AuditError
-from aeros.runtime.audit_checkpoints import AnchorError, Signing
-from aeros.runtime.audit_keys import KeyRefusedError, read_signing_key
-from aeros.runtime.configuration import Configuration
-from aeros.runtime.isolation.opening import SkillRuns
+from aeros.agent.planning.routing import Routed, route
+from aeros.runtime.audit.checkpoints import AnchorError, Signing
+from aeros.runtime.audit.keys import KeyRefusedError, read_signing_key
+from aeros.runtime.audit.log import AuditError
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.isolation.run_factory import SkillRuns
 from aeros.runtime.proving import prove
-from aeros.runtime.registry.governing import Governing, Steered
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.skill_code import SkillRefusedError
+from aeros.runtime.registry.registry_governor import Governing, Steered
+from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.session.bag import BagOutputError
 from aeros.session.plant_factory import PlantSetupError
-from aeros.spec.folders import reference_site
-from aeros.spec.model import Ecm
-from aeros.spec.reports import Report
+from aeros.spec.model.model import Ecm
+from aeros.spec.text.discovery import reference_site
+from aeros.spec.verification.reports import Report
 
 SETUP_ERRORS: Final = (
     RefusedError,

@@ -7,17 +7,17 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
-from aeros.runtime.configuration import Configuration
-from aeros.runtime.decision import Caller, Decision
-from aeros.runtime.gate import CompiledGate, GateMode
-from aeros.runtime.gate_port import Gate
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.decision import Caller, Decision
+from aeros.runtime.gate.gate import CompiledGate, GateMode
+from aeros.runtime.gate.port import Gate
 from aeros.runtime.ports import Reading
 from aeros.runtime.proving import prove
 from aeros.session.rendered_errors import rendered_errors
 from aeros.skill import Action, Observation
-from aeros.spec.diagnostics import did_you_mean
-from aeros.spec.errors import MisuseError
-from aeros.spec.folders import reference_site
+from aeros.spec.diagnostics.codes import did_you_mean
+from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.text.discovery import reference_site
 
 GateModeName = Literal["compiled", "z3", "shadow"]
 

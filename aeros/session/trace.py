@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 from typing import Final, Self, TextIO
 
-from aeros.agent.journal import Event
-from aeros.spec.render import safe
+from aeros.agent.execution.journal import Event
+from aeros.spec.diagnostics.render import safe
 
 TRACE: Final = "trace.jsonl"
 """Its name in the folder of a run."""

@@ -11,18 +11,18 @@ from contextlib import ExitStack
 from typing import Any, Final, NamedTuple, Protocol, TypedDict, Unpack
 
 from aeros.runtime.ports import Readings
-from aeros.sim.bodies import Body, place, refuse_overlaps
+from aeros.sim.bullet.bodies import Body, place, refuse_overlaps
+from aeros.sim.bullet.panda import Panda
+from aeros.sim.bullet.people import People, Person
+from aeros.sim.bullet.world import World
 from aeros.sim.geometry import Camera, Triple
-from aeros.sim.motions import BlockedError
-from aeros.sim.panda import Panda
-from aeros.sim.people import People, Person
 from aeros.sim.randomness import Chance
+from aeros.sim.robot.motions import BlockedError
 from aeros.sim.scenes import SCENES
 from aeros.sim.scenes.scene import Scene, Through, as_it_is
-from aeros.sim.sensing import SCANNER_RANGE, SensorModel, Sensors, Truth
-from aeros.sim.ticking import LOOK_TICKS, TickingPlant
-from aeros.sim.world import World
-from aeros.spec.errors import UserError
+from aeros.sim.sensors import SCANNER_RANGE, SensorModel, Sensors, Truth
+from aeros.sim.ticked_plant import LOOK_TICKS, TickingPlant
+from aeros.spec.diagnostics.errors import UserError
 
 _BLOCKED: Final = 0.05
 """Distance of a joint from its set point that no unhindered motion shows (0.005 seen at most), rad."""

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import aeros
-from aeros.spec.diagnostics import Diagnostic, did_you_mean
-from aeros.spec.errors import UserError
+from aeros.spec.diagnostics.codes import Diagnostic, did_you_mean
+from aeros.spec.diagnostics.errors import UserError
 
 
 def shipped_files(folder: str) -> dict[str, Path]:

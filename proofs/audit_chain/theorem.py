@@ -7,15 +7,15 @@ from contextlib import nullcontext
 from types import SimpleNamespace
 from typing import Any, Final
 
-from aeros.runtime.audit_check import AuditReport, DecisionCounts
-from aeros.spec.errors import InternalError
-from aeros.spec.theorems.exploring import Ask, Diagram, Symbol, explore
-from aeros.spec.theorems.formulas import application, conjunction, literal
-from aeros.spec.theorems.shipped import Code, Mutant, put_in_place
+from aeros.runtime.audit.check import AuditReport, DecisionCounts
+from aeros.spec.diagnostics.errors import InternalError
+from aeros.spec.theorems.module_copies import Code, Mutant, put_in_place
+from aeros.spec.theorems.smtlib import application, conjunction, literal
+from aeros.spec.theorems.symbolic_execution import Ask, Diagram, Symbol, explore
 from aeros.spec.theorems.theorem import Obligation, Table, Theorem
 
-CHECK: Final = "aeros.runtime.audit_check"
-CHECKPOINTS: Final = "aeros.runtime.audit_checkpoints"
+CHECK: Final = "aeros.runtime.audit.check"
+CHECKPOINTS: Final = "aeros.runtime.audit.checkpoints"
 
 
 def _constants(sort: str, names: Iterable[str]) -> tuple[str, ...]:

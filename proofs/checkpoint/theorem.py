@@ -7,20 +7,20 @@ from math import inf
 from types import SimpleNamespace
 from typing import Any, Final
 
-from aeros.agent.graph import Step
+from aeros.agent.planning.task_graph import Step
 from aeros.runtime.ports import Ended, Head, Said, StepRequest, StepResult, StepStatus
-from aeros.spec.theorems.formulas import conjunction, disjunction
-from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.theorems.module_copies import Code, Mutant
+from aeros.spec.theorems.smtlib import conjunction, disjunction
 from aeros.spec.theorems.theorem import Obligation, Theorem
-from proofs.protocol import Do, Program, Way, changed, later, program, variables
+from proofs.lib.process_model import Do, Program, Way, changed, later, program, variables
 
-ATTEMPT: Final = "aeros.agent.attempt"
-BARS: Final = "aeros.agent.bars"
-CHECKPOINT: Final = "aeros.agent.checkpoint"
-ENGINE: Final = "aeros.agent.engine"
-PROGRESS: Final = "aeros.agent.progress"
-PURSUIT: Final = "aeros.agent.pursuit"
-RECOVERY: Final = "aeros.agent.recovery"
+ATTEMPT: Final = "aeros.agent.execution.step_attempt"
+BARS: Final = "aeros.agent.execution.uncertain_steps"
+CHECKPOINT: Final = "aeros.agent.recovery.checkpoint"
+ENGINE: Final = "aeros.agent.execution.plan_executor"
+PROGRESS: Final = "aeros.agent.execution.progress"
+PURSUIT: Final = "aeros.agent.task_loop"
+RECOVERY: Final = "aeros.agent.recovery.recover"
 
 _TRIED: Final = {"fresh": 0, "begun": 1, "done": 2, "failed": 3}
 _TOLD: Final = {"nothing": 0, "began": 1, "ended": 2}

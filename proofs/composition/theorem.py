@@ -7,22 +7,22 @@ from itertools import product
 from types import SimpleNamespace
 from typing import Any, Final, cast
 
-from aeros.runtime.decision import Decision, Reason, Verdict
+from aeros.runtime.gate.decision import Decision, Reason, Verdict
 from aeros.skill import Action
-from aeros.spec.composition import Step
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
-from aeros.spec.model import Declared
-from aeros.spec.parts import If, Par, Seq
-from aeros.spec.theorems.exploring import Ask, explore
-from aeros.spec.theorems.formulas import application, conjunction, implication, literal
-from aeros.spec.theorems.shipped import Code, Mutant, put_in_place
+from aeros.spec.model.composition import Step
+from aeros.spec.model.model import Declared
+from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.theorems.module_copies import Code, Mutant, put_in_place
+from aeros.spec.theorems.smtlib import application, conjunction, implication, literal
+from aeros.spec.theorems.symbolic_execution import Ask, explore
 from aeros.spec.theorems.theorem import Obligation, Table, Theorem
-from proofs.moving import CLEAN_UP, SCHEDULER, STEP, tells_all
+from proofs.lib.executor_motions import CLEAN_UP, SCHEDULER, STEP, tells_all
 
-BESIDE: Final = "aeros.runtime.beside"
-DECIDING: Final = "aeros.runtime.deciding"
-GATE: Final = "aeros.runtime.gate"
+BESIDE: Final = "aeros.runtime.gate.joint_rules"
+DECIDING: Final = "aeros.runtime.execution.decision_pipeline"
+GATE: Final = "aeros.runtime.gate.gate"
 JOINT: Final = "aeros.spec.obligations.joint"
 PARALLEL: Final = "aeros.spec.obligations.parallel"
 

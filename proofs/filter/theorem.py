@@ -8,16 +8,16 @@ from fractions import Fraction
 from functools import partial
 from typing import Any, Final, cast
 
-from aeros.spec.doubles import neighbours
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.doubles import neighbours
 from aeros.spec.expr.types import RealType
-from aeros.spec.theorems.exploring import Ask, Symbol, explore
-from aeros.spec.theorems.formulas import literal
-from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.expr.units import NUMBER
+from aeros.spec.theorems.module_copies import Code, Mutant
+from aeros.spec.theorems.smtlib import literal
+from aeros.spec.theorems.symbolic_execution import Ask, Symbol, explore
 from aeros.spec.theorems.theorem import Obligation, Table, Theorem
-from aeros.spec.units import NUMBER
 
-CLOSURE: Final = "aeros.spec.backends.closure"
+CLOSURE: Final = "aeros.spec.backends.compiled"
 
 _U: Final = literal(Fraction(1, 2**53))
 _ETA: Final = literal(Fraction(1, 2**1075))

@@ -6,14 +6,14 @@ from math import inf
 from types import SimpleNamespace
 from typing import Any
 
-from aeros.spec.theorems.exploring import Ask, Symbol, explore
-from aeros.spec.theorems.formulas import application, disjunction
-from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.theorems.module_copies import Code, Mutant
+from aeros.spec.theorems.smtlib import application, disjunction
+from aeros.spec.theorems.symbolic_execution import Ask, Symbol, explore
 from aeros.spec.theorems.theorem import Obligation, Table, Theorem
-from proofs import gate_code as gate
+from proofs.lib import gate_model as gate
 
-ATTENUATION = "aeros.runtime.attenuation"
-DOUBLES = "aeros.spec.doubles"
+ATTENUATION = "aeros.runtime.gate.attenuation"
+DOUBLES = "aeros.spec.expr.doubles"
 
 _PARAMETERS = ("p", "r", "q")
 _RULES = {"rule.a": ("p",), "rule.b": ("p", "r")}

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.theorems.module_copies import Code, Mutant
 from aeros.spec.theorems.theorem import Obligation, Table, Theorem
-from proofs import gate_code as gate
-from proofs import gate_layers as layers
+from proofs.lib import gate_layers as layers
+from proofs.lib import gate_model as gate
 
 _FEWER = gate.Variant(rules=("rule.a",), under="fewer.")
 

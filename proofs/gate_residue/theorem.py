@@ -6,19 +6,19 @@ from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
 
-from aeros.runtime.decision import Reason
-from aeros.spec.errors import InternalError
+from aeros.runtime.gate.decision import Reason
+from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.expr import terms as t
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.theorems.exploring import Ask, Symbol, explore
-from aeros.spec.theorems.formulas import conjunction, literal
-from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.obligations.verdicts import Verdict
+from aeros.spec.theorems.module_copies import Code, Mutant
+from aeros.spec.theorems.smtlib import conjunction, literal
+from aeros.spec.theorems.symbolic_execution import Ask, Symbol, explore
 from aeros.spec.theorems.theorem import Obligation, Table, Theorem
-from aeros.spec.verdicts import Verdict
-from proofs import gate_code as gate
+from proofs.lib import gate_model as gate
 
-CONFIGURATION = "aeros.runtime.configuration"
-REPORTS = "aeros.spec.reports"
+CONFIGURATION = "aeros.runtime.gate.configuration"
+REPORTS = "aeros.spec.verification.reports"
 SAFETY = "aeros.spec.obligations.safety"
 
 _SPECIAL = gate.Variant(compiled=True)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Final
 
-from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.theorems.module_copies import Code, Mutant
 from aeros.spec.theorems.theorem import Obligation, Table, Theorem
-from proofs import gate_code as gate
-from proofs import gate_layers as layers
-from proofs import gate_moments as moments
-from proofs import gate_short_way as short_way
+from proofs.lib import gate_fast_path as short_way
+from proofs.lib import gate_layers as layers
+from proofs.lib import gate_model as gate
+from proofs.lib import gate_snapshots as moments
 
 
 def _decision(code: Code) -> Obligation:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.theorems.module_copies import Code, Mutant
 from aeros.spec.theorems.theorem import Obligation, Table, Theorem
-from proofs import gate_code as gate
-from proofs import gate_forms as forms
+from proofs.lib import gate_model as gate
+from proofs.lib import gate_validation as forms
 
 
 def _decision(code: Code) -> Obligation:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from aeros.spec.theorems.shipped import Mutant
+from aeros.spec.theorems.module_copies import Mutant
 from aeros.spec.theorems.theorem import Theorem
-from proofs.changing import GOVERNING, changing_obligations
-from proofs.lifecycle_executor import GOVERNOR, STEP_CONTROL, executor_obligations
-from proofs.lifecycle_table import LIFECYCLE, PROVING, table_obligations
-from proofs.lifecycle_transaction import transaction_obligations
-from proofs.revocation import LIVE, RECORDS, REGISTRY, revocation_obligations
+from proofs.lib.lifecycle_executor import GOVERNOR, STEP_CONTROL, executor_obligations
+from proofs.lib.lifecycle_table import LIFECYCLE, PROVING, table_obligations
+from proofs.lib.lifecycle_transaction import transaction_obligations
+from proofs.lib.registry_changes import GOVERNING, changing_obligations
+from proofs.lib.revocation import LIVE, RECORDS, REGISTRY, revocation_obligations
 
 THEOREM = Theorem(
     "only skills of active modules are dispatched, and nothing revoked moves once a change has returned",

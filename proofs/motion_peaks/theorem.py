@@ -8,15 +8,15 @@ from functools import partial
 from itertools import zip_longest
 from typing import Any, Final
 
-from aeros.spec.theorems.exploring import Ask, explore
-from aeros.spec.theorems.formulas import literal
-from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.theorems.module_copies import Code, Mutant
+from aeros.spec.theorems.smtlib import literal
+from aeros.spec.theorems.symbolic_execution import Ask, explore
 from aeros.spec.theorems.theorem import Obligation, Table, Theorem
-from proofs.reals import POLYNOMIALS, SIZE, Real, largest
+from proofs.lib.symbolic_reals import POLYNOMIALS, SIZE, Real, largest
 
-PEAKS: Final = "aeros.runtime.peaks"
-BEZIER: Final = "aeros.runtime.bezier"
-PROFILE: Final = "aeros.sim.profile"
+PEAKS: Final = "aeros.runtime.motion.kinematic_bounds"
+BEZIER: Final = "aeros.runtime.motion.bezier"
+PROFILE: Final = "aeros.sim.robot.profile"
 
 # The profile, whatever is moved and however long it takes.
 

@@ -9,13 +9,13 @@ from functools import partial
 from typing import Final
 
 from aeros.spec.expr import terms as t
-from aeros.spec.theorems.formulas import conjunction, disjunction, implication, literal
-from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.theorems.module_copies import Code, Mutant
+from aeros.spec.theorems.smtlib import conjunction, disjunction, implication, literal
 from aeros.spec.theorems.theorem import Obligation, Table, Theorem
-from proofs import monitors, windows
+from proofs.lib import past_time_monitors, time_windows
 
-_A, _B = (monitors.past_term(name) for name in "ab")
-_WINDOW: Final = monitors.WINDOW
+_A, _B = (past_time_monitors.past_term(name) for name in "ab")
+_WINDOW: Final = past_time_monitors.WINDOW
 
 # The reference, moment by moment.
 
@@ -32,7 +32,7 @@ def _looks_back(within: Fraction | None, code: Code) -> Obligation:
         "earlier moments have it so; and it is no longer ago than the window.",
         _LOOKED_AT,
         f"(= found (and is-one {soon} (or b.held (and a.held earlier))))",
-        tables=(Table("found", "Bool", monitors.explore_reference(code, t.Since(_A, _B, within))),),
+        tables=(Table("found", "Bool", past_time_monitors.explore_reference(code, t.Since(_A, _B, within))),),
     )
 
 
@@ -41,7 +41,9 @@ def _counts_each(code: Code) -> Obligation:
         "`evaluate` of `count within` counts each moment of the window at which its operand holds, once.",
         _LOOKED_AT,
         f"(= found (ite (and a.held (<= (- present at) {literal(_WINDOW)})) 1 0))",
-        tables=(Table("found", "Int", monitors.explore_reference(code, t.Occurrences(_A, _WINDOW))),),
+        tables=(
+            Table("found", "Int", past_time_monitors.explore_reference(code, t.Occurrences(_A, _WINDOW))),
+        ),
     )
 
 
@@ -50,7 +52,7 @@ def _is_of_before(code: Code) -> Obligation:
         "`evaluate` of `previously a` is a at the moment before; false at the first.",
         _LOOKED_AT,
         "(= found (and has-before a.held))",
-        tables=(Table("found", "Bool", monitors.explore_reference(code, t.Previously(_A))),),
+        tables=(Table("found", "Bool", past_time_monitors.explore_reference(code, t.Previously(_A))),),
     )
 
 
@@ -171,7 +173,7 @@ def _since(since: _Since, code: Code) -> Obligation:
     return Obligation(
         "A look: where what was kept told of the reference, now and at any later time, it does so again,\n"
         "whatever was missed; what is said of now is so; and where all was measured, it is known.",
-        (*monitors.TIMES, *monitors.kept_by(t.Since), *_HELD, *since.definitions()),
+        (*past_time_monitors.TIMES, *past_time_monitors.kept_by(t.Since), *_HELD, *since.definitions()),
         f"(ite {_CLOCK}"
         " (and (in-order after) (= (latest after) now)"
         " (tells after (looked missed.now now) now) (tells after (looked missed.later later) later)"
@@ -181,7 +183,7 @@ def _since(since: _Since, code: Code) -> Obligation:
         " (and (= (surely after) (maybe after)) (not (= (told after) unknown)))))"
         " (and (= (told after) unknown) (= (surely after) (surely before)) (= (maybe after) (maybe before))"
         f" (= (latest after) (latest before)) {look.stopped}))",
-        tables=(Table("after", "Kept", monitors.explore_step(code, since.term)),),
+        tables=(Table("after", "Kept", past_time_monitors.explore_step(code, since.term)),),
         assumptions={
             "in-order": f"(and (in-order before) {_LATER})",
             **{f"tells-{one}": implication(_CLOCK, f"(tells before held.{one} {one})") for one in both},
@@ -204,8 +206,8 @@ def _missed(since: _Since, code: Code) -> Obligation:
         "Of a gap that ends now, `may-be-missed` allows whatever the reference makes of any number of\n"
         "moments in it: of none, and of one more.",
         (
-            *monitors.TIMES,
-            *monitors.kept_by(t.Since),
+            *past_time_monitors.TIMES,
+            *past_time_monitors.kept_by(t.Since),
             *since.definitions(),
             *(f"(declare-const {name} Bool)" for name in ("held", "missed")),
             *(f"(declare-const {name} Real)" for name in ("present", "time", "one-before")),
@@ -230,17 +232,17 @@ def _since_begins(code: Code) -> Obligation:
     since = _SINCE["since"]
     return Obligation(
         "Before the first moment `since` holds of nothing, and nothing was missed.",
-        (*monitors.TIMES, *monitors.kept_by(t.Since), *since.definitions()),
+        (*past_time_monitors.TIMES, *past_time_monitors.kept_by(t.Since), *since.definitions()),
         f"(and (in-order begins) (tells begins false later) {since.look.fresh('begins')})",
-        tables=(Table("begins", "Kept", monitors.explore_beginning(code, since.term)),),
+        tables=(Table("begins", "Kept", past_time_monitors.explore_beginning(code, since.term)),),
     )
 
 
 # `count within`.
 
 _COUNTED: Final = (
-    *monitors.TIMES,
-    *monitors.kept_by(t.Occurrences),
+    *past_time_monitors.TIMES,
+    *past_time_monitors.kept_by(t.Occurrences),
     *(f"(declare-const {what}.{when} Int)" for what in ("happened", "missed") for when in ("now", "later")),
     "(define-fun in-window ((time Real) (present Real)) Int (ite (<= (- present time) window) 1 0))",
     "(define-fun counted ((k Kept) (present Real)) Int"
@@ -273,7 +275,7 @@ def _count(code: Code) -> Obligation:
         " (and (not (= (told after) (- 1))) (= (uncounted after) (uncounted before)))))"
         " (and (= (told after) (- 1)) (tells after happened.later later) (in-order after)"
         f" (= (latest after) (latest before)) {look.stopped}))",
-        tables=(Table("after", "Kept", monitors.explore_step(code, t.Occurrences(_A, _WINDOW))),),
+        tables=(Table("after", "Kept", past_time_monitors.explore_step(code, t.Occurrences(_A, _WINDOW))),),
         assumptions={
             "in-order": f"(and (in-order before) {_LATER})",
             **{f"tells-{one}": f"(tells before happened.{one} {one})" for one in both},
@@ -293,7 +295,9 @@ def _count_begins(code: Code) -> Obligation:
         _COUNTED,
         f"(and (in-order begins) (tells begins 0 later) {_Look(('a',)).fresh('begins')}"
         " (= (uncounted begins) never))",
-        tables=(Table("begins", "Kept", monitors.explore_beginning(code, t.Occurrences(_A, _WINDOW))),),
+        tables=(
+            Table("begins", "Kept", past_time_monitors.explore_beginning(code, t.Occurrences(_A, _WINDOW))),
+        ),
     )
 
 
@@ -306,8 +310,8 @@ def _previously(code: Code) -> Obligation:
         "A look: what is said is a at the moment before, unknown where something was missed; what is kept\n"
         "of this moment is a, where that was measured.",
         (
-            *monitors.TIMES,
-            *monitors.kept_by(t.Previously),
+            *past_time_monitors.TIMES,
+            *past_time_monitors.kept_by(t.Previously),
             *(f"(declare-const {name} Bool)" for name in ("held", "missed")),
         ),
         f"(ite {_CLOCK}"
@@ -318,7 +322,7 @@ def _previously(code: Code) -> Obligation:
         " (not (or (= (told after) unknown) (= (last after) unknown)))))"
         " (and (= (told after) unknown) (= (last after) (last before))"
         f" (= (latest after) (latest before)) {look.stopped}))",
-        tables=(Table("after", "Kept", monitors.explore_step(code, t.Previously(_A))),),
+        tables=(Table("after", "Kept", past_time_monitors.explore_step(code, t.Previously(_A))),),
         assumptions={
             "tells": "(=> (not (= (last before) unknown)) (= (last before) (told-of held)))",
             "missed": f"(=> (not {look.gap}) (= missed held))",
@@ -330,9 +334,9 @@ def _previously(code: Code) -> Obligation:
 def _previously_begins(code: Code) -> Obligation:
     return Obligation(
         "Before the first moment nothing was so, and nothing was missed.",
-        (*monitors.TIMES, *monitors.kept_by(t.Previously)),
+        (*past_time_monitors.TIMES, *past_time_monitors.kept_by(t.Previously)),
         f"(and (= (last begins) no) {_Look(('a',)).fresh('begins')})",
-        tables=(Table("begins", "Kept", monitors.explore_beginning(code, t.Previously(_A))),),
+        tables=(Table("begins", "Kept", past_time_monitors.explore_beginning(code, t.Previously(_A))),),
     )
 
 
@@ -344,13 +348,13 @@ def _recent(length: Fraction, code: Code) -> Obligation:
         f"The code that `_is_recent` writes of {length} s: exactly where a time is that long ago at most;\n"
         "not of what never was.",
         (
-            *windows.TIMES,
+            *time_windows.TIMES,
             "(declare-datatypes ((Which 0)) (((never) (first) (known))))",
             "(declare-const which Which)",
         ),
-        f"(= recent (or (= which first) (and (= which known) (<= {windows.APART} {literal(length)}))))",
-        tables=(Table("recent", "Bool", monitors.explore_recent(code, length)),),
-        assumptions=windows.rounding(length),
+        f"(= recent (or (= which first) (and (= which known) (<= {time_windows.APART} {literal(length)}))))",
+        tables=(Table("recent", "Bool", past_time_monitors.explore_recent(code, length)),),
+        assumptions=time_windows.rounding(length),
     )
 
 
@@ -416,12 +420,12 @@ def _trace(trace: _Trace, code: Code) -> Obligation:
         f"`{trace.text}`, as parser and type checker make it:\n"
         f"along any {trace.moments} measured moments, monitors and `evaluate` say what it means.",
         (
-            *monitors.TOLD,
+            *past_time_monitors.TOLD,
             *(f"(declare-const {time} Real)" for time in times),
             *(f"(declare-const {name}.{number} Bool)" for name in "ab" for number in numbers),
         ),
         f"(= found (told-of {trace.means(trace.moments - 1)}))",
-        tables=(Table("found", "Told", monitors.explore_traces(code, trace.text, trace.moments)),),
+        tables=(Table("found", "Told", past_time_monitors.explore_traces(code, trace.text, trace.moments)),),
         assumptions={"in-order": f"(<= (- 9007199254740992) {' '.join(times)} 9007199254740992)"},
     )
 
@@ -445,7 +449,7 @@ _MADE: dict[str, Callable[[Code], Obligation]] = {
     "count": _count,
     "previously-begins": _previously_begins,
     "previously": _previously,
-    **{f"recent-{name}": partial(_recent, length) for name, length in windows.LENGTHS.items()},
+    **{f"recent-{name}": partial(_recent, length) for name, length in time_windows.LENGTHS.items()},
     **{f"traces-of-{name}": partial(_trace, one) for name, one in _TRACES.items()},
 }
 
@@ -456,91 +460,91 @@ THEOREM = Theorem(
         Mutant(
             "has-an-open-window",
             "since-looks-back",
-            monitors.SEMANTICS,
+            past_time_monitors.SEMANTICS,
             "_age(trace, end) > within:",
             "_age(trace, end) >= within:",
         ),
         Mutant(
             "counts-what-is-longer-ago",
             "count-looks-back",
-            monitors.SEMANTICS,
+            past_time_monitors.SEMANTICS,
             "if _age(looked_at, end) <= within]",
             "if _age(looked_at, end) <= 2 * within]",
         ),
         Mutant(
             "starts-again-only-where-it-is-known-not-to-be-kept",
             "since",
-            monitors.HISTORY,
+            past_time_monitors.HISTORY,
             "if {kept} is not True: surely{number} = -inf",
             "if {kept} is False: surely{number} = -inf",
         ),
         Mutant(
             "takes-what-nobody-measured-for-not-so",
             "once",
-            monitors.HISTORY,
+            past_time_monitors.HISTORY,
             "if {reset} is not False: maybe{number} = exactly",
             "if {reset} is True: maybe{number} = exactly",
         ),
         Mutant(
             "forgets-that-it-is-not-kept-any-more",
             "since-ever",
-            monitors.HISTORY,
+            past_time_monitors.HISTORY,
             'self.line(f"if {kept} is False: maybe{number} = -inf")',
             "pass",
         ),
         Mutant(
             "overlooks-a-gap",
             "once-ever",
-            monitors.HISTORY,
+            past_time_monitors.HISTORY,
             'f"g{number} = p{number} is None or not {spoke_until_now}"',
             'f"g{number} = p{number} is None"',
         ),
         Mutant(
             "has-readings-speak-on-while-there-is-no-time",
             "previously",
-            monitors.HISTORY,
+            past_time_monitors.HISTORY,
             "if p{number} != inf: p{number} = None",
             "pass",
         ),
         Mutant(
             "says-what-is-so-now",
             "previously",
-            monitors.HISTORY,
+            past_time_monitors.HISTORY,
             'self.line(f"if h{number} is not None: known[{one.declared.name!r}] = h{number}")',
             'self.line(f"if last{number} is not None: known[{one.declared.name!r}] = last{number}")',
         ),
         Mutant(
             "keeps-one-time-too-few",
             "count",
-            monitors.HISTORY,
+            past_time_monitors.HISTORY,
             'f"if len({times}) > {most}: ',
             'f"if len({times}) >= {most}: ',
         ),
         Mutant(
             "forgets-that-more-happened-than-is-kept",
             "count",
-            monitors.HISTORY,
+            past_time_monitors.HISTORY,
             "{uncounted} = max({uncounted}, {times}.popleft())",
             "{times}.popleft()",
         ),
         Mutant(
             "takes-a-rounded-difference-for-the-difference",
             "recent-no-double",
-            monitors.HISTORY,
+            past_time_monitors.HISTORY,
             'f"({quick} or (apart <= {window.maybe!r} and {spans}({time}, exactly)))"',
             'f"({quick} or apart <= {window.maybe!r})"',
         ),
         Mutant(
             "holds-where-it-held-once",
             "traces-of-historically",
-            monitors.CHECK,
+            past_time_monitors.CHECK,
             "term = t.Not(t.Since(t.TRUE, t.Not(operands[0]), within))",
             "term = t.Not(t.Since(t.TRUE, operands[0], within))",
         ),
         Mutant(
             "keeps-one-history-for-all",
             "traces-of-nested",
-            monitors.PAST,
+            past_time_monitors.PAST,
             "if name in self._kept:\n            return self._kept[name].declared.variable",
             "if name and self._kept:\n            return self.kept[0].declared.variable",
         ),

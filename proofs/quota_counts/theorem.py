@@ -8,33 +8,35 @@ from functools import partial
 from types import ModuleType, SimpleNamespace
 from typing import Any, Final, cast
 
-from aeros.spec.model import Quota
-from aeros.spec.theorems.exploring import Ask, Symbol, explore
-from aeros.spec.theorems.formulas import literal
-from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.model.model import Quota
+from aeros.spec.theorems.module_copies import Code, Mutant
+from aeros.spec.theorems.smtlib import literal
+from aeros.spec.theorems.symbolic_execution import Ask, Symbol, explore
 from aeros.spec.theorems.theorem import Obligation, Table, Theorem
-from proofs import windows
+from proofs.lib import time_windows
 
-USAGE: Final = "aeros.runtime.usage"
+USAGE: Final = "aeros.runtime.gate.quotas"
 
 # A window of time.
 
 
 def _window(length: Fraction, code: Code) -> Obligation:
-    window = windows.window_module(code)
+    window = time_windows.window_module(code)
 
     def run(ask: Ask) -> str:
         made = window.Window(length)
-        return literal(bool(made.spans(windows.Double("earlier", ask), windows.Double("later", ask))))
+        return literal(
+            bool(made.spans(time_windows.Double("earlier", ask), time_windows.Double("later", ask)))
+        )
 
-    bounds = windows.bounds_of(length)
+    bounds = time_windows.bounds_of(length)
     return Obligation(
         f"`Window.spans` exactly where one time is at most {length} s after another; that is\n"
         f"{'a double' if bounds['below'] == bounds['above'] else 'no double'}.",
-        windows.TIMES,
-        f"(= spans (<= {windows.APART} {literal(length)}))",
+        time_windows.TIMES,
+        f"(= spans (<= {time_windows.APART} {literal(length)}))",
         tables=(Table("spans", "Bool", explore(run)),),
-        assumptions=windows.rounding(length),
+        assumptions=time_windows.rounding(length),
     )
 
 
@@ -175,7 +177,7 @@ THEOREM = Theorem(
         "begins": _begins,
         "executed": _executed,
         "count": _count,
-        **{f"window-of-{name}": partial(_window, length) for name, length in windows.LENGTHS.items()},
+        **{f"window-of-{name}": partial(_window, length) for name, length in time_windows.LENGTHS.items()},
     },
     (
         Mutant(
@@ -202,14 +204,14 @@ THEOREM = Theorem(
         Mutant(
             "takes-a-rounded-difference-for-the-difference",
             "window-of-no-double",
-            windows.WINDOW,
+            time_windows.WINDOW,
             "apart < self.surely or (",
             "apart <= self.surely or (",
         ),
         Mutant(
             "has-an-open-window",
             "window-of-a-double",
-            windows.WINDOW,
+            time_windows.WINDOW,
             "(earlier + share) <= 0.0",
             "(earlier + share) < 0.0",
         ),

@@ -10,13 +10,13 @@ from itertools import count
 from types import SimpleNamespace
 from typing import Any, Final
 
-from aeros.spec.theorems.formulas import conjunction, disjunction
-from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.theorems.module_copies import Code, Mutant
+from aeros.spec.theorems.smtlib import conjunction, disjunction
 from aeros.spec.theorems.theorem import Obligation, Theorem
-from proofs.protocol import Do, Program, Way, changed, later, program, variables
+from proofs.lib.process_model import Do, Program, Way, changed, later, program, variables
 
 IDENTITY: Final = "aeros.agent.identity"
-LOCKS: Final = "aeros.durable"
+LOCKS: Final = "aeros.files"
 
 _AGENTS: Final = {"one": 1, "two": 2}
 """Any two processes, by what `lock` is while they hold it; 0 is nobody, 3 anybody else."""

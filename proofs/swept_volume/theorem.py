@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from aeros.spec.theorems.shipped import Mutant
+from aeros.spec.theorems.module_copies import Mutant
 from aeros.spec.theorems.theorem import Theorem
-from proofs import chains
-from proofs.swept_balls import BEZIER, SWEEP, ball_obligations
-from proofs.swept_search import search_obligations
+from proofs.lib import kinematic_chain
+from proofs.lib.ball_enclosures import BEZIER, SWEEP, ball_obligations
+from proofs.lib.sweep_search import search_obligations
 
 THEOREM = Theorem(
     "what the sweep calls clear, no ball of a moving body comes near, wherever on the motion",
@@ -15,7 +15,7 @@ THEOREM = Theorem(
         Mutant(
             "turns-one-axis-the-other-way",
             "turns",
-            chains.LINKS,
+            kinematic_chain.LINKS,
             "            cct * yx - s * xx + cst * zx,\n"
             "            cct * yy - s * xy + cst * zy,\n"
             "            cct * yz - s * xz + cst * zz,\n",
@@ -26,21 +26,21 @@ THEOREM = Theorem(
         Mutant(
             "forgets-what-the-joints-beyond-do",
             "spread",
-            chains.KINEMATICS,
+            kinematic_chain.KINEMATICS,
             "reaches[k] = off + total",
             "reaches[k] = off",
         ),
         Mutant(
             "forgets-that-the-way-bends",
             "sweep",
-            chains.KINEMATICS,
+            kinematic_chain.KINEMATICS,
             "near += off * r + reach * pairs",
             "near += off * r",
         ),
         Mutant(
             "forgets-what-two-joints-do-together",
             "sweep",
-            chains.KINEMATICS,
+            kinematic_chain.KINEMATICS,
             "w * (before + w / 2.0)",
             "w * (w / 2.0)",
         ),

@@ -8,12 +8,12 @@ from itertools import product
 from types import SimpleNamespace
 from typing import Any, Final
 
-from aeros.spec.theorems.exploring import Ask, explore, term_of
-from aeros.spec.theorems.formulas import conjunction, disjunction
-from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.theorems.module_copies import Code, Mutant
+from aeros.spec.theorems.smtlib import conjunction, disjunction
+from aeros.spec.theorems.symbolic_execution import Ask, explore, term_of
 from aeros.spec.theorems.theorem import Obligation, Table, Theorem
-from proofs import chains
-from proofs.reals import (
+from proofs.lib import kinematic_chain
+from proofs.lib.symbolic_reals import (
     AXES,
     LARGER,
     POLYNOMIALS,
@@ -29,10 +29,10 @@ from proofs.reals import (
     vector,
 )
 
-PEAKS: Final = "aeros.runtime.peaks"
-BEZIER: Final = "aeros.runtime.bezier"
+PEAKS: Final = "aeros.runtime.motion.kinematic_bounds"
+BEZIER: Final = "aeros.runtime.motion.bezier"
 
-_JOINTS: Final = chains.JOINTS
+_JOINTS: Final = kinematic_chain.JOINTS
 _A, _B, _C = ([f"{one}.{joint}" for joint in _JOINTS] for one in "abc")
 _BOUNDED: Final = declared(*_A, *_B, *_C)
 """Of each joint, the most that its first, second and third derivative are, by the parameter of the piece."""
@@ -53,15 +53,15 @@ _MOTION: Final = ("rate", "bend", "turn")
 
 def _motion(name: str, code: Code) -> Obligation:
     peaks = code.module(PEAKS)
-    links = chains.chain_module(code)
+    links = kinematic_chain.chain_module(code)
     place = _MOTION.index(name)
 
     def run(ask: Ask, axis: int) -> str:
         first, second = ([Real(f"{one}.{joint}", ask) for joint in _JOINTS] for one in ("first", "second"))
-        posture = chains.posture_of(links, ask)
+        posture = kinematic_chain.posture_of(links, ask)
         return term_of(peaks._motion(posture, symbols(ask, "p"), first, second)[place][axis])
 
-    arms = {joint: chains.arm(joint) for joint in _JOINTS}
+    arms = {joint: kinematic_chain.arm(joint) for joint in _JOINTS}
     turning = {joint: vector(f"z{joint}") for joint in _JOINTS}
     wanted = {
         "rate": _sum(_times(f"first.{joint}", arms[joint]) for joint in _JOINTS),
@@ -81,7 +81,7 @@ def _motion(name: str, code: Code) -> Obligation:
         "`_motion` gives the first and second derivative of the tool's place by the parameter, and the\n"
         "rate of its rotation, where the joints' are these.",
         (
-            *chains.PLACES,
+            *kinematic_chain.PLACES,
             *declared(*(f"{what}.{joint}" for what in ("first", "second") for joint in _JOINTS)),
         ),
         conjunction(f"(= {name}.{axis} {term})" for axis, term in zip(AXES, wanted[name], strict=True)),

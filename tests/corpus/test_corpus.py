@@ -21,20 +21,20 @@ from typing import Any
 import pytest
 
 import aeros
-import aeros.cli.verify
-import aeros.spec.examine
-import aeros.spec.reports
+import aeros.cli.author.verify
+import aeros.spec.verification.examine
+import aeros.spec.verification.reports
 from aeros.cli.main import main
 from aeros.spec.backends.oracle import Oracle
-from aeros.spec.diagnostics import CODES
+from aeros.spec.diagnostics.codes import CODES
+from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import holds
-from aeros.spec.model import Block, Site
+from aeros.spec.model.model import Block, Site
 from aeros.spec.obligations.obligation import Claim, Obligation
-from aeros.spec.reports import Report, SubjectReport
-from aeros.spec.source import Source
-from aeros.spec.verdicts import Settled, Verdict
-from aeros.spec.verify import verify
+from aeros.spec.obligations.verdicts import Settled, Verdict
+from aeros.spec.verification.reports import Report, SubjectReport
+from aeros.spec.verification.verify import verify
 
 CORPUS = Path(__file__).parent
 CASES = sorted(
@@ -45,17 +45,17 @@ CASES = sorted(
 UPDATE = os.environ.get("AEROS_UPDATE_GOLDEN") == "1"
 
 NOT_HERE = {
-    "AE002": "a path that cannot be read is no file of a corpus: tests/unit/spec/test_loading.py",
-    "AE003": "megabytes: tests/unit/spec/test_reader.py",
-    "AE007": "whatever no other code names: tests/unit/spec/test_reader.py",
-    "AE010": "thousands of brackets: tests/unit/spec/test_reader.py",
-    "AE014": "tests/unit/spec/test_reader.py",
-    "AE016": "tests/unit/spec/test_reader.py",
-    "AE017": "thousands of values: tests/unit/spec/test_reader.py",
-    "AE130": "a path without a module: tests/unit/cli/test_verify.py",
-    "AE140": "only a scene has bodies in it: tests/unit/sim/test_scene_file.py",
-    "AE141": "a model in a scene: tests/unit/sim/test_scene_file.py",
-    "AE509": "depends on the budget, not on the files: tests/unit/cli/test_verify.py",
+    "AE002": "a path that cannot be read is no file of a corpus: tests/unit/spec/elaborate/test_load.py",
+    "AE003": "megabytes: tests/unit/spec/text/test_yaml_reader.py",
+    "AE007": "whatever no other code names: tests/unit/spec/text/test_yaml_reader.py",
+    "AE010": "thousands of brackets: tests/unit/spec/text/test_yaml_reader.py",
+    "AE014": "tests/unit/spec/text/test_yaml_reader.py",
+    "AE016": "tests/unit/spec/text/test_yaml_reader.py",
+    "AE017": "thousands of values: tests/unit/spec/text/test_yaml_reader.py",
+    "AE130": "a path without a module: tests/unit/cli/author/test_verify.py",
+    "AE140": "only a scene has bodies in it: tests/unit/sim/bullet/test_scene_file.py",
+    "AE141": "a model in a scene: tests/unit/sim/bullet/test_scene_file.py",
+    "AE509": "depends on the budget, not on the files: tests/unit/cli/author/test_verify.py",
 }
 """Codes that `aeros verify` reports and no case shows, and where they are tested instead."""
 
@@ -111,16 +111,16 @@ def outcome_of(case: Case) -> Outcome:
         return reports[-1]
 
     with contextlib.chdir(CORPUS), pytest.MonkeyPatch.context() as patch:
-        patch.setattr(aeros.cli.verify, "verify", recorded)
+        patch.setattr(aeros.cli.author.verify, "verify", recorded)
         patch.setattr(aeros, "__version__", "0.1.0")  # stands in messages about versions
-        patch.setattr(aeros.spec.examine, "examine_site", _examine_site)
+        patch.setattr(aeros.spec.verification.examine, "examine_site", _examine_site)
         shown = io.StringIO()
         with contextlib.redirect_stdout(shown):
             exit_code = main(case.arguments)
     return Outcome(exit_code, shown.getvalue(), reports[-1])
 
 
-_proved_site = aeros.spec.examine.examine_site
+_proved_site = aeros.spec.verification.examine.examine_site
 
 
 @cache
@@ -393,7 +393,11 @@ SETTLED = (
 
 def _break(patch: pytest.MonkeyPatch, builder: str, change: Change, silenced: str = "") -> None:
     """Make `verify` call a broken twin of `builder`: it changes obligations and silences one code."""
-    home = next(one for one in (aeros.spec.examine, aeros.spec.reports) if hasattr(one, builder))
+    home = next(
+        one
+        for one in (aeros.spec.verification.examine, aeros.spec.verification.reports)
+        if hasattr(one, builder)
+    )
     original: Callable[..., Claims] = getattr(home, builder)
 
     def broken(*arguments: object) -> Claims:
@@ -423,7 +427,7 @@ def test_broken_twin_is_noticed(name: str, monkeypatch: pytest.MonkeyPatch) -> N
     group, change = CHANGES[name]
     monkeypatch.chdir(CORPUS)
     if group != "site":
-        monkeypatch.setattr(aeros.spec.examine, "examine_site", _examine_site)
+        monkeypatch.setattr(aeros.spec.verification.examine, "examine_site", _examine_site)
     for builder in BUILDERS if group == "site" else BUILDERS[2:]:
         _break(monkeypatch, builder, change)
     assert _noticed(group)
@@ -434,7 +438,7 @@ def test_silenced_check_is_noticed(code: str, monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.chdir(CORPUS)
     group = next(path.parts[1] for path in CASES if code in case_at(path).codes and len(path.parts) == 3)
     if group != "site":
-        monkeypatch.setattr(aeros.spec.examine, "examine_site", _examine_site)
+        monkeypatch.setattr(aeros.spec.verification.examine, "examine_site", _examine_site)
     for builder in SETTLERS:
         _break(monkeypatch, builder, unchanged, silenced=code)
     assert _noticed(group)

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import cast
 
-from aeros.spec.backends import closure, smt
-from aeros.spec.backends.answers import Result, Scalar
+from aeros.spec.backends import compiled, z3_solver
+from aeros.spec.backends.solver_results import Result, Scalar
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.cases import Ranges, Raw, exact_environment, raw_scalars
 from aeros.spec.expr.lower import lower, scalars_of
+from aeros.spec.expr.random_conditions import Ranges, Raw, exact_environment, raw_scalars
 from aeros.spec.expr.semantics import holds
 
 Variables = Mapping[str, t.Variable]
@@ -22,7 +22,7 @@ class Closure:
     name: str = "closure"
 
     def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
-        return closure.compile_condition(term, ranges)(raw_scalars(values))
+        return compiled.compile_condition(term, ranges)(raw_scalars(values))
 
 
 @dataclass
@@ -32,7 +32,7 @@ class Inline:
     def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
         scalars = raw_scalars(values)
         local = {name: f"x{number}" for number, name in enumerate(scalars)}
-        (code,), names = closure.inline_conditions([term], ranges, local)
+        (code,), names = compiled.inline_conditions([term], ranges, local)
         function = eval(f"lambda {', '.join(local.values())}: {code}", dict(names))  # noqa: S307
         return bool(function(*scalars.values()))
 
@@ -43,7 +43,7 @@ class Together:
 
     def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
         scalars = raw_scalars(values)
-        truths = closure.compile_truths([term, t.Not(term)], ranges)
+        truths = compiled.compile_truths([term, t.Not(term)], ranges)
         held, failed = truths.at(*(scalars[name] for name in truths.read))
         assert held is not failed
         return held
@@ -56,7 +56,7 @@ class Smt:
     name: str = "smt"
 
     def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
-        session = smt.Session(variables.values(), ranges)
+        session = z3_solver.Session(variables.values(), ranges)
         scalars = scalars_of(variables, exact_environment(values))
         given = cast("Mapping[str, Scalar]", scalars)
         results = [session.ask_given(given, question).result for question in (term, t.Not(term))]
@@ -79,7 +79,7 @@ class Floats:
     name: str = "floats without a filter"
 
     def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
-        generator = closure._Generator(ranges)
+        generator = compiled._Generator(ranges)
         generator._filtered = (  # type: ignore[method-assign]
             lambda term, a, b: f"({a.code} {term.op} {b.code})"
         )
@@ -93,7 +93,7 @@ class StrictOrder:
     name: str = "strict order"
 
     def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
-        generator = closure._Generator(ranges)
+        generator = compiled._Generator(ranges)
         right = generator._comparison
         generator._comparison = (  # type: ignore[method-assign]
             lambda term: right(replace(term, op="<") if term.op == "<=" else term)
@@ -108,7 +108,7 @@ class NarrowBand:
     name: str = "narrow band"
 
     def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
-        generator = closure._Generator(ranges)
+        generator = compiled._Generator(ranges)
         right = generator._filtered
         generator._filtered = (  # type: ignore[method-assign]
             lambda term, a, b: right(term, _shrunk(a), _shrunk(b))
@@ -126,5 +126,5 @@ class Constant:
         return True
 
 
-def _shrunk(real: closure._Real) -> closure._Real:
-    return closure._Real(real.code, real.magnitude / 10**6, real.error / 10**6, real.peak)
+def _shrunk(real: compiled._Real) -> compiled._Real:
+    return compiled._Real(real.code, real.magnitude / 10**6, real.error / 10**6, real.peak)

@@ -26,7 +26,7 @@ from aeros.spec.expr.types import (
     Type,
     VectorType,
 )
-from aeros.spec.units import NUMBER
+from aeros.spec.expr.units import NUMBER
 
 _T = TypeVar("_T")
 

@@ -9,12 +9,12 @@ from fractions import Fraction
 from math import isfinite
 from typing import Any
 
-from aeros.runtime.configuration import Configuration
+from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Reading
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment, holds
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, Type, VectorType
-from aeros.spec.model import Declared
+from aeros.spec.model.model import Declared
 from tests.unit.runtime.bench import Request
 
 

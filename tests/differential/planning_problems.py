@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import holds
-from aeros.spec.model import Ecm, Outcome, Site, Skill, TaskInvariant
+from aeros.spec.model.model import Ecm, Outcome, Site, Skill, TaskInvariant
 from tests.unit.agent.dumplings import PREDICATES, SPAN, module, site, skill, term
 
 NAMES = PREDICATES[:4]

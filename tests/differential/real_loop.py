@@ -7,17 +7,17 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from aeros.agent.attempt import Attempts
-from aeros.agent.journal import Journal
-from aeros.agent.memory import Beginning, Ending, Memory
-from aeros.agent.planner import Planner, RulePlanner
-from aeros.agent.posterior import Record
-from aeros.agent.pursuit import Pursuit
-from aeros.agent.report import RunReport
-from aeros.agent.routing import Routed
+from aeros.agent.execution.journal import Journal
+from aeros.agent.execution.report import RunReport
+from aeros.agent.execution.step_attempt import Attempts
+from aeros.agent.memory.posterior import Record
+from aeros.agent.memory.store import Beginning, Ending, Memory
+from aeros.agent.planning.base import Planner, RulePlanner
+from aeros.agent.planning.routing import Routed
+from aeros.agent.task_loop import Pursuit
 from aeros.runtime.ports import Runtime, StepRequest, StepResult
-from aeros.spec.closed_loop.chances import shares_of
-from aeros.spec.model import Ecm, Site, Task
+from aeros.spec.closed_loop.outcome_probabilities import shares_of
+from aeros.spec.model.model import Ecm, Site, Task
 from tests.unit.agent.fake_runtime import FakeRuntime
 
 

@@ -6,12 +6,12 @@ from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
-from aeros.spec.closed_loop.chain import Prediction, predict
-from aeros.spec.closed_loop.chances import with_skill_probabilities
+from aeros.spec.closed_loop.markov_chain import Prediction, predict
+from aeros.spec.closed_loop.outcome_probabilities import with_skill_probabilities
 from aeros.spec.closed_loop.transition_system import TransitionSystem
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.folders import reference_site
-from aeros.spec.loading import load_ecm, load_site
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.text.discovery import reference_site
 from tests.differential.small_tasks import Case
 from tests.differential.tree_expansion import Expected, variables
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from aeros.spec.model import Declared, Ecm, Outcome, Site, Skill, Task
+from aeros.spec.model.model import Declared, Ecm, Outcome, Site, Skill, Task
 from tests.unit.agent import dumplings
 from tests.unit.agent.dumplings import PREDICATES, given_input, module, site, skill, task
 

@@ -11,23 +11,23 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.spec.backends import boxes as boxes_module
-from aeros.spec.backends.answers import Answer, Result
-from aeros.spec.backends.bounds import search
-from aeros.spec.backends.bounds.interval import Interval
-from aeros.spec.backends.boxes import Boxes
-from aeros.spec.backends.smt import Session
+from aeros.spec.backends import interval_solver as boxes_module
+from aeros.spec.backends.interval import search
+from aeros.spec.backends.interval.interval import Interval
+from aeros.spec.backends.interval_solver import Boxes
+from aeros.spec.backends.solver_results import Answer, Result
+from aeros.spec.backends.z3_solver import Session
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.cases import VARIABLES, Ranges, conditions, vocabulary_ranges
-from aeros.spec.expr.check import check
 from aeros.spec.expr.lower import lower, scalar_variables
 from aeros.spec.expr.parser import parse
+from aeros.spec.expr.random_conditions import VARIABLES, Ranges, conditions, vocabulary_ranges
 from aeros.spec.expr.scope import Box, Scope
 from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL, IntegerType, RealType
-from aeros.spec.folders import reference_site
-from aeros.spec.units import NUMBER
-from aeros.spec.verify import verify
+from aeros.spec.expr.units import NUMBER
+from aeros.spec.text.discovery import reference_site
+from aeros.spec.verification.verify import verify
 from tests.differential.box_questions import Asked, questions
 from tests.hypothesis_profiles import examples
 

@@ -1,6 +1,6 @@
 """The agent's own loop, in which hold-conditions break at any time, comes to no state that was not explored.
 
-What breaks is drawn here and not from `aeros.spec.holds`: the skill is halted before it has done anything, or
+What breaks is drawn here and not from `aeros.spec.model.hold_conditions`: the skill is halted before it has done anything, or
 after it has done all of an outcome, and what its condition reads is then anything that some skill sets.
 """
 
@@ -14,10 +14,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.runtime.ports import StepRequest, StepResult, StepStatus
-from aeros.spec.closed_loop.exploration import explore
+from aeros.spec.closed_loop.reachability import explore
 from aeros.spec.expr import terms as t
-from aeros.spec.holds import starting
-from aeros.spec.model import Clause, Conjunct, Ecm, Skill
+from aeros.spec.model.hold_conditions import starting
+from aeros.spec.model.model import Clause, Conjunct, Ecm, Skill
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
 from tests.differential.real_loop import Recording, pursue

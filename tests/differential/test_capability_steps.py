@@ -12,16 +12,16 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.agent.attempt import Attempts
-from aeros.agent.journal import Journal
-from aeros.agent.planner import RulePlanner
-from aeros.agent.posterior import Record
-from aeros.agent.pursuit import Pursuit
-from aeros.agent.report import RunReport
-from aeros.agent.routing import Routed
-from aeros.spec.closed_loop.chain import Prediction, predict
-from aeros.spec.closed_loop.chances import shares_of
-from aeros.spec.closed_loop.exploration import Exploration, explore
+from aeros.agent.execution.journal import Journal
+from aeros.agent.execution.report import RunReport
+from aeros.agent.execution.step_attempt import Attempts
+from aeros.agent.memory.posterior import Record
+from aeros.agent.planning.base import RulePlanner
+from aeros.agent.planning.routing import Routed
+from aeros.agent.task_loop import Pursuit
+from aeros.spec.closed_loop.markov_chain import Prediction, predict
+from aeros.spec.closed_loop.outcome_probabilities import shares_of
+from aeros.spec.closed_loop.reachability import Exploration, explore
 from aeros.spec.closed_loop.transition_system import Node, TransitionSystem
 from tests.differential.real_loop import Forgetful, Recording
 from tests.differential.small_tasks import Case, cases, loops

@@ -7,16 +7,16 @@ from fractions import Fraction
 import pytest
 from hypothesis import given
 
-from aeros.spec.backends import smt
-from aeros.spec.backends.answers import Result
-from aeros.spec.backends.second import Cvc5
+from aeros.spec.backends import z3_solver
+from aeros.spec.backends.cvc5_solver import Cvc5
+from aeros.spec.backends.solver_results import Result
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.cases import VARIABLES, Case, cases, exact_environment
-from aeros.spec.expr.check import check
 from aeros.spec.expr.lower import scalar_variables, scalars_of
 from aeros.spec.expr.parser import parse
+from aeros.spec.expr.random_conditions import VARIABLES, Case, cases, exact_environment
 from aeros.spec.expr.scope import Box, Scope
 from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL
 from tests.hypothesis_profiles import examples
 
@@ -28,7 +28,7 @@ def _answer(text: str) -> str:
 @examples(30)
 @given(cases())
 def test_cvc5_decides_random_cases_as_the_definition(case: Case) -> None:
-    session = smt.Session(VARIABLES.values(), case.ranges)
+    session = z3_solver.Session(VARIABLES.values(), case.ranges)
     scalars = scalars_of(VARIABLES, exact_environment(case.values))
     fixed = [
         t.Compare("==", scalar, t.Literal(scalars[scalar.name], scalar.type))  # type: ignore[arg-type]
@@ -62,7 +62,7 @@ def test_both_solvers_agree_on_a_rule_over_all_states(text: str, expected: Resul
     term = check(parse(text), scope, BOOL)
     variables = t.variables_of(term).values()
     names = [scalar.name for variable in variables for scalar in scalar_variables(variable)]
-    session = smt.Session(variables, dict.fromkeys(names, (-ten, ten)))
+    session = z3_solver.Session(variables, dict.fromkeys(names, (-ten, ten)))
     answer = session.ask(term)
     assert answer.result is expected
     assert _answer(session.script(term)) == expected.value
@@ -73,6 +73,6 @@ def test_the_sample_of_values_reaches_both_solvers_with_every_kind_of_number() -
     far = Fraction(10) ** 41
     for value in (Fraction(1, 3), Fraction(5e-324), Fraction(-(10**40)), Fraction(0)):
         literal = t.Literal(value, x.type)  # type: ignore[arg-type]
-        session = smt.Session([x], {"x": (-far, far)})
+        session = z3_solver.Session([x], {"x": (-far, far)})
         assert _answer(session.script(t.Compare("==", x, literal))) == "sat"
         assert _answer(session.script(t.Compare("==", x, literal), t.Compare("<", x, literal))) == "unsat"

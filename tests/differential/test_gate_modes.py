@@ -12,14 +12,14 @@ import pytest
 from hypothesis import event, given
 from hypothesis import strategies as st
 
-from aeros.runtime.configuration import Configuration
-from aeros.runtime.decision import Verdict
-from aeros.runtime.gate import CompiledGate, GateDisagreementError, GateMode
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.decision import Verdict
+from aeros.runtime.gate.gate import CompiledGate, GateDisagreementError, GateMode
 from aeros.skill import Action
-from aeros.spec.backends import closure
-from aeros.spec.doubles import neighbours
+from aeros.spec.backends import compiled
+from aeros.spec.expr.doubles import neighbours
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, VectorType
-from aeros.spec.model import Declared
+from aeros.spec.model.model import Declared
 from tests.differential.gate_oracle import admits, exact, objections
 from tests.hypothesis_profiles import examples
 from tests.unit.runtime.bench import (
@@ -268,7 +268,7 @@ def test_a_condition_compiled_without_its_rounding_filter_halts_the_shadow_gate(
     stopped: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        closure._Generator, "_filtered", lambda self, term, a, b: f"({a.code} {term.op} {b.code})"
+        compiled._Generator, "_filtered", lambda self, term, a, b: f"({a.code} {term.op} {b.code})"
     )
     twin = CompiledGate(configuration(), GateMode.SHADOW)
     asked = request("quickly", "carry", load=1.6, gait=0.0625, stop_pressed=stopped)

@@ -19,27 +19,27 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.cli.examples import example_requests
-from aeros.runtime.configuration import Configuration
-from aeros.runtime.decision import Caller, Verdict
-from aeros.runtime.gate import CompiledGate
+from aeros.cli.author.example_requests import example_requests
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.decision import Caller, Verdict
+from aeros.runtime.gate.gate import CompiledGate
 from aeros.runtime.ports import Reading
 from aeros.runtime.proving import prove
 from aeros.skill import Action
-from aeros.spec.certificate import Certificate
-from aeros.spec.diagnostics import Label
-from aeros.spec.discharge import discharge
-from aeros.spec.doubles import neighbours
+from aeros.spec.diagnostics.codes import Label
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.doubles import neighbours
 from aeros.spec.expr.semantics import holds
 from aeros.spec.expr.types import EnumType, FamilyType, VectorType
-from aeros.spec.folders import reference_site
-from aeros.spec.model import Declared
+from aeros.spec.model.model import Declared
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.obligation import Claim, Obligation
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.safety import envelope_space, safety_obligations
-from aeros.spec.verify import verify
+from aeros.spec.text.discovery import reference_site
+from aeros.spec.verification.certificate import Certificate
+from aeros.spec.verification.discharge import discharge
+from aeros.spec.verification.verify import verify
 from tests.hypothesis_profiles import examples
 from tests.property.test_verdicts import (
     ANY,

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from hypothesis import event, given
 
-from aeros.runtime import straight
-from aeros.runtime.decision import Decision, Verdict
-from aeros.runtime.gate import CompiledGate
+from aeros.runtime.gate.compiled import fast_path
+from aeros.runtime.gate.decision import Decision, Verdict
+from aeros.runtime.gate.gate import CompiledGate
 from tests.differential.test_gate_modes import fast_requests, requests
 from tests.differential.test_gate_residue import shipped
 from tests.property.test_gate_corruption import COUNT, corruptions
@@ -27,7 +27,7 @@ def in_full(gate: CompiledGate, asked: Request) -> Decision:
 def shortly(gate: CompiledGate, asked: Request) -> Decision | dict[str, Any] | None:
     """What the short way answers."""
     functions = gate._decider._straight
-    return straight.decide_straight(
+    return fast_path.decide_straight(
         functions, asked.caller, asked.readings, asked.action, asked.now, asked.usage
     )
 
@@ -111,12 +111,12 @@ Mistake = Callable[[pytest.MonkeyPatch], None]
 
 def _without(part: str, instead: str = "True") -> Mistake:
     """A short way whose checks leave out those that hold `part`."""
-    right = straight._Writer.require
+    right = fast_path._Writer.require
 
-    def require(writer: straight._Writer, code: str) -> None:
+    def require(writer: fast_path._Writer, code: str) -> None:
         right(writer, code.replace(part, instead))
 
-    return lambda patch: patch.setattr(straight._Writer, "require", require)
+    return lambda patch: patch.setattr(fast_path._Writer, "require", require)
 
 
 MISTAKES: dict[str, Mistake] = {
@@ -145,18 +145,18 @@ def test_a_check_left_out_of_the_short_way_is_noticed(mistake: str, monkeypatch:
 
 
 def test_conditions_left_out_of_the_short_way_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(straight._Writer, "conditions", lambda _, terms, __: ["True"] * len(terms))
+    monkeypatch.setattr(fast_path._Writer, "conditions", lambda _, terms, __: ["True"] * len(terms))
     twin = CompiledGate(configuration())
     assert differs(twin, request(speed=5.0))
 
 
 def test_reasons_left_out_of_the_short_way_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = straight._Writer.deny
+    right = fast_path._Writer.deny
 
-    def deny(writer: straight._Writer, conditions: Sequence[str], criteria: Any, read: Any) -> None:
+    def deny(writer: fast_path._Writer, conditions: Sequence[str], criteria: Any, read: Any) -> None:
         right(writer, ["True"] * len(conditions), criteria, read)
 
-    monkeypatch.setattr(straight._Writer, "deny", deny)
+    monkeypatch.setattr(fast_path._Writer, "deny", deny)
     twin = CompiledGate(configuration())
     assert differs(twin, replace(request("quickly", "carry"), usage={"carry-rate": 10**30}))
 

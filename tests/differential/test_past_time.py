@@ -17,15 +17,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.runtime.history import Histories
+from aeros.runtime.monitor.history import Histories
 from aeros.runtime.ports import Reading
-from aeros.spec.elaborate.past import Histories as Flattened
+from aeros.spec.diagnostics.source import Source
+from aeros.spec.elaborate.past_time import Histories as Flattened
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Moment, evaluate
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type
-from aeros.spec.model import Declared, Site
-from aeros.spec.source import Source
-from aeros.spec.units import NUMBER
+from aeros.spec.expr.units import NUMBER
+from aeros.spec.model.model import Declared, Site
 from tests.hypothesis_profiles import examples
 from tests.unit.runtime.bench import configuration
 

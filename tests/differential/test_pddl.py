@@ -9,12 +9,12 @@ from typing import Any
 
 from hypothesis import given
 
-from aeros.agent.pddl_planner import Finder
-from aeros.spec.planning.avoiding import Avoided
-from aeros.spec.planning.checking import problems_of
-from aeros.spec.planning.cyclic import Strategy
+from aeros.agent.planning.pddl import Finder
 from aeros.spec.planning.pddl import as_pddl
+from aeros.spec.planning.plan_check import problems_of
+from aeros.spec.planning.search_result import Avoided
 from aeros.spec.planning.shortest import enumerated_plan
+from aeros.spec.planning.strong_cyclic import Strategy
 from tests.differential.planning_problems import Enumeration, Problem, problems
 from tests.differential.test_planning import domain_of
 from tests.hypothesis_profiles import examples

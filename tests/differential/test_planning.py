@@ -14,21 +14,21 @@ import pytest
 from hypothesis import Phase, given
 from hypothesis import strategies as st
 
-from aeros.agent.graph import Step, TaskGraph, verify_plan
-from aeros.agent.judging import Judge
-from aeros.agent.plan_form import form_of, graph_of, read_json
-from aeros.agent.routing import Routed
-from aeros.agent.smt_planner import SmtPlanner
-from aeros.agent.unfolding import task_graph
-from aeros.agent.world import World, measured_world
+from aeros.agent.planning.check_plan import Judge
+from aeros.agent.planning.plan_json import form_of, graph_of, read_json
+from aeros.agent.planning.routing import Routed
+from aeros.agent.planning.smt import SmtPlanner
+from aeros.agent.planning.strategy_to_graph import task_graph
+from aeros.agent.planning.task_graph import Step, TaskGraph, verify_plan
+from aeros.agent.world.world import World, measured_world
 from aeros.spec.closed_loop.invocation import State
-from aeros.spec.model import Ecm, Outcome
-from aeros.spec.parts import If, parts_of
-from aeros.spec.planning.avoiding import Avoided, NotDecidedError, Path
-from aeros.spec.planning.checking import problems_of
-from aeros.spec.planning.cyclic import Strategy
+from aeros.spec.model.model import Ecm, Outcome
+from aeros.spec.model.step_graph import If, parts_of
 from aeros.spec.planning.domain import Choice, Domain, domain_for
+from aeros.spec.planning.plan_check import problems_of
+from aeros.spec.planning.search_result import Avoided, NotDecidedError, Path
 from aeros.spec.planning.shortest import shortest_plan
+from aeros.spec.planning.strong_cyclic import Strategy
 from tests.differential.planning_problems import Enumeration, Problem, problems
 from tests.differential.real_loop import Recording, pursue
 from tests.hypothesis_profiles import examples
@@ -306,7 +306,7 @@ def test_a_plan_that_is_accepted_reaches_the_goal_unless_a_step_fails_and_never_
 
 
 def test_a_judge_of_graphs_that_minds_no_outcome_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("aeros.agent.judging.Strategy", _Hopeful)
+    monkeypatch.setattr("aeros.agent.planning.check_plan.Strategy", _Hopeful)
     with pytest.raises(AssertionError):
         _judged_in_runs(Counter(), phases=[Phase.generate])
 

@@ -17,23 +17,23 @@ from typing import Any
 import pytest
 from hypothesis import assume, given
 
-from aeros.agent import graph
-from aeros.agent.report import RunReport
-from aeros.runtime.audit import AuditLog
-from aeros.runtime.canonical import Encoded
-from aeros.runtime.configuration import configure
+from aeros.agent.execution.report import RunReport
+from aeros.agent.planning import task_graph
+from aeros.runtime.audit.log import AuditLog
+from aeros.runtime.canonical_json import Encoded
 from aeros.runtime.execution.executor import Executor
-from aeros.runtime.gate import CompiledGate, GateMode
+from aeros.runtime.gate.configuration import configure
+from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import BEGINNING, Head
-from aeros.runtime.skill_run import run_in_process
-from aeros.sim.symbolic import SymbolicPlant
-from aeros.spec.certificate import certificate_for
+from aeros.runtime.skills.in_process_run import run_in_process
+from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.spec.closed_loop import transition_system
-from aeros.spec.closed_loop.chain import Prediction
-from aeros.spec.closed_loop.chances import shares_of, with_retries, with_skill_probabilities
-from aeros.spec.closed_loop.exploration import explore
+from aeros.spec.closed_loop.markov_chain import Prediction
+from aeros.spec.closed_loop.outcome_probabilities import shares_of, with_retries, with_skill_probabilities
+from aeros.spec.closed_loop.reachability import explore
 from aeros.spec.closed_loop.transition_system import Node, TransitionSystem
-from aeros.spec.doubles import as_doubles
+from aeros.spec.expr.doubles import as_doubles
+from aeros.spec.verification.certificate import certificate_for
 from tests.differential.real_loop import Run, every_run, pursue, run_with
 from tests.differential.reference_cases import REFERENCE, as_tuple, in_small, predicted, reference
 from tests.differential.small_tasks import Case, cases
@@ -88,7 +88,7 @@ def _silently(system: TransitionSystem, node: Node) -> list[Node]:
 
 
 def test_the_agent_and_the_analysis_accept_plans_of_the_same_length() -> None:
-    assert transition_system.MOST_STEPS == graph.MOST_STEPS
+    assert transition_system.MOST_STEPS == task_graph.MOST_STEPS
 
 
 @examples(120)

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-import aeros.spec.agreement
-import aeros.spec.examine
-from aeros.spec.agreement import Agreement, SecondSolver, agreement_on
+import aeros.spec.verification.examine
+import aeros.spec.verification.second_solver
+from aeros.spec.backends.answer_store import Store
+from aeros.spec.backends.cvc5_solver import Cvc5
 from aeros.spec.backends.oracle import Question
-from aeros.spec.backends.second import Cvc5
-from aeros.spec.backends.store import Store
-from aeros.spec.folders import reference_site
-from aeros.spec.verify import verify
+from aeros.spec.text.discovery import reference_site
+from aeros.spec.verification.second_solver import Agreement, SecondSolver, agreement_on
+from aeros.spec.verification.verify import verify
 
 ROOT = Path(__file__).parents[2]
 CORPUS = ROOT / "tests" / "corpus"
@@ -39,8 +39,12 @@ def questions(tmp_path_factory: pytest.TempPathFactory) -> list[Question]:
     second = Cvc5()
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(CORPUS)
-        patch.setattr(aeros.spec.agreement, "agreement_on", collect)
-        patch.setattr(aeros.spec.examine, "examine_site", cache(aeros.spec.examine.examine_site))
+        patch.setattr(aeros.spec.verification.second_solver, "agreement_on", collect)
+        patch.setattr(
+            aeros.spec.verification.examine,
+            "examine_site",
+            cache(aeros.spec.verification.examine.examine_site),
+        )
         verify([ROOT / "ecms"], reference_site(), store=store, second=second)
         for path in sorted([*Path().glob("accepted/*"), *Path().glob("rejected/*/*")]):
             if (path / "site.yaml").exists():

@@ -1,4 +1,4 @@
-"""The loop of `aeros.agent.pursuit` again, as a tree of everything that may come of a run.
+"""The loop of `aeros.agent.task_loop` again, as a tree of everything that may come of a run.
 
 Written from that file's rules and code alone, function by function; it shares nothing with
 `aeros.spec.closed_loop`.  Slow and small on purpose: a recursion that remembers what it has seen.
@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import holds
-from aeros.spec.model import Ecm, Outcome, PlanningRule, Site, Skill, Task
+from aeros.spec.model.model import Ecm, Outcome, PlanningRule, Site, Skill, Task
 
 State = frozenset[tuple[str, Any]]
 Plan = tuple[int, ...]

@@ -17,21 +17,21 @@ from pathlib import Path
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.spec.answers import answered
 from aeros.spec.backends.oracle import Oracle
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.discharge import Finding, discharge
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.elaborate.scopes import kind_scope
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.check import check
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.semantics import Environment, holds
+from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL
-from aeros.spec.loading import load_ecm, load_site
-from aeros.spec.model import Site
+from aeros.spec.model.model import Site
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.safety import safety_obligations
-from aeros.spec.verdicts import Verdict
+from aeros.spec.obligations.verdicts import Verdict
+from aeros.spec.verification.discharge import Finding, discharge
+from aeros.spec.verification.explain import answered
 from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 

@@ -21,11 +21,11 @@ from unittest.mock import patch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.runtime.audit import AuditLog
-from aeros.runtime.audit_check import GENESIS, end_record, verify_log
-from aeros.runtime.audit_checkpoints import CHECKPOINT, EVERY, Checkpoint, Signing, verify_signed
-from aeros.runtime.audit_keys import SigningKey, make_key, read_signing_key
-from aeros.runtime.canonical import canonical
+from aeros.runtime.audit.check import GENESIS, end_record, verify_log
+from aeros.runtime.audit.checkpoints import CHECKPOINT, EVERY, Checkpoint, Signing, verify_signed
+from aeros.runtime.audit.keys import SigningKey, make_key, read_signing_key
+from aeros.runtime.audit.log import AuditLog
+from aeros.runtime.canonical_json import canonical
 
 
 @dataclass

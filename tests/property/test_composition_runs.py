@@ -18,15 +18,15 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.agent.attempt import Attempts
-from aeros.agent.composing import graph_of
-from aeros.agent.engine import Engine
-from aeros.agent.graph import verify_plan
-from aeros.agent.journal import Journal
+from aeros.agent.execution.journal import Journal
+from aeros.agent.execution.plan_executor import Engine
+from aeros.agent.execution.step_attempt import Attempts
+from aeros.agent.planning.compositions import graph_of
+from aeros.agent.planning.task_graph import verify_plan
 from aeros.runtime.ports import Ended
-from aeros.spec.composition import Composition
 from aeros.spec.expr.semantics import holds
-from aeros.spec.model import Ecm, Site, Skill
+from aeros.spec.model.composition import Composition
+from aeros.spec.model.model import Ecm, Site, Skill
 from tests.differential.real_loop import Forgetful
 from tests.property.mix import Mix
 from tests.property.test_compositions import (

@@ -16,13 +16,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.spec.composition import Composition, Part, Step
-from aeros.spec.discharge import discharge
+from aeros.spec.diagnostics.source import Source, Span
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import holds
 from aeros.spec.expr.types import BOOL, RealType
-from aeros.spec.flow import paths
-from aeros.spec.model import (
+from aeros.spec.expr.units import NUMBER
+from aeros.spec.flow import symbolic_paths
+from aeros.spec.model.composition import Composition, Part, Step
+from aeros.spec.model.model import (
     Access,
     ActionKind,
     Clause,
@@ -36,14 +37,13 @@ from aeros.spec.model import (
     Site,
     Skill,
 )
+from aeros.spec.model.step_graph import If, Par, Seq, parts_of, steps_of
 from aeros.spec.obligations import joint
 from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.joint import joint_policy_obligations
 from aeros.spec.obligations.obligation import Obligation
-from aeros.spec.parts import If, Par, Seq, parts_of, steps_of
-from aeros.spec.source import Source, Span
-from aeros.spec.units import NUMBER
-from aeros.spec.verdicts import Verdict
+from aeros.spec.obligations.verdicts import Verdict
+from aeros.spec.verification.discharge import discharge
 from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 
@@ -486,13 +486,13 @@ def _pairs_are_judged(
 
 
 def test_failures_that_are_ignored_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    original = paths.Paths._run
+    original = symbolic_paths.Paths._run
 
     def only_successes(self: Any, step: Step, before: Any, done: Any) -> Any:
         original(self, step, before, done)
         return {}
 
-    monkeypatch.setattr(paths.Paths, "_run", only_successes)
+    monkeypatch.setattr(symbolic_paths.Paths, "_run", only_successes)
     with pytest.raises(AssertionError):
         _composition_is_judged()
 
@@ -514,7 +514,7 @@ def test_a_handler_after_the_last_try_is_noticed(monkeypatch: pytest.MonkeyPatch
     body = Step("step", "s0", {}, {}, 1, "h", TEXT.span(2, 3))
     composition = Composition("c", t.Not(Q), TEXT.span(3, 4), body, {"h": handler}, TEXT.span(4, 5))
     _compare(composition, skills)
-    monkeypatch.setattr(paths.Paths, "_step", always_handled)
+    monkeypatch.setattr(symbolic_paths.Paths, "_step", always_handled)
     with pytest.raises(AssertionError):
         _compare(composition, skills)
 
@@ -539,7 +539,7 @@ def test_branches_that_wait_for_each_other_are_noticed(monkeypatch: pytest.Monke
     body = Par((guarded, third), TEXT.span(4, 5))  # the third starts also where the first fails
     composition = Composition("c", t.TRUE, None, body, {}, TEXT.span(5, 6))
     _compare(composition, skills)
-    monkeypatch.setattr(paths.Paths, "_par", in_sequence)
+    monkeypatch.setattr(symbolic_paths.Paths, "_par", in_sequence)
     with pytest.raises(AssertionError):
         _compare(composition, skills)
 
@@ -559,6 +559,6 @@ def test_one_order_of_the_roles_is_noticed(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_a_guard_that_is_forgotten_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(paths, "conjuncts", lambda term: frozenset())
+    monkeypatch.setattr(symbolic_paths, "conjuncts", lambda term: frozenset())
     with pytest.raises(AssertionError):
         _composition_is_judged()

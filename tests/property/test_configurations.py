@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import aeros
-from aeros.spec.model import Access, Block, Ecm, Outcome, Site, Skill, Task
+from aeros.spec.model.model import Access, Block, Ecm, Outcome, Site, Skill, Task
+from aeros.spec.model.summary import presence_of, presence_of_site
 from aeros.spec.obligations.configuration import configuration_obligations
 from aeros.spec.obligations.dependencies import dependency_obligations, runtime_obligations
-from aeros.spec.presence import presence_of, presence_of_site
 from tests.property.mix import Mix
 from tests.property.test_permissions import bounded
 from tests.unit.agent.dumplings import SPAN, build, term

@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.cases import VARIABLES, Case, cases, conditions, exact_environment
 from aeros.spec.expr.lower import lower, measure, scalars_of
 from aeros.spec.expr.parser import KEYWORDS, ExpressionSyntaxError, parse
+from aeros.spec.expr.random_conditions import VARIABLES, Case, cases, conditions, exact_environment
 from aeros.spec.expr.semantics import holds
-from aeros.spec.units import parse_quantity, show_quantity, unit_names
+from aeros.spec.expr.units import parse_quantity, show_quantity, unit_names
 from tests.hypothesis_profiles import examples
 
 _SETTINGS = examples(60)

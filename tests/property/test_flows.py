@@ -11,15 +11,15 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.spec.composition import Composition, Flow, Part, Step
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, RealType, Type
-from aeros.spec.model import Declared, Outcome, Skill
+from aeros.spec.expr.units import LENGTH, NUMBER
+from aeros.spec.model.composition import Composition, Flow, Part, Step
+from aeros.spec.model.model import Declared, Outcome, Skill
+from aeros.spec.model.step_graph import If, Par, Seq, parts_of, steps_of
 from aeros.spec.obligations.composition import composition_obligations
-from aeros.spec.obligations.flows import data_obligations
-from aeros.spec.parts import If, Par, Seq, parts_of, steps_of
-from aeros.spec.units import LENGTH, NUMBER
-from aeros.spec.verdicts import Settled
+from aeros.spec.obligations.data_flow import data_obligations
+from aeros.spec.obligations.verdicts import Settled
 from tests.property.mix import Mix
 from tests.property.test_compositions import TEXT, P, _module, _site, _skill, bounded
 

@@ -20,8 +20,8 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.decision import Caller, Verdict
-from aeros.runtime.gate import CompiledGate, GateMode
+from aeros.runtime.gate.decision import Caller, Verdict
+from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import Reading
 from aeros.skill import Action
 from tests.differential.gate_oracle import admits

@@ -15,10 +15,10 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.configuration import Configuration
-from aeros.runtime.decision import Caller, Verdict
-from aeros.runtime.gate import CompiledGate, GateMode
-from aeros.runtime.history import Histories
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.decision import Caller, Verdict
+from aeros.runtime.gate.gate import CompiledGate, GateMode
+from aeros.runtime.monitor.history import Histories
 from aeros.runtime.ports import Reading
 from aeros.runtime.proving import prove
 from aeros.skill import Action

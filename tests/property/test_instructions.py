@@ -12,9 +12,9 @@ from collections import Counter
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from aeros.agent.routing import RoutingError, route
-from aeros.spec.model import Ecm
-from aeros.spec.words import words_of
+from aeros.agent.planning.routing import RoutingError, route
+from aeros.spec.diagnostics.words import words_of
+from aeros.spec.model.model import Ecm
 from tests.hypothesis_profiles import examples
 from tests.unit.agent.dumplings import module, task
 

@@ -9,9 +9,10 @@ from typing import NamedTuple
 
 import pytest
 
-from aeros.runtime import merging, peaks, sweep
-from aeros.runtime.kinematics import Posture
-from aeros.runtime.merging import Companion, Merged, merge
+from aeros.runtime.motion import kinematic_bounds, swept_volume
+from aeros.runtime.motion import merged as merging
+from aeros.runtime.motion.kinematics import Posture
+from aeros.runtime.motion.merged import Companion, Merged, merge
 from aeros.runtime.ports import Trajectory, Triple
 from aeros.skill import act
 from tests.property.test_motion_bounds import depth_of, exceeded
@@ -69,7 +70,7 @@ def _places(pair: Pair, arm: float, drive: float) -> list[Triple]:
     return [(x + bx, y + by, z + bz) for x, y, z in places]
 
 
-def _depth(pair: Pair, box: sweep.Box, arm: float, drive: float) -> float:
+def _depth(pair: Pair, box: swept_volume.Box, arm: float, drive: float) -> float:
     """By how much the robot meets the barrier where each has made such a share of its way."""
     dx, dy, dz = _base(pair, drive) if box.in_base else NOWHERE
     return max(
@@ -78,25 +79,25 @@ def _depth(pair: Pair, box: sweep.Box, arm: float, drive: float) -> float:
     )
 
 
-def _touching(pair: Pair, chance: Random) -> sweep.Box:
+def _touching(pair: Pair, chance: Random) -> swept_volume.Box:
     """A small volume that a ball touches where it is now, at the end, or some time between."""
     number = chance.randrange(len(pair.arm.body.balls))
     time = chance.choice([0.0, chance.random(), 1.0]) * pair.ends()
     way = [chance.gauss(0.0, 1.0) for _ in range(3)]
     away = 0.95 * pair.arm.body.balls[number].radius / sum(w * w for w in way) ** 0.5
     x, y, z = (p + away * w for p, w in zip(_places(pair, *pair.shares(time))[number], way, strict=True))
-    return sweep.Box("box", (x, y, z), (x + 1e-6, y + 1e-6, z + 1e-6), False, False, None)
+    return swept_volume.Box("box", (x, y, z), (x + 1e-6, y + 1e-6, z + 1e-6), False, False, None)
 
 
-def _box(chance: Random) -> sweep.Box:
+def _box(chance: Random) -> swept_volume.Box:
     inside, in_base = chance.random() < 0.3, chance.random() < 0.2
     half = chance.uniform(0.8, 2.0) if inside else chance.uniform(0.02, 0.3)
     x, y, z = (chance.uniform(-0.8, 0.8) for _ in range(3))
     lower, upper = (x - half, y - half, z - half), (x + half, y + half, z + half)
-    return sweep.Box("box", lower, upper, inside, in_base, None)
+    return swept_volume.Box("box", lower, upper, inside, in_base, None)
 
 
-def _deepest(pair: Pair, box: sweep.Box, chance: Random) -> float:
+def _deepest(pair: Pair, box: swept_volume.Box, chance: Random) -> float:
     """Sampled in time: both to their ends, and either halted on its way."""
     deepest = -1.0
     for halts in ((9.0, 9.0), (chance.uniform(0.0, 2.0), 9.0), (9.0, chance.uniform(0.0, 2.0))):
@@ -107,7 +108,7 @@ def _deepest(pair: Pair, box: sweep.Box, chance: Random) -> float:
     return deepest
 
 
-def _farthest(pair: Pair, box: sweep.Box) -> float:
+def _farthest(pair: Pair, box: swept_volume.Box) -> float:
     """How deep it gets anywhere on what is left of both ways."""
     arm, drive = pair.shares(0.0)
     left = [[s + i / 20 * (1.0 - s) for i in range(21)] for s in (arm, drive)]
@@ -121,7 +122,7 @@ def _compare(seeds: range = SEEDS) -> dict[str, int]:
         chance = chance_of(seed)
         pair = _pair(chance)
         box = _box(chance) if seed % 2 else _touching(pair, chance)
-        found = sweep.breach_of(pair.merged().moving(), [box], 0.0)
+        found = swept_volume.breach_of(pair.merged().moving(), [box], 0.0)
         if _deepest(pair, box, chance) > 0.0:
             assert found is not None, seed
             seen["met"] += 1
@@ -135,19 +136,19 @@ def test_no_two_motions_that_meet_a_barrier_are_clear_and_few_others_are_not() -
     assert min(_compare().values()) >= 15
 
 
-def _without_the_base(moving: sweep.Moving) -> sweep.Moving:
+def _without_the_base(moving: swept_volume.Moving) -> swept_volume.Moving:
     return moving._replace(way=NOWHERE)
 
 
-def _with_less_of_the_way(moving: sweep.Moving) -> sweep.Moving:
+def _with_less_of_the_way(moving: swept_volume.Moving) -> swept_volume.Moving:
     return moving._replace(way=tuple(0.9 * w for w in moving.way))  # type: ignore[arg-type]
 
 
-def _in_step(moving: sweep.Moving) -> sweep.Moving:
+def _in_step(moving: swept_volume.Moving) -> swept_volume.Moving:
     return moving._replace(in_step=True)
 
 
-def _without_the_last_piece(moving: sweep.Moving) -> sweep.Moving:
+def _without_the_last_piece(moving: swept_volume.Moving) -> swept_volume.Moving:
     return moving._replace(paths=tuple(path[:-1] or path for path in moving.paths))
 
 
@@ -155,7 +156,7 @@ def _without_the_last_piece(moving: sweep.Moving) -> sweep.Moving:
     "broken", [_without_the_base, _with_less_of_the_way, _in_step, _without_the_last_piece]
 )
 def test_a_motion_of_which_something_is_left_out_is_noticed(
-    broken: Callable[[sweep.Moving], sweep.Moving], monkeypatch: pytest.MonkeyPatch
+    broken: Callable[[swept_volume.Moving], swept_volume.Moving], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = Merged.moving
     monkeypatch.setattr(Merged, "moving", lambda self: broken(whole(self)))
@@ -174,8 +175,8 @@ def _tool_exceeds(pair: Pair) -> list[str]:
     """Which bounds of the tool's rates in W, sampled in time, are exceeded."""
     merged, steps = pair.merged(), 1500
     arm, base = merged.joints.motion, merged.base.motion
-    relative, _ = peaks.tool_rates(arm.body, arm.paths[0], arm.duration, 1e-9)
-    bounds = peaks.added(relative, peaks.way_rates(base.way, base.duration))
+    relative, _ = kinematic_bounds.tool_rates(arm.body, arm.paths[0], arm.duration, 1e-9)
+    bounds = kinematic_bounds.added(relative, kinematic_bounds.way_rates(base.way, base.duration))
     places = []
     for i in range(steps + 1):
         s, drive = pair.shares(i / steps * pair.ends())
@@ -199,12 +200,12 @@ def test_the_tool_carried_by_the_base_exceeds_none_of_its_bounds(seed: int) -> N
 
 
 def test_bounds_of_the_tool_without_what_carries_it_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(peaks, "added", lambda relative, carried: relative)
+    monkeypatch.setattr(kinematic_bounds, "added", lambda relative, carried: relative)
     noticed = {name for seed in range(25) for name in _tool_exceeds(_moving_on(_pair(chance_of(seed))))}
     assert {"speed", "acceleration"} <= noticed
 
 
-def clear_everywhere(box: sweep.Box, p: Triple, way: Triple, room: float) -> bool:
+def clear_everywhere(box: swept_volume.Box, p: Triple, way: Triple, room: float) -> bool:
     return all(
         depth_of(box, (p[0] + s * way[0], p[1] + s * way[1], p[2] + s * way[2]), room) <= 0.0
         for s in (i / 2000 for i in range(2001))
@@ -219,7 +220,7 @@ def test_a_way_is_clear_iff_each_of_its_points_is_within_a_millimetre() -> None:
         p, end = ((*(chance.uniform(-1.0, 1.0) for _ in range(3)),) for _ in range(2))
         way = (end[0] - p[0], end[1] - p[1], end[2] - p[2])
         room = chance.uniform(0.0, 0.4)
-        found = sweep.clear(box, (p[0], p[1], p[2]), NOWHERE, way, room)
+        found = swept_volume.clear(box, (p[0], p[1], p[2]), NOWHERE, way, room)
         answers[found] += 1
         if found:
             assert clear_everywhere(box, (p[0], p[1], p[2]), way, room - 1e-9)

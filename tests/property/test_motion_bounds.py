@@ -8,9 +8,10 @@ from math import dist, hypot
 
 import pytest
 
-from aeros.runtime import bezier, peaks, sweep
-from aeros.runtime.kinematics import Posture
-from aeros.runtime.merging import Merged, Part
+from aeros.runtime.motion import bezier, kinematic_bounds
+from aeros.runtime.motion import swept_volume as sweep
+from aeros.runtime.motion.kinematics import Posture
+from aeros.runtime.motion.merged import Merged, Part
 from aeros.runtime.ports import Trajectory
 from tests.unit.runtime.motions import at, body, chance_of, differences, path, places, share, tool
 
@@ -37,7 +38,7 @@ def _sampled(motion: Trajectory) -> tuple[list[list[float]], list[list[float]], 
     return joints, places, motion.duration / SAMPLES
 
 
-def exceeded(found: peaks.Rates, rows: list[list[float]], step: float) -> list[str]:
+def exceeded(found: kinematic_bounds.Rates, rows: list[list[float]], step: float) -> list[str]:
     """The bounds that the rates of a point with these coordinates exceed, by more than differencing errs."""
     named = []
     for name, bound in zip(("speed", "acceleration", "jerk"), found, strict=True):
@@ -50,7 +51,7 @@ def exceeded(found: peaks.Rates, rows: list[list[float]], step: float) -> list[s
 
 def _joints_exceeded(motion: Trajectory) -> list[str]:
     joints, _, step = _sampled(motion)
-    bounds = peaks.joint_rates(motion.paths[0], motion.duration)
+    bounds = kinematic_bounds.joint_rates(motion.paths[0], motion.duration)
     return [name for found, row in zip(bounds, joints, strict=True) for name in exceeded(found, [row], step)]
 
 
@@ -63,15 +64,15 @@ def test_no_joint_exceeds_its_bounds(seed: int) -> None:
 def test_the_tool_exceeds_none_of_its_bounds(seed: int) -> None:
     motion = _motion(seed, (0.3, -0.2, 0.0) if seed % 2 else (0.0, 0.0, 0.0))
     _, places, step = _sampled(motion)
-    relative, _ = peaks.tool_rates(motion.body, motion.paths[0], motion.duration, 1e-9)
-    moving = peaks.added(relative, peaks.way_rates(motion.way, motion.duration))
+    relative, _ = kinematic_bounds.tool_rates(motion.body, motion.paths[0], motion.duration, 1e-9)
+    moving = kinematic_bounds.added(relative, kinematic_bounds.way_rates(motion.way, motion.duration))
     assert exceeded(moving, places, step) == []
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_tool_turns_no_faster_than_its_bound(seed: int) -> None:
     motion = _motion(seed)
-    _, turning = peaks.tool_rates(motion.body, motion.paths[0], motion.duration, 1e-9)
+    _, turning = kinematic_bounds.tool_rates(motion.body, motion.paths[0], motion.duration, 1e-9)
     steps = [share(i / SAMPLES) for i in range(SAMPLES + 1)]
     axes = []
     for s in steps:
@@ -95,15 +96,15 @@ def test_the_bound_of_the_tools_speed_is_hardly_above_it() -> None:
         _, places, step = _sampled(motion)
         rows = [differences(row, step) for row in places]
         most = max(sum(x * x for x in point) ** 0.5 for point in zip(*rows, strict=True))
-        found, _ = peaks.tool_rates(still, (quarter,), 1.0, most * 1.001)
+        found, _ = kinematic_bounds.tool_rates(still, (quarter,), 1.0, most * 1.001)
         assert most <= found.speed <= most * 1.002
 
 
 @pytest.mark.parametrize("number", range(3))
 def test_a_peak_factor_that_is_too_small_is_noticed(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    factors = list(peaks.TIMING)
+    factors = list(kinematic_bounds.TIMING)
     factors[number] *= 0.99
-    monkeypatch.setattr(peaks, "TIMING", tuple(factors))
+    monkeypatch.setattr(kinematic_bounds, "TIMING", tuple(factors))
     line = tuple((x,) * 4 for x in (0.0, 1 / 3, 2 / 3, 1.0))
     chance = chance_of(0)
     motion = Trajectory(body(chance), (((line[0], line[1], line[2], line[3]),),), NOWHERE, NOWHERE, 2.0)

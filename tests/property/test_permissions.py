@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
-from aeros.spec.model import (
+from aeros.spec.model.model import (
     Access,
     ActionKind,
     Block,
@@ -26,7 +26,7 @@ from aeros.spec.model import (
     Task,
 )
 from aeros.spec.obligations.permission import permission_obligations
-from aeros.spec.verdicts import Settled
+from aeros.spec.obligations.verdicts import Settled
 from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 from tests.property.test_verdicts import SPAN

@@ -8,9 +8,9 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.runtime.history import Histories
+from aeros.runtime.monitor.history import Histories
 from aeros.runtime.ports import Reading, Readings
-from aeros.runtime.recounting import Recount
+from aeros.runtime.records.recount import Recount
 from aeros.spec.expr import terms as t
 from tests.differential.test_past_time import conditions, kept, steps, values
 from tests.hypothesis_profiles import examples

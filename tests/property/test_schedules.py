@@ -16,10 +16,10 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.runtime.audit import verify_log
-from aeros.runtime.configuration import only
+from aeros.runtime.audit.log import verify_log
+from aeros.runtime.gate.configuration import only
 from aeros.runtime.ports import Completion, Ended, Monitor, Motion, Plan, StepHandle, StepStatus
-from aeros.runtime.replay import Replay
+from aeros.runtime.records.replay import Replay
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, act
 from tests.property.test_compositions import bounded

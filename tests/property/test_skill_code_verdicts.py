@@ -19,11 +19,11 @@ from hypothesis import strategies as st
 import aeros.skill
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
-from aeros.spec.model import ActionKind, Clause, Declared, Ecm, Risk, Site, Skill
+from aeros.spec.expr.units import NUMBER
+from aeros.spec.model.model import ActionKind, Clause, Declared, Ecm, Risk, Site, Skill
 from aeros.spec.obligations.entry_points import entry_point_obligations
 from aeros.spec.obligations.skill_code import skill_code_obligations
 from aeros.spec.obligations.skill_source import read_skill_files
-from aeros.spec.units import NUMBER
 from tests.property.mix import Mix
 from tests.property.test_permissions import bounded
 from tests.unit.agent.dumplings import SPAN, build

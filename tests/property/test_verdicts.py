@@ -17,12 +17,13 @@ from typing import Any, cast
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.spec.diagnostics import Label
-from aeros.spec.discharge import Finding, discharge
+from aeros.spec.diagnostics.codes import Label
+from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment, Value, evaluate, holds
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType
-from aeros.spec.model import (
+from aeros.spec.expr.units import NUMBER
+from aeros.spec.model.model import (
     Access,
     ActionKind,
     Block,
@@ -43,9 +44,8 @@ from aeros.spec.obligations.obligation import Claim, Obligation, Space
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.policy import policy_obligations
 from aeros.spec.obligations.safety import safety_obligations
-from aeros.spec.source import Source
-from aeros.spec.units import NUMBER
-from aeros.spec.verdicts import Settled, Verdict
+from aeros.spec.obligations.verdicts import Settled, Verdict
+from aeros.spec.verification.discharge import Finding, discharge
 from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from aeros.spec.theorems.folder import load_theorem, proofs_folder, theorem_folders
+from aeros.spec.theorems.theorem_folder import load_theorem, proofs_folder, theorem_folders
 from tests.repo.tree import ROOT, check_generated, text_of
 
 _PAGE = "docs/assurance.md"

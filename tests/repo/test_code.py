@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.diagnostics import CODES
+from aeros.spec.diagnostics.codes import CODES
 from tests.repo.tree import PYTHON, ROOT, check_generated, text_of
 
-_REGISTRY = Path("aeros/spec/diagnostics.py")
+_REGISTRY = Path("aeros/spec/diagnostics/codes.py")
 
 
 def _module(path: Path) -> str:

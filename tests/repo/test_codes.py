@@ -20,9 +20,9 @@ from pathlib import Path
 
 import pytest
 
-from aeros.cli.explain import pages
+from aeros.cli.author.explain import pages
 from aeros.cli.main import main
-from aeros.spec.diagnostics import CODES
+from aeros.spec.diagnostics.codes import CODES
 from tests.repo.tree import ROOT, check_generated
 
 FOLDER = ROOT / "docs" / "codes"

@@ -26,8 +26,8 @@ def test_every_word_is_used_where_it_is_needed() -> None:
 
 
 def test_the_verdicts_and_decisions_of_the_glossary_are_those_of_the_code() -> None:
-    from aeros.runtime.decision import Verdict as Decided
-    from aeros.spec.verdicts import Verdict as Proved
+    from aeros.runtime.gate.decision import Verdict as Decided
+    from aeros.spec.obligations.verdicts import Verdict as Proved
 
     meanings = dict(_TERMS)
     for word, enum in (("verdict", Proved), ("decision", Decided)):

@@ -18,9 +18,9 @@ PLACING = (
 """What of PyBullet puts a body somewhere, or gives it a speed, without a motor or a contact."""
 
 ALLOWED = {
-    ("sim/panda.py", "_assemble"),  # before the clock starts
-    ("sim/people.py", "walk"),  # people walk by themselves, and the robot does not move them
-    ("sim/mirror.py", "place"),  # the window's own world, of which nothing is measured
+    ("sim/bullet/panda.py", "_assemble"),  # before the clock starts
+    ("sim/bullet/people.py", "walk"),  # people walk by themselves, and the robot does not move them
+    ("sim/bullet/mirror.py", "place"),  # the window's own world, of which nothing is measured
 }
 
 

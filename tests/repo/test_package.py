@@ -13,7 +13,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 import aeros
-from aeros.cli.exit_codes import Exit
+from aeros.exit_codes import Exit
 from tests.repo.tree import ROOT, text_of
 
 _PROJECT: dict[str, Any] = tomllib.loads(text_of("pyproject.toml"))

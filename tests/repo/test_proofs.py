@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.theorems.folder import EXPECTED, load_theorem, proofs_folder, theorem_folders
+from aeros.spec.theorems.theorem_folder import EXPECTED, load_theorem, proofs_folder, theorem_folders
 from tests.repo.tree import ROOT, text_of
 
 _FOLDERS = theorem_folders(proofs_folder())
@@ -44,10 +44,14 @@ def test_a_theorem_has_all_that_belongs_to_it(folder: Path) -> None:
 _LOOPS = [
     (module, function)
     for module, functions in {
-        "aeros/runtime/layers.py": ("finite_objections", "_access_objections", "_usage_objections"),
-        "aeros/runtime/gate.py": ("_failing",),
-        "aeros/runtime/intake.py": ("take_given", "take_readings"),
-        "aeros/runtime/beside.py": ("objections", "of", "_shared_actuators"),
+        "aeros/runtime/gate/finite_layers.py": (
+            "finite_objections",
+            "_access_objections",
+            "_usage_objections",
+        ),
+        "aeros/runtime/gate/gate.py": ("_failing",),
+        "aeros/runtime/gate/request_check.py": ("take_given", "take_readings"),
+        "aeros/runtime/gate/joint_rules.py": ("objections", "of", "_shared_actuators"),
     }.items()
     for function in functions
 ]

@@ -16,10 +16,11 @@ from typing import Any, get_args, get_origin
 
 import pytest
 
-from aeros.spec.decode import decode
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.hints import Field, fields_of, kind_of, options_of, parted, words_of
-from aeros.spec.located import (
+from aeros.spec.declared.json_schema import FILES
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.source import Source, Span
+from aeros.spec.text.decode import decode
+from aeros.spec.text.fields import (
     PATTERNS,
     Boolean,
     Bounds,
@@ -31,11 +32,10 @@ from aeros.spec.located import (
     Pattern,
     Text,
 )
-from aeros.spec.nodes import MappingNode, Node, ScalarNode, SequenceNode
-from aeros.spec.reader import read_yaml
-from aeros.spec.schema import FILES
-from aeros.spec.source import Source, Span
-from aeros.spec.texts import read_source
+from aeros.spec.text.files import read_source
+from aeros.spec.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from aeros.spec.text.schema_hints import Field, fields_of, kind_of, options_of, parted, words_of
+from aeros.spec.text.yaml_reader import read_yaml
 from tests.repo.tree import ROOT, check_generated, text_of
 
 _WHOLE = {

@@ -17,7 +17,7 @@ import pytest
 from aeros.experiments.catalogue import catalogue
 from aeros.experiments.report.figures import data_digest, figures_of
 from aeros.experiments.report.results import measured
-from aeros.experiments.report.written import FIGURES, RESULTS, page_of_kept
+from aeros.experiments.report.write import FIGURES, RESULTS, page_of_kept
 from tests.repo.tree import ROOT, UPDATE
 
 PAGE = ROOT / "docs" / "results.md"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.folders import reference_site
-from aeros.spec.loading import load_ecm, load_site
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.text.discovery import reference_site
 from tests.repo.tree import ROOT
 
 MODULES = sorted(path.parent.name for path in (ROOT / "ecms").glob("*/ecm.yaml"))

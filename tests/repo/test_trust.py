@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from aeros.spec.diagnostics import CODES
+from aeros.spec.diagnostics.codes import CODES
 from tests.repo.tree import PYTHON, text_of
 
 _PAGE = text_of("docs/trust.md")

@@ -19,7 +19,7 @@ from aeros.agent.errors import RefusedError
 from aeros.session.plant_factory import PlantSetupError
 from aeros.sim.conformance.suite import ConformanceError
 from aeros.sim.fake import FakePlant
-from aeros.spec.errors import MisuseError, UserError
+from aeros.spec.diagnostics.errors import MisuseError, UserError
 from tests.repo.api_page import PUBLIC, examples
 from tests.repo.tree import ROOT
 from tests.unit.sim.conformance.subjects import SUBJECTS

@@ -22,10 +22,10 @@ from py_trees.common import Status
 from py_trees.composites import Selector, Sequence
 from py_trees.decorators import Retry
 
-from aeros.agent.graph import Step
+from aeros.agent.planning.task_graph import Step
 from aeros.experiments.architecture import Means, Told
 from aeros.spec.expr import terms as t
-from aeros.spec.model import PlanningRule
+from aeros.spec.model.model import PlanningRule
 
 
 class BehaviourTree:

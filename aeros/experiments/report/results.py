@@ -14,7 +14,10 @@ from typing import Any, Final
 
 from aeros.experiments.catalogue import Experiment, Metric, Row, read_data
 from aeros.experiments.environment import environment
-from aeros.experiments.kinds import (
+from aeros.experiments.inputs import Premises
+from aeros.experiments.report.sampled_rate import exact_as_drawn
+from aeros.experiments.statistics import fisher, mcnemar, of_median, wilson
+from aeros.experiments.trial_kinds import (
     ALIKE,
     ATTEMPT,
     INDEPENDENT,
@@ -25,9 +28,6 @@ from aeros.experiments.kinds import (
     family_of,
     kind_of,
 )
-from aeros.experiments.premises import Premises
-from aeros.experiments.report.drawn import exact_as_drawn
-from aeros.experiments.statistics import fisher, mcnemar, of_median, wilson
 from aeros.spec.migrations.formats import RESULTS
 
 SCHEMA: Final = RESULTS.schema

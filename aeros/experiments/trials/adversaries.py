@@ -22,16 +22,16 @@ from random import Random
 from typing import Any, Final, cast
 
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import Found, Trial, scratch
+from aeros.experiments.inputs import Premises
 from aeros.experiments.open_gate import OpenGate, without_policy
-from aeros.experiments.plants import no_physics
-from aeros.experiments.premises import Premises
-from aeros.experiments.trials.given_module import proved, written
+from aeros.experiments.trial_kinds import Found, Trial, scratch
+from aeros.experiments.trial_plants import no_physics
+from aeros.experiments.trials.inline_module import proved, written
 from aeros.experiments.trials.referee import Referee
-from aeros.runtime.configuration import Configuration
 from aeros.runtime.execution.executor import Executor
-from aeros.runtime.gate import CompiledGate
-from aeros.runtime.gate_port import Gate
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.gate import CompiledGate
+from aeros.runtime.gate.port import Gate
 from aeros.runtime.ports import (
     Completion,
     Ended,
@@ -45,10 +45,10 @@ from aeros.runtime.ports import (
 )
 from aeros.session.assembly import build_executor
 from aeros.skill import Action
-from aeros.spec.diagnostics import Diagnostics, Severity
-from aeros.spec.errors import InternalError, UserError
-from aeros.spec.loading import load_ecm
-from aeros.spec.model import Site
+from aeros.spec.diagnostics.codes import Diagnostics, Severity
+from aeros.spec.diagnostics.errors import InternalError, UserError
+from aeros.spec.elaborate.load import load_ecm
+from aeros.spec.model.model import Site
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ def _unproved(folder: Path, site: Site) -> Configuration:
 
 def _plant(settings: Mapping[str, Any], seed: int, referee: Referee) -> Plant:
     try:
-        from aeros.sim.people import Person, Waypoint
+        from aeros.sim.bullet.people import Person, Waypoint
         from aeros.sim.physics import make_plant
     except ImportError as error:
         raise no_physics(error) from error

@@ -14,22 +14,22 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final, cast
 
+from aeros.agent.agent import Agent, awake_once
 from aeros.agent.errors import RefusedError
-from aeros.agent.loop import Agent, awake_once
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import Found, Trial, scratch
-from aeros.experiments.means import CountingRuntime
-from aeros.experiments.premises import Premises
+from aeros.experiments.inputs import Premises
+from aeros.experiments.trial_context import CountingRuntime
+from aeros.experiments.trial_kinds import Found, Trial, scratch
 from aeros.experiments.trials.task import KIND as TASKS
 from aeros.experiments.trials.task import plants_of
-from aeros.runtime.configuration import Configuration
-from aeros.runtime.gate import CompiledGate
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.gate import CompiledGate
 from aeros.runtime.ports import Runtime
 from aeros.runtime.proving import prove
-from aeros.runtime.registry.governing import Governing
 from aeros.runtime.registry.registry import Registry
+from aeros.runtime.registry.registry_governor import Governing
 from aeros.session.assembly import build_executor
-from aeros.spec.reports import Report
+from aeros.spec.verification.reports import Report
 
 
 class HotSwaps:

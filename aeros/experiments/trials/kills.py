@@ -36,12 +36,12 @@ from typing import Any, Final
 
 import aeros
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import RAM, Found
-from aeros.experiments.kinds import Trial as Tried
-from aeros.experiments.premises import Premises, Where
+from aeros.experiments.inputs import Premises, Where
+from aeros.experiments.trial_kinds import RAM, Found
+from aeros.experiments.trial_kinds import Trial as Tried
 from aeros.experiments.trials.kill_logs import lines_of, moved, repeated
-from aeros.runtime.audit import verify_log
-from aeros.spec.model import Ecm
+from aeros.runtime.audit.log import verify_log
+from aeros.spec.model.model import Ecm
 
 LONGEST_TASK: Final = 600.0
 """Real seconds, from the last kill, after which a task counts as one that does not end."""

@@ -17,21 +17,21 @@ from contextlib import closing, contextmanager
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from aeros.agent.beside import LateError
-from aeros.agent.proposals import Proposals
-from aeros.agent.routing import Routed
-from aeros.agent.world import measured_world
+from aeros.agent.planning.planner_client import Proposals
+from aeros.agent.planning.routing import Routed
+from aeros.agent.planning.time_limited import LateError
+from aeros.agent.world.world import measured_world
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import Found, Trial, scratch
-from aeros.experiments.premises import Premises
+from aeros.experiments.inputs import Premises
 from aeros.experiments.slow_planner import SlowPlanner
+from aeros.experiments.trial_kinds import Found, Trial, scratch
 from aeros.experiments.trials.truth import REST, Referee, Refereed, constant
 from aeros.runtime.ports import Ended, Plant, Runtime, StepRequest
 from aeros.session.assembly import build_executor
 from aeros.sim.clock import TICK
 
 if TYPE_CHECKING:
-    from aeros.sim.sensing import Truth
+    from aeros.sim.sensors import Truth
 
 _MOST: Final = 15.0
 """Plant seconds after which a trial is over: whoever comes has come."""
@@ -49,7 +49,7 @@ class Reactions:
     @contextmanager
     def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
         """On physics, each trial with a plant of its own."""
-        from aeros.sim.people_file import read_people
+        from aeros.sim.bullet.people_file import read_people
         from aeros.sim.physics import make_plant
 
         settings = condition.settings

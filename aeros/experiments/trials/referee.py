@@ -14,12 +14,12 @@ from math import ceil, dist, hypot
 from typing import TYPE_CHECKING, Any, Final
 
 from aeros.sim.clock import TICK
-from aeros.spec.errors import MisuseError
+from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr import terms as t
-from aeros.spec.model import Site
+from aeros.spec.model.model import Site
 
 if TYPE_CHECKING:
-    from aeros.sim.sensing import Truth
+    from aeros.sim.sensors import Truth
 
 TOLERANCE: Final = 1.01
 """A link is faster than its set points by this much at most, so a limit is broken beyond that."""

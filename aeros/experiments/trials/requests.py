@@ -19,18 +19,18 @@ from random import Random
 from typing import Any, Final
 
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import Found, Trial
+from aeros.experiments.inputs import Premises
 from aeros.experiments.open_gate import OpenGate
-from aeros.experiments.premises import Premises
-from aeros.runtime.configuration import Configuration
-from aeros.runtime.decision import Caller, Verdict
-from aeros.runtime.gate import CompiledGate
-from aeros.runtime.gate_port import Gate
+from aeros.experiments.trial_kinds import Found, Trial
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.decision import Caller, Verdict
+from aeros.runtime.gate.gate import CompiledGate
+from aeros.runtime.gate.port import Gate
 from aeros.runtime.ports import Readings
-from aeros.sim.symbolic import SymbolicPlant
+from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.skill import Action
-from aeros.spec.doubles import as_doubles
-from aeros.spec.model import Block, Risk
+from aeros.spec.expr.doubles import as_doubles
+from aeros.spec.model.model import Block, Risk
 
 Request = Mapping[str, Any]
 

@@ -18,29 +18,29 @@ from pathlib import Path
 from random import Random
 from typing import Any, Final, NamedTuple
 
-from aeros.agent.planner import RulePlanner
-from aeros.agent.routing import Routed, route
-from aeros.agent.smt_planner import SmtPlanner
-from aeros.agent.world import World, measured_world
+from aeros.agent.planning.base import RulePlanner
+from aeros.agent.planning.routing import Routed, route
+from aeros.agent.planning.smt import SmtPlanner
+from aeros.agent.world.world import World, measured_world
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import RAM, Found, Trial
-from aeros.experiments.premises import Premises
+from aeros.experiments.inputs import Premises
+from aeros.experiments.trial_kinds import RAM, Found, Trial
 from aeros.experiments.trials.synthetic import write_module, write_modules
-from aeros.runtime.configuration import Configuration
-from aeros.runtime.decision import Caller, Verdict
-from aeros.runtime.gate import CompiledGate
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.decision import Caller, Verdict
+from aeros.runtime.gate.gate import CompiledGate
 from aeros.runtime.ports import Readings
 from aeros.runtime.proving import configuration_of
-from aeros.sim.symbolic import SymbolicPlant
+from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.skill import act
-from aeros.spec.backends.store import Store
-from aeros.spec.doubles import as_doubles
-from aeros.spec.errors import MisuseError
-from aeros.spec.folders import reference_site
-from aeros.spec.model import Ecm
-from aeros.spec.reports import Report
-from aeros.spec.verdicts import Conclusion
-from aeros.spec.verify import Detail, verify
+from aeros.spec.backends.answer_store import Store
+from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.expr.doubles import as_doubles
+from aeros.spec.model.model import Ecm
+from aeros.spec.obligations.verdicts import Conclusion
+from aeros.spec.text.discovery import reference_site
+from aeros.spec.verification.reports import Report
+from aeros.spec.verification.verify import Detail, verify
 
 _TIMES: Final = 200
 """How often what takes microseconds is done for one measurement."""

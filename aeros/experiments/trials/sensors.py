@@ -21,18 +21,18 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from aeros.experiments.architecture import made
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import Found, Trial, scratch
-from aeros.experiments.means import CountingRuntime, TrialMeans
-from aeros.experiments.premises import Premises
+from aeros.experiments.inputs import Premises
+from aeros.experiments.trial_context import CountingRuntime, TrialMeans
+from aeros.experiments.trial_kinds import Found, Trial, scratch
 from aeros.experiments.trials.truth import REST, Referee, Refereed, constant
 from aeros.runtime.ports import Ended, Plant, Runtime, StepStatus
 from aeros.session.assembly import build_executor
 from aeros.sim.clock import TICK
-from aeros.sim.sensing import SensorModel
-from aeros.spec.model import Site
+from aeros.sim.sensors import SensorModel
+from aeros.spec.model.model import Site
 
 if TYPE_CHECKING:
-    from aeros.sim.sensing import Truth
+    from aeros.sim.sensors import Truth
 
 _BAD: Final = ("noise", "latency", "dropout")
 
@@ -43,7 +43,7 @@ class BadSensors:
     @contextmanager
     def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
         """On physics, each trial with a plant of its own."""
-        from aeros.sim.people_file import read_people
+        from aeros.sim.bullet.people_file import read_people
         from aeros.sim.physics import make_plant
 
         settings = condition.settings

@@ -23,20 +23,20 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.agent.loop import Agent, awake, awake_once
-from aeros.agent.routing import Routed
+from aeros.agent.agent import Agent, awake, awake_once
+from aeros.agent.planning.routing import Routed
 from aeros.experiments.condition import Condition
-from aeros.experiments.failures import independent
-from aeros.experiments.kinds import Found, Trial, scratch
-from aeros.experiments.plants import Plants, physics_plants, symbolic_plants
-from aeros.experiments.premises import Premises
-from aeros.experiments.trials.given_module import proved, written
+from aeros.experiments.failure_models import independent
+from aeros.experiments.inputs import Premises
+from aeros.experiments.trial_kinds import Found, Trial, scratch
+from aeros.experiments.trial_plants import Plants, physics_plants, symbolic_plants
+from aeros.experiments.trials.inline_module import proved, written
 from aeros.experiments.trials.thompson import Chances, Session, best, forgetting, remembering
-from aeros.runtime.configuration import Configuration
-from aeros.runtime.gate import CompiledGate
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.gate import CompiledGate
 from aeros.runtime.ports import Runtime
 from aeros.session.assembly import build_executor
-from aeros.spec.closed_loop.chances import with_skill_probabilities
+from aeros.spec.closed_loop.outcome_probabilities import with_skill_probabilities
 
 LATE: Final = 10
 """The sessions at the end that are looked at by themselves."""

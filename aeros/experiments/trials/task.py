@@ -19,24 +19,24 @@ from fractions import Fraction
 from functools import cache
 from typing import Any, Final
 
-from aeros.agent.routing import Routed
+from aeros.agent.planning.routing import Routed
 from aeros.experiments.architecture import Model, Told, made
 from aeros.experiments.condition import Condition
-from aeros.experiments.exact import predicted
-from aeros.experiments.failures import bursts_of, drawing_of, failing, process_of, with_channel
-from aeros.experiments.kinds import ALIKE, INDEPENDENT, PREDICTED, Found, Trial, scratch
-from aeros.experiments.luck import Luck, LuckOfASeed, LuckOfDraws
-from aeros.experiments.means import CountingRuntime, TrialMeans
+from aeros.experiments.exact_prediction import predicted
+from aeros.experiments.failure_models import bursts_of, drawing_of, failing, process_of, with_channel
+from aeros.experiments.inputs import Premises
 from aeros.experiments.open_gate import OpenGate, without_policy
-from aeros.experiments.plants import Plants, physics_plants, symbolic_plants
-from aeros.experiments.premises import Premises
-from aeros.experiments.sharing import FollowingRuntime, Live, Take, Takes
-from aeros.runtime.audit import AuditError, AuditLog
+from aeros.experiments.plant_cache import FollowingRuntime, Live, Take, Takes
+from aeros.experiments.random_stream import Luck, LuckOfASeed, LuckOfDraws
+from aeros.experiments.trial_context import CountingRuntime, TrialMeans
+from aeros.experiments.trial_kinds import ALIKE, INDEPENDENT, PREDICTED, Found, Trial, scratch
+from aeros.experiments.trial_plants import Plants, physics_plants, symbolic_plants
+from aeros.runtime.audit.log import AuditError, AuditLog
 from aeros.session.assembly import build_executor
-from aeros.sim.outcomes import Draws, shares_by_skill
+from aeros.sim.symbolic.outcomes import Draws, shares_by_skill
 from aeros.spec.closed_loop.transition_system import NotExploredError
-from aeros.spec.errors import InternalError
-from aeros.spec.model import Ecm
+from aeros.spec.diagnostics.errors import InternalError
+from aeros.spec.model.model import Ecm
 
 _PURSUIT: Final = {"architecture", "options"}
 """Settings that decide what is asked of a plant, and not what comes of it."""

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from aeros.runtime.ports import Completion, Monitor, Motion, Plan, Plant
 from aeros.skill import Action
-from aeros.spec.errors import MisuseError
+from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import holds
-from aeros.spec.model import Site
+from aeros.spec.model.model import Site
 
 if TYPE_CHECKING:
-    from aeros.sim.sensing import Truth
+    from aeros.sim.sensors import Truth
 
 
 REST: Final = 0.01

@@ -14,10 +14,10 @@ from collections.abc import Mapping
 from queue import SimpleQueue
 from typing import Any, Final, NamedTuple, Self
 
+from aeros.runtime.bus.message_publisher import Chain, Telling
 from aeros.runtime.bus.port import Publishing
-from aeros.runtime.bus.telling import Chain, Telling
 from aeros.runtime.ports import Reading, Readings
-from aeros.spec.model import Site
+from aeros.spec.model.model import Site
 
 _MOST_STATES: Final = 1_000
 """States in the queue, about 4 s of control ticks, beyond which no further one is taken."""

@@ -10,7 +10,7 @@ from math import sqrt
 from typing import Final
 
 from aeros.kinematic_chain import ORIGIN, Frame, mounting_of, next_frame
-from aeros.runtime.bus.measured import WORLD
+from aeros.runtime.bus.measurement_messages import WORLD
 from aeros.runtime.bus.messages import (
     Header,
     Quaternion,

@@ -1,1 +1,1 @@
-"""Execution of steps: whose turn it is, each action through the gate to the plant, and the clean-up."""
+"""Execution of skills: scheduling, one step's way from request to motor, clean-up."""

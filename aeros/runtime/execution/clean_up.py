@@ -7,15 +7,15 @@ from contextlib import ExitStack
 from typing import NamedTuple
 
 from aeros.descriptions import describe_exception
-from aeros.runtime.audit import AuditError, AuditLog
-from aeros.runtime.deciding import Deciding
-from aeros.runtime.governor import FollowedConfiguration, Governor
+from aeros.runtime.audit.log import AuditError, AuditLog
+from aeros.runtime.execution.decision_pipeline import Deciding
+from aeros.runtime.execution.governor import FollowedConfiguration, Governor
+from aeros.runtime.execution.resources import Resources
+from aeros.runtime.execution.step import Step, StepTable
 from aeros.runtime.ports import Plant, StepHandle, StepResult, StepStatus
-from aeros.runtime.records import caller_details
-from aeros.runtime.resources import Resources
-from aeros.runtime.skill_run import Ending
-from aeros.runtime.step import Step, StepTable
-from aeros.spec.cause import told as told_causes
+from aeros.runtime.records.records import caller_details
+from aeros.runtime.skills.in_process_run import Ending
+from aeros.spec.model.cause import told as told_causes
 
 
 class ExecutionContext(NamedTuple):

@@ -28,15 +28,18 @@ from collections.abc import Mapping, Sequence
 from math import inf
 from typing import Any, Self
 
-from aeros.runtime.audit import AuditError, AuditLog, DecisionCounts
-from aeros.runtime.canonical import restored
-from aeros.runtime.configuration import Configuration
-from aeros.runtime.deciding import Deciding
+from aeros.runtime.audit.log import AuditError, AuditLog, DecisionCounts
+from aeros.runtime.canonical_json import restored
 from aeros.runtime.execution.clean_up import CleanUp, ExecutionContext
+from aeros.runtime.execution.decision_pipeline import Deciding
+from aeros.runtime.execution.governor import Command, Fixed, FollowedConfiguration, Governor
+from aeros.runtime.execution.prepare import RefusedError, prepared
+from aeros.runtime.execution.resources import Resources
 from aeros.runtime.execution.scheduler import Scheduler
+from aeros.runtime.execution.step import StepTable, capacities_of
 from aeros.runtime.execution.step_control import StepControl
-from aeros.runtime.gate_port import Gate
-from aeros.runtime.governor import Command, Fixed, FollowedConfiguration, Governor
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.port import Gate
 from aeros.runtime.ports import (
     BEGINNING,
     Ended,
@@ -49,15 +52,12 @@ from aeros.runtime.ports import (
     StepResult,
     StepStatus,
 )
-from aeros.runtime.preparing import RefusedError, prepared
-from aeros.runtime.records import session_details
-from aeros.runtime.recounting import Recount, recounted
-from aeros.runtime.resources import Resources
-from aeros.runtime.skill_run import Ending, OpenRun
-from aeros.runtime.step import StepTable, capacities_of
-from aeros.spec.certificate import Certificate
-from aeros.spec.errors import MisuseError
-from aeros.spec.model import Ecm, Site
+from aeros.runtime.records.records import session_details
+from aeros.runtime.records.recount import Recount, recounted
+from aeros.runtime.skills.in_process_run import Ending, OpenRun
+from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.model.model import Ecm, Site
+from aeros.spec.verification.certificate import Certificate
 
 
 class Executor:

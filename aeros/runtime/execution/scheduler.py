@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from aeros.runtime.execution.clean_up import CleanUp, ExecutionContext
+from aeros.runtime.execution.governor import Command
+from aeros.runtime.execution.step import HALTED, Step, ending_stopped, ending_unheld, needs_of
 from aeros.runtime.execution.step_control import StepControl
-from aeros.runtime.governor import Command
-from aeros.runtime.grounds import cause_of_stop
+from aeros.runtime.gate.causes import cause_of_stop
 from aeros.runtime.ports import Completion, StepHandle, StepStatus
-from aeros.runtime.records import caller_details
-from aeros.runtime.skill_run import Ending
-from aeros.runtime.step import HALTED, Step, ending_stopped, ending_unheld, needs_of
+from aeros.runtime.records.records import caller_details
+from aeros.runtime.skills.in_process_run import Ending
 
 _POLL_INTERVAL_S: Final = 0.01
 """Time between two looks while the operator pauses, s."""

@@ -5,13 +5,20 @@ from __future__ import annotations
 from typing import Final
 
 from aeros.runtime.execution.clean_up import CleanUp, ExecutionContext
-from aeros.runtime.governor import Command
-from aeros.runtime.passing import may_pass
+from aeros.runtime.execution.governor import Command
+from aeros.runtime.execution.prepare import with_outputs
+from aeros.runtime.execution.step import (
+    HALTED,
+    ObservationFilter,
+    Step,
+    UnderWay,
+    ending_stopped,
+    ending_unheld,
+)
+from aeros.runtime.gate.transient import may_pass
 from aeros.runtime.ports import Completion, StepStatus
-from aeros.runtime.preparing import with_outputs
-from aeros.runtime.records import spell_reasons
-from aeros.runtime.skill_run import Ending
-from aeros.runtime.step import HALTED, ObservationFilter, Step, UnderWay, ending_stopped, ending_unheld
+from aeros.runtime.records.records import spell_reasons
+from aeros.runtime.skills.in_process_run import Ending
 from aeros.skill import Action
 
 MAX_ACTIONS: Final = 10_000

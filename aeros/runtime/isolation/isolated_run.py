@@ -6,7 +6,8 @@ import signal
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
-from aeros.runtime.isolation.frames import (
+from aeros.runtime.isolation.layers import Layer
+from aeros.runtime.isolation.protocol import (
     Answer,
     Asked,
     Close,
@@ -22,12 +23,11 @@ from aeros.runtime.isolation.frames import (
     Refused,
     Resume,
 )
-from aeros.runtime.isolation.lockdown import Layer
-from aeros.runtime.isolation.nursery import Nursery, ZygoteError
+from aeros.runtime.isolation.zygote_pool import Nursery, ZygoteError
 from aeros.runtime.ports import StepStatus
-from aeros.runtime.skill_code import NoActionError, SkillRefusedError, snapshot
-from aeros.runtime.skill_run import Ending, finished
-from aeros.runtime.skills import CertifiedCode
+from aeros.runtime.skills.contract import NoActionError, SkillRefusedError, snapshot
+from aeros.runtime.skills.in_process_run import Ending, finished
+from aeros.runtime.skills.load import CertifiedCode
 from aeros.skill import Action, Observation
 
 LEAST_ANSWER: Final = 1.0

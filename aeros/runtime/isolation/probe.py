@@ -12,8 +12,8 @@ import socket
 from collections.abc import Callable
 from typing import Final
 
+from aeros.runtime.isolation.layers import PUT_ON, Layer
 from aeros.runtime.isolation.limits import MEMORY
-from aeros.runtime.isolation.lockdown import PUT_ON, Layer
 from aeros.runtime.isolation.privileges import give_up_privileges
 
 _MOST_WORDS: Final = 500

@@ -10,7 +10,8 @@ import sys
 from typing import Final, cast
 
 from aeros.descriptions import describe_exception
-from aeros.runtime.isolation.frames import (
+from aeros.runtime.isolation.layers import Layer, lock_down
+from aeros.runtime.isolation.protocol import (
     MOST_ANSWER,
     Answer,
     Asked,
@@ -28,8 +29,7 @@ from aeros.runtime.isolation.frames import (
     hear_question,
     words,
 )
-from aeros.runtime.isolation.lockdown import Layer, lock_down
-from aeros.runtime.skill_code import (
+from aeros.runtime.skills.contract import (
     NoActionError,
     SkillFunction,
     SkillRefusedError,

@@ -23,7 +23,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from aeros.runtime.isolation.lockdown import PUT_ON, Layer, close_all_but
+from aeros.runtime.isolation.layers import PUT_ON, Layer, close_all_but
 from aeros.runtime.isolation.privileges import adopt_orphans
 from aeros.runtime.isolation.probe import probe_layer, probe_surroundings
 from aeros.runtime.isolation.worker import serve

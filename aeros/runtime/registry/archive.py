@@ -13,9 +13,9 @@ from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from typing import Final
 
-from aeros.runtime.registry.bundle import MAX_MODULE
-from aeros.spec.diagnostics import Diagnostic
-from aeros.spec.errors import UserError
+from aeros.runtime.registry.bundle_store import MAX_MODULE
+from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.diagnostics.errors import UserError
 
 MOST_FILES: Final = 10_000
 _EPOCH: Final = (1980, 1, 1, 0, 0, 0)  # the earliest that the format has

@@ -14,15 +14,15 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.runtime.audit import AuditError, AuditLog
-from aeros.runtime.audit_check import Record, verify_log
-from aeros.runtime.audit_checkpoints import Signing
-from aeros.runtime.audit_keys import KeyRefusedError, read_signing_key
+from aeros.runtime.audit.check import Record, verify_log
+from aeros.runtime.audit.checkpoints import Signing
+from aeros.runtime.audit.keys import KeyRefusedError, read_signing_key
+from aeros.runtime.audit.log import AuditError, AuditLog
 from aeros.runtime.registry.lifecycle import State
-from aeros.runtime.registry.records import Installed, Snapshot
-from aeros.spec.diagnostics import Diagnostic
-from aeros.spec.errors import UserError
-from aeros.spec.model import Block
+from aeros.runtime.registry.store import Installed, Snapshot
+from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.model import Block
 
 LOG: Final = "audit.jsonl"
 _CHANGE: Final = "registry-change"

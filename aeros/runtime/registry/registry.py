@@ -19,21 +19,21 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from aeros.durable import replace_file
-from aeros.runtime.configuration import Configuration
+from aeros.files import replace_file
+from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.proving import Prove, prove
-from aeros.runtime.registry.bundle import bundle_digest, keep, module_files, sweep
+from aeros.runtime.registry.bundle_store import bundle_digest, keep, module_files, sweep
 from aeros.runtime.registry.change_log import adopted, record_change
+from aeros.runtime.registry.control_page import Live, StillMovingError
 from aeros.runtime.registry.lifecycle import State, Verb, after, before
-from aeros.runtime.registry.live import Live, StillMovingError
-from aeros.runtime.registry.records import Installed, Records, Snapshot
-from aeros.spec.diagnostics import Diagnostic, Diagnostics, did_you_mean
-from aeros.spec.digests import file_digest
-from aeros.spec.errors import UserError
-from aeros.spec.folders import reference_site
-from aeros.spec.loading import load_ecm, load_site
-from aeros.spec.model import Block, Ecm, Site
-from aeros.spec.reports import Report
+from aeros.runtime.registry.store import Installed, Records, Snapshot
+from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, did_you_mean
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.model import Block, Ecm, Site
+from aeros.spec.text.digests import file_digest
+from aeros.spec.text.discovery import reference_site
+from aeros.spec.verification.reports import Report
 
 _FOLDER: Final = "registry"
 _LOCK: Final = "change.lock"

@@ -14,12 +14,12 @@ from math import cos, pi, sin
 from numpy.random import Generator
 
 from aeros.sim.clock import TICK
-from aeros.sim.faults.hindrance import UNHINDERED, Hindrance
+from aeros.sim.faults.degradation import UNHINDERED, Hindrance
 from aeros.sim.faults.model import Acting, Enter, Seen
 from aeros.sim.geometry import Triple, plus
 from aeros.sim.physics import PlantParts
 from aeros.sim.scenes.scene import Through
-from aeros.sim.sensing import SensorModel
+from aeros.sim.sensors import SensorModel
 from aeros.spec.declared.faults import Bump, Delay, Loosen, Misplace, Misread, Miss, Slip, Weaken
 
 

@@ -13,15 +13,15 @@ from typing import NamedTuple
 
 from numpy.random import Generator
 
+from aeros.sim.faults.degradation import UNHINDERED, Hindered, Hindrance
 from aeros.sim.faults.effects import acting, seen
-from aeros.sim.faults.hindrance import UNHINDERED, Hindered, Hindrance
 from aeros.sim.faults.model import Fault, OnLook, OnSkill, OnTime, Opportunity
-from aeros.sim.faults.process import Draws
+from aeros.sim.faults.opportunities import Draws
 from aeros.sim.physics import NoDisturbance, PlantParts
 from aeros.sim.randomness import Chance
 from aeros.sim.scenes.scene import Detected, Through
 from aeros.spec.declared.faults import Misplace, Miss
-from aeros.spec.errors import MisuseError
+from aeros.spec.diagnostics.errors import MisuseError
 
 
 class Happening(NamedTuple):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from aeros.sim.channel import Process
-from aeros.sim.people import Person
+from aeros.sim.bullet.people import Person
+from aeros.sim.gilbert_elliott import Process
 from aeros.spec.declared.faults import Bump, Delay, Loosen, Misplace, Misread, Miss, Slip, Weaken
 
 

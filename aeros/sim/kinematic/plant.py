@@ -13,9 +13,9 @@ from aeros.runtime.ports import Reading, Readings
 from aeros.sim.clock import TICK
 from aeros.sim.kinematic.robot import BLOCKED, KinematicRobot
 from aeros.sim.kinematic.scenes import SCENES, KinematicScene
-from aeros.sim.motions import BlockedError
 from aeros.sim.randomness import Chance
-from aeros.sim.ticking import TickingPlant
+from aeros.sim.robot.motions import BlockedError
+from aeros.sim.ticked_plant import TickingPlant
 
 
 class KinematicPlant(TickingPlant):

@@ -9,10 +9,10 @@ import numpy as np
 
 from aeros.sim.clock import TICK
 from aeros.sim.geometry import Pose, Triple, plus, turned
-from aeros.sim.kinematic.chain import posture
-from aeros.sim.kinematic.things import Things
-from aeros.sim.limits import FINGER_GAP_MAX, FINGER_SPEED, Vector
-from aeros.sim.robot import Robot, RobotOptions, RobotState
+from aeros.sim.kinematic.objects import Things
+from aeros.sim.kinematic.tool_kinematics import posture
+from aeros.sim.robot.limits import FINGER_GAP_MAX, FINGER_SPEED, Vector
+from aeros.sim.robot.robot import Robot, RobotOptions, RobotState
 
 BLOCKED: Final = 100.0
 """Force on what is under hand or load beyond which an arm no longer follows its set points, N."""

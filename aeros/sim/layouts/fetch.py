@@ -10,10 +10,10 @@ from __future__ import annotations
 from math import cos, dist, hypot, sin
 from typing import Any, Final, NamedTuple
 
+from aeros.sim.detected_object import Sight
 from aeros.sim.geometry import Camera, Triple, minus, plus
 from aeros.sim.randomness import Chance
-from aeros.sim.robot import RobotOptions
-from aeros.sim.sight import Sight
+from aeros.sim.robot.robot import RobotOptions
 
 BASE_HEIGHT: Final = 0.30
 """Height of the arm's base on the carriage over the floor, m."""

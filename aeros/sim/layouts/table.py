@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from math import dist
 from typing import Any, Final, NamedTuple
 
+from aeros.sim.detected_object import Sight
 from aeros.sim.geometry import Camera, Pose, Triple, turned
 from aeros.sim.randomness import Chance
-from aeros.sim.sight import Sight
 
 AREA: Final = ((0.35, -0.15), (0.65, 0.15))
 """Lowest and highest corner (x, y) of the area to wipe, m."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from aeros.sim.bullet.panda import Panda
+from aeros.sim.bullet.world import World
 from aeros.sim.geometry import Camera
-from aeros.sim.panda import Panda
 from aeros.sim.randomness import Chance
-from aeros.sim.robot import RobotOptions
+from aeros.sim.robot.robot import RobotOptions
 from aeros.sim.scenes.furniture import add_table
 from aeros.sim.scenes.scene import Through, as_it_is
-from aeros.sim.world import World
 
 
 class Bare:

@@ -9,7 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from aeros.sim.benchview import shows_filling, view_bench
+from aeros.sim.bullet.panda import Panda
+from aeros.sim.bullet.world import World
+from aeros.sim.detected_object import Sight
 from aeros.sim.geometry import Camera
 from aeros.sim.layouts.dumpling_bench import (
     CAMERAS,
@@ -30,13 +32,11 @@ from aeros.sim.layouts.dumpling_bench import (
     known_of_bench,
     lay_bench,
 )
-from aeros.sim.panda import Panda
+from aeros.sim.perception.bench_detection import shows_filling, view_bench
 from aeros.sim.randomness import Chance
-from aeros.sim.robot import RobotOptions
+from aeros.sim.robot.robot import RobotOptions
 from aeros.sim.scenes.furniture import MODELS, add_open_box, add_table
 from aeros.sim.scenes.scene import Through, as_it_is
-from aeros.sim.sight import Sight
-from aeros.sim.world import World
 
 DOUGH_FRICTION: Final = 0.001
 """Dry friction of the open wrapper's hinge, N·m: above 2 mN·m the lid lifts the whole wrapper."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from aeros.sim.detection import find_red
+from aeros.sim.bullet.panda import Panda
+from aeros.sim.bullet.world import World
 from aeros.sim.geometry import Camera
 from aeros.sim.layouts.fetch import (
     CAMERAS,
@@ -20,10 +21,9 @@ from aeros.sim.layouts.fetch import (
     measured_in_room,
     seen_by,
 )
-from aeros.sim.panda import Panda
+from aeros.sim.perception.detection import find_red
 from aeros.sim.randomness import Chance
 from aeros.sim.scenes.scene import Through, as_it_is
-from aeros.sim.world import World
 
 
 class Fetch:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
+from aeros.sim.bullet.world import World
 from aeros.sim.geometry import Triple
-from aeros.sim.world import World
 
 MODELS: Final = Path(__file__).parent.parent / "models"
 """Where the URDF files of articulated things are."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
+from aeros.sim.bullet.panda import Panda
+from aeros.sim.bullet.world import World
+from aeros.sim.detected_object import Sight
 from aeros.sim.geometry import Camera
-from aeros.sim.panda import Panda
 from aeros.sim.randomness import Chance
-from aeros.sim.robot import RobotOptions
-from aeros.sim.sight import Sight
-from aeros.sim.world import World
+from aeros.sim.robot.robot import RobotOptions
 
 Detected = Sight | None
 """What a picture shows of what is looked for; None when it does not."""

@@ -13,9 +13,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from aeros.sim.detection import PIXELS_MIN
+from aeros.sim.bullet.panda import Panda
+from aeros.sim.bullet.world import World
+from aeros.sim.detected_object import Sight
 from aeros.sim.geometry import Camera
-from aeros.sim.inspection import inspect_table
 from aeros.sim.layouts.dirt import DirtMap
 from aeros.sim.layouts.table import (
     AREA,
@@ -34,14 +35,13 @@ from aeros.sim.layouts.table import (
     lay_table,
     seen_on_table,
 )
-from aeros.sim.overview import overlook
-from aeros.sim.panda import Panda
+from aeros.sim.perception.detection import PIXELS_MIN
+from aeros.sim.perception.inspection import inspect_table
+from aeros.sim.perception.table_detection import overlook
 from aeros.sim.randomness import Chance
-from aeros.sim.robot import RobotOptions
+from aeros.sim.robot.robot import RobotOptions
 from aeros.sim.scenes.furniture import MODELS, add_open_box, add_table
 from aeros.sim.scenes.scene import Through, as_it_is
-from aeros.sim.sight import Sight
-from aeros.sim.world import World
 
 FOAM_FRICTION: Final = 0.3
 RUBBER_FRICTION: Final = 1.0

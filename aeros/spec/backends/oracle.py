@@ -13,11 +13,11 @@ from fractions import Fraction
 from functools import cache
 from pathlib import Path
 
-from aeros.spec.backends.answers import Answer, Result
-from aeros.spec.backends.boxes import Boxes
-from aeros.spec.backends.budget import DEFAULT_RLIMIT
-from aeros.spec.backends.release import solver_release
-from aeros.spec.backends.store import Store
+from aeros.spec.backends.answer_store import Store
+from aeros.spec.backends.interval_solver import Boxes
+from aeros.spec.backends.package_versions import solver_release
+from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
+from aeros.spec.backends.solver_results import Answer, Result
 from aeros.spec.expr import terms as t
 
 _SPEC = Path(__file__).parents[1]
@@ -111,7 +111,7 @@ class Oracle:
         terms: Sequence[t.Term],
     ) -> Answer:
         # z3 takes 80 ms to import, which a run that finds every answer need not pay.
-        from aeros.spec.backends.smt import Session
+        from aeros.spec.backends.z3_solver import Session
 
         return Session(variables, ranges, self.rlimit).ask(*terms)
 

@@ -7,11 +7,11 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
-from aeros.spec.closed_loop.chances import shares_of
+from aeros.spec.closed_loop.outcome_probabilities import shares_of
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import holds
-from aeros.spec.holds import unheld
-from aeros.spec.model import Outcome, Skill
+from aeros.spec.model.hold_conditions import unheld
+from aeros.spec.model.model import Outcome, Skill
 
 State = tuple[Any, ...]
 """A value for each predicate of a task, in the order of `TransitionSystem.names`."""

@@ -1,6 +1,6 @@
 """The agent's loop on one task as a finite transition system over the task's predicates.
 
-Mirrors rules 1 to 3 of `aeros.agent.pursuit`, and the tries and recoveries of `aeros.agent.engine`, for the
+Mirrors rules 1 to 3 of `aeros.agent.task_loop`, and the tries and recoveries of `aeros.agent.execution.plan_executor`, for the
 planner that plans by the task's rules, as the differential tests compare; each move of the system is a line
 of that loop.
 
@@ -24,10 +24,10 @@ from typing import Any, Final, Literal
 from aeros.spec.closed_loop.invocation import Condition, Invocation, State
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType, EnumType
-from aeros.spec.model import Ecm, PlanningRule, Site, Skill, Task
+from aeros.spec.model.model import Ecm, PlanningRule, Site, Skill, Task
 
 MOST_STEPS: Final = 100
-"""The most steps of a plan that the agent accepts; `aeros.agent.graph` has the same."""
+"""The most steps of a plan that the agent accepts; `aeros.agent.planning.task_graph` has the same."""
 
 
 class NotExploredError(Exception):

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from aeros.spec.declared.site import Identifier, Named
-from aeros.spec.located import Bounds, Choice, Entries, Expression, Integer, Pattern, Text
-from aeros.spec.source import Span
+from aeros.spec.diagnostics.source import Span
+from aeros.spec.text.fields import Bounds, Choice, Entries, Expression, Integer, Pattern, Text
 
 Retry = Annotated[Integer, Bounds(0, 100)]
 

@@ -11,8 +11,8 @@ from typing import Annotated, Literal
 
 from aeros.spec.declared.composition import Composition
 from aeros.spec.declared.site import Access, Identifier, Named, Quantity, RiskWord, Slug
-from aeros.spec.located import Boolean, Bounds, Entries, Expression, Integer, Number, Pattern, Text
-from aeros.spec.source import Span
+from aeros.spec.diagnostics.source import Span
+from aeros.spec.text.fields import Boolean, Bounds, Entries, Expression, Integer, Number, Pattern, Text
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 Each kind of fault is defined once, as simulators use it: in SI, durations in control ticks.  The type of each
 field carries a mark that says how a file writes it; `written_form` derives the schema of the file from that,
-and `aeros.sim.faults.reading` the values from the file.
+and `aeros.sim.faults.faults_file` the values from the file.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from functools import cache
 from typing import Annotated, Any, ClassVar, Final, Generic, Literal, TypeVar, get_type_hints
 
 from aeros.spec.declared.people import Person
-from aeros.spec.hints import options_of, parted
-from aeros.spec.located import Bounds, Choice, Entries, Integer, Length, Number, Pattern, Text
-from aeros.spec.source import Span
-from aeros.spec.units import FORCE, LENGTH, TIME, Dimension
+from aeros.spec.diagnostics.source import Span
+from aeros.spec.expr.units import FORCE, LENGTH, TIME, Dimension
+from aeros.spec.text.fields import Bounds, Choice, Entries, Integer, Length, Number, Pattern, Text
+from aeros.spec.text.schema_hints import options_of, parted
 
 Identifier = Annotated[Text, Pattern("identifier")]
 _T = TypeVar("_T")

@@ -1,6 +1,6 @@
 """What a people file says, unresolved: who walks where while a robot works in simulation.
 
-Lengths and times are still text; `aeros.sim.people_file` gives them meaning.
+Lengths and times are still text; `aeros.sim.bullet.people_file` gives them meaning.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from aeros.spec.declared.site import Named
-from aeros.spec.located import Length, Text
-from aeros.spec.source import Span
+from aeros.spec.diagnostics.source import Span
+from aeros.spec.text.fields import Length, Text
 
 
 @dataclass(frozen=True)

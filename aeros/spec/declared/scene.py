@@ -1,6 +1,6 @@
 """What a scene file says, unresolved: what stands and lies about besides a task's own things.
 
-Lengths, angles and masses are still text; `aeros.sim.scene_file` gives them meaning.
+Lengths, angles and masses are still text; `aeros.sim.bullet.scene_file` gives them meaning.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from aeros.spec.declared.site import Named
-from aeros.spec.located import Boolean, Bounds, Length, Number, Text
-from aeros.spec.source import Span
+from aeros.spec.diagnostics.source import Span
+from aeros.spec.text.fields import Boolean, Bounds, Length, Number, Text
 
 Share = Annotated[Number, Bounds(0, 1)]
 

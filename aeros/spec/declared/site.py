@@ -8,8 +8,18 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Literal, TypeVar
 
-from aeros.spec.located import Boolean, Bounds, Choice, Entries, Expression, Integer, Number, Pattern, Text
-from aeros.spec.source import Span
+from aeros.spec.diagnostics.source import Span
+from aeros.spec.text.fields import (
+    Boolean,
+    Bounds,
+    Choice,
+    Entries,
+    Expression,
+    Integer,
+    Number,
+    Pattern,
+    Text,
+)
 
 Identifier = Annotated[Text, Pattern("identifier")]
 Slug = Annotated[Text, Pattern("slug")]

@@ -9,14 +9,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from aeros.spec.backends.budget import DEFAULT_RLIMIT
-from aeros.spec.diagnostics import Diagnostic, Diagnostics, Label
-from aeros.spec.difference.change import Change, Relation
-from aeros.spec.difference.modules import module_changes
-from aeros.spec.difference.sites import site_changes
-from aeros.spec.folders import MANIFEST, module_folders
-from aeros.spec.loading import load_ecm, load_site
-from aeros.spec.model import Ecm, Site
+from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
+from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Label
+from aeros.spec.difference.module_changes import module_changes
+from aeros.spec.difference.policy_change import Change, Relation
+from aeros.spec.difference.site_changes import site_changes
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.model import Ecm, Site
+from aeros.spec.text.discovery import MANIFEST, module_folders
 
 
 @dataclass(frozen=True)

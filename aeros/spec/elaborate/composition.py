@@ -6,17 +6,17 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from aeros.spec.composition import STOP, Composition, Flow, Part, Step
 from aeros.spec.declared import composition as declared
-from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.source import Span
 from aeros.spec.elaborate.expressions import elaborate_constant, elaborate_expression
 from aeros.spec.elaborate.lookup import check_range, known
 from aeros.spec.elaborate.scopes import constant_scope, state_scope
 from aeros.spec.expr import terms as t
-from aeros.spec.located import Choice, Entries, Expression, Integer, Text
-from aeros.spec.model import Site, Skill
-from aeros.spec.parts import If, Par, Seq
-from aeros.spec.source import Span
+from aeros.spec.model.composition import STOP, Composition, Flow, Part, Step
+from aeros.spec.model.model import Site, Skill
+from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.text.fields import Choice, Entries, Expression, Integer, Text
 
 _OF_STEPS = ("id", "inputs", "retry", "on_failure")
 

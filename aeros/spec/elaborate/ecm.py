@@ -13,8 +13,7 @@ from packaging.specifiers import InvalidSpecifier, SpecifierSet
 from packaging.version import InvalidVersion, Version
 
 from aeros.spec.declared import ecm as declared
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.digests import MAX_MODELS, model_digest
+from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.composition import elaborate_compositions
 from aeros.spec.elaborate.expressions import (
     elaborate_condition,
@@ -29,9 +28,9 @@ from aeros.spec.elaborate.vocabulary import check_name, elaborate_variable
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import Scope
 from aeros.spec.expr.types import FamilyType, VectorType
-from aeros.spec.holds import MOST_COMBINATIONS, combinations, starting
-from aeros.spec.located import Entries, Expression, Text
-from aeros.spec.model import (
+from aeros.spec.expr.units import TIME, parse_quantity, show_number
+from aeros.spec.model.hold_conditions import MOST_COMBINATIONS, combinations, starting
+from aeros.spec.model.model import (
     Clause,
     Declared,
     Ecm,
@@ -43,7 +42,8 @@ from aeros.spec.model import (
     Task,
     TaskInvariant,
 )
-from aeros.spec.units import TIME, parse_quantity, show_number
+from aeros.spec.text.digests import MAX_MODELS, model_digest
+from aeros.spec.text.fields import Entries, Expression, Text
 
 _T = TypeVar("_T")
 

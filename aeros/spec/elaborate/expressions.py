@@ -6,19 +6,19 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeVar
 
-from aeros.spec.diagnostics import Diagnostics, Label
+from aeros.spec.diagnostics.codes import Diagnostics, Label
+from aeros.spec.diagnostics.source import Span
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.check import check, check_condition, infer
 from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 from aeros.spec.expr.scope import ExpressionTypeError, Scope
 from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.syntax import Extent, Node
+from aeros.spec.expr.typecheck import check, check_condition, infer
 from aeros.spec.expr.types import BOOL, RealType, Type
-from aeros.spec.located import Expression, Text
-from aeros.spec.model import Conjunct
-from aeros.spec.places import span_within
-from aeros.spec.source import Span
-from aeros.spec.units import Dimension, Unit, parse_quantity, parse_unit
+from aeros.spec.expr.units import Dimension, Unit, parse_quantity, parse_unit
+from aeros.spec.model.model import Conjunct
+from aeros.spec.text.fields import Expression, Text
+from aeros.spec.text.scalar_positions import span_within
 
 _T = TypeVar("_T")
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
-from aeros.spec.diagnostics import Diagnostics, did_you_mean
-from aeros.spec.located import Expression, Text
-from aeros.spec.model import Declared
+from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
+from aeros.spec.model.model import Declared
+from aeros.spec.text.fields import Expression, Text
 
 _T = TypeVar("_T")
 

@@ -7,15 +7,15 @@ from fractions import Fraction
 from typing import Protocol
 
 from aeros.spec.declared import site as declared
-from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.elaborate.lookup import known
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import Box
 from aeros.spec.expr.types import FamilyType, RealType, Type, VectorType
-from aeros.spec.located import Text
-from aeros.spec.model import ActionKind, Barrier, Declared, MotionKind, MotionPolicy, ToolLimits
-from aeros.spec.units import ANGLE, LENGTH, TIME, Dimension
+from aeros.spec.expr.units import ANGLE, LENGTH, TIME, Dimension
+from aeros.spec.model.model import ActionKind, Barrier, Declared, MotionKind, MotionPolicy, ToolLimits
+from aeros.spec.text.fields import Text
 
 
 class _Site(Protocol):

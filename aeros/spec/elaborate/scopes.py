@@ -9,7 +9,7 @@ from typing import Protocol
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import Box, Scope
 from aeros.spec.expr.types import EnumType
-from aeros.spec.model import ActionKind, Declared
+from aeros.spec.model.model import ActionKind, Declared
 
 
 class Vocabulary(Protocol):

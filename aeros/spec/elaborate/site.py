@@ -8,7 +8,8 @@ from fractions import Fraction
 from typing import TypeVar
 
 from aeros.spec.declared import site as declared
-from aeros.spec.diagnostics import Diagnostics, did_you_mean
+from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
+from aeros.spec.diagnostics.source import Span
 from aeros.spec.elaborate.expressions import (
     elaborate_condition,
     elaborate_expression,
@@ -17,14 +18,14 @@ from aeros.spec.elaborate.expressions import (
     elaborate_unit,
 )
 from aeros.spec.elaborate.motion import elaborate_motion
-from aeros.spec.elaborate.past import Histories
+from aeros.spec.elaborate.past_time import Histories
 from aeros.spec.elaborate.scopes import constant_scope, joint_scope, kind_scope
 from aeros.spec.elaborate.vocabulary import check_name, elaborate_state, elaborate_variable
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import Box, Scope
 from aeros.spec.expr.types import EnumType, FamilyType, RealType
-from aeros.spec.located import Entries, Expression, Text
-from aeros.spec.model import (
+from aeros.spec.expr.units import LENGTH, TIME
+from aeros.spec.model.model import (
     Access,
     ActionKind,
     Block,
@@ -41,8 +42,7 @@ from aeros.spec.model import (
     Rule,
     Site,
 )
-from aeros.spec.source import Span
-from aeros.spec.units import LENGTH, TIME
+from aeros.spec.text.fields import Entries, Expression, Text
 
 _T = TypeVar("_T")
 _LONGEST_TIMEOUT = 3600  # s: what runs longer than this unwatched is not halted by any time-out

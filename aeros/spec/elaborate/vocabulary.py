@@ -7,7 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from aeros.spec.declared import site as declared
-from aeros.spec.diagnostics import Diagnostics, did_you_mean
+from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
 from aeros.spec.elaborate.expressions import elaborate_quantity, elaborate_unit
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import KEYWORDS
@@ -21,9 +21,9 @@ from aeros.spec.expr.types import (
     Type,
     VectorType,
 )
-from aeros.spec.located import Number, Text
-from aeros.spec.model import Declared
-from aeros.spec.units import NUMBER, TIME, Unit, unit_names
+from aeros.spec.expr.units import NUMBER, TIME, Unit, unit_names
+from aeros.spec.model.model import Declared
+from aeros.spec.text.fields import Number, Text
 
 Enums = Mapping[str, EnumType]
 _TYPES = ("bool", "int", "real", "vec3")

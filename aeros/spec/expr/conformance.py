@@ -16,8 +16,8 @@ from typing import Protocol
 from hypothesis import HealthCheck, Phase, given, settings
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.cases import VARIABLES, Case, Ranges, Raw, cases, exact_environment
 from aeros.spec.expr.lower import lower, scalars_of
+from aeros.spec.expr.random_conditions import VARIABLES, Case, Ranges, Raw, cases, exact_environment
 from aeros.spec.expr.semantics import evaluate, holds
 
 _CLOSE = Fraction(1, 2**48)  # of the two sides: nearer than this is a hard comparison

@@ -16,7 +16,7 @@ from typing import cast
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment, Value, evaluate
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
-from aeros.spec.units import NUMBER
+from aeros.spec.expr.units import NUMBER
 
 _ZERO, _ONE = (t.Literal(Fraction(number), RealType(NUMBER)) for number in (0, 1))
 _Indices = Mapping[str, str]  # the member each bound variable stands for

@@ -9,7 +9,7 @@ from fractions import Fraction
 
 from aeros.spec.expr import syntax as s
 from aeros.spec.expr.syntax import Extent
-from aeros.spec.units import DIMENSIONLESS, Unit, match_unit
+from aeros.spec.expr.units import DIMENSIONLESS, Unit, match_unit
 
 MAX_LENGTH = 4096  # characters: far beyond any rule a person can review
 MAX_DEPTH = 40  # nesting of the recursive descent, a dozen stack frames each

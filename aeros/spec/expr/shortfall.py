@@ -10,9 +10,9 @@ from typing import Any, Final, cast
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower
 from aeros.spec.expr.semantics import Environment, evaluate, holds
-from aeros.spec.expr.spell import spell
 from aeros.spec.expr.types import RealType
-from aeros.spec.units import NUMBER, Dimension
+from aeros.spec.expr.units import NUMBER, Dimension
+from aeros.spec.expr.unparse import spell
 
 _LIMIT: Final = {"<=": "at most", "<": "below", "==": "exactly"}
 """What the right side is to the left one, by the comparison that was to hold."""

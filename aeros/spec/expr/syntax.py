@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from fractions import Fraction
 
-from aeros.spec.units import Unit
+from aeros.spec.expr.units import Unit
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from aeros.spec.units import NUMBER, Dimension
+from aeros.spec.expr.units import NUMBER, Dimension
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, cast
 
-from aeros.spec.composition import Step
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType, ScalarType, Type, VectorType
-from aeros.spec.model import Declared, Skill
+from aeros.spec.model.composition import Step
+from aeros.spec.model.model import Declared, Skill
 
 
 @dataclass(frozen=True)

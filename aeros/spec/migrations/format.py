@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Final
 
-from aeros.spec.errors import MisuseError
+from aeros.spec.diagnostics.errors import MisuseError
 
 _SCHEMA: Final = re.compile(r"aeros/([a-z][a-z-]*)/(0|[1-9][0-9]{0,3})")
 

@@ -13,7 +13,7 @@ from fnmatch import fnmatchcase
 from pathlib import PurePath
 from typing import Any, Final
 
-from aeros.spec.errors import InternalError
+from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.migrations import formats
 from aeros.spec.migrations.format import Format, Kind, UnmigratableError, parse_schema
 from aeros.spec.migrations.yaml_edits import schema_of

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.errors import UserError
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.diagnostics.source import Source, Span
 from aeros.spec.migrations.format import Step, UnmigratableError
-from aeros.spec.nodes import MappingNode, Node, ScalarNode, SequenceNode
-from aeros.spec.reader import read_yaml
-from aeros.spec.source import Source, Span
+from aeros.spec.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from aeros.spec.text.yaml_reader import read_yaml
 
 EACH = "*"
 """In a path: every entry of a mapping or list."""

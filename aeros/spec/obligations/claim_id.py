@@ -13,7 +13,7 @@ from functools import cache, cached_property
 from itertools import takewhile
 from typing import Final
 
-from aeros.spec.errors import MisuseError
+from aeros.spec.diagnostics.errors import MisuseError
 
 _NUMBERS: Final = ("number", "case")
 _PATH: Final = "path"

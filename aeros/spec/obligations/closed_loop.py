@@ -16,12 +16,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from aeros.spec.closed_loop.exploration import Exploration, explore
+from aeros.spec.closed_loop.reachability import Exploration, explore
 from aeros.spec.closed_loop.transition_system import NotExploredError
-from aeros.spec.diagnostics import Diagnostic, Label
-from aeros.spec.model import Ecm, Site, Task, TaskInvariant
+from aeros.spec.diagnostics.codes import Diagnostic, Label
+from aeros.spec.model.model import Ecm, Site, Task, TaskInvariant
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.verdicts import Settled
+from aeros.spec.obligations.verdicts import Settled
 
 
 def closed_loop_obligations(ecm: Ecm, site: Site) -> Iterator[Settled]:

@@ -18,20 +18,27 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
-from aeros.spec.composition import Composition, Step
-from aeros.spec.diagnostics import Diagnostic, Label
+from aeros.spec.diagnostics.codes import Diagnostic, Label
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import arguments_of
-from aeros.spec.flow.graph import handler_cycle
-from aeros.spec.flow.paths import Situations, TooManyPathsError, conjuncts, earlier_in, folded, paths_of
-from aeros.spec.holds import UNHELD
-from aeros.spec.model import Declared, Ecm, Site, Skill
+from aeros.spec.flow.control_flow import handler_cycle
+from aeros.spec.flow.symbolic_paths import (
+    Situations,
+    TooManyPathsError,
+    conjuncts,
+    earlier_in,
+    folded,
+    paths_of,
+)
+from aeros.spec.model.composition import Composition, Step
+from aeros.spec.model.hold_conditions import UNHELD
+from aeros.spec.model.model import Declared, Ecm, Site, Skill
+from aeros.spec.model.step_graph import If, parts_of, steps_of
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
-from aeros.spec.obligations.flows import data_obligations
+from aeros.spec.obligations.data_flow import data_obligations
 from aeros.spec.obligations.obligation import Claim, Member, Obligation, Space
 from aeros.spec.obligations.parallel import parallel_obligations
-from aeros.spec.parts import If, parts_of, steps_of
-from aeros.spec.verdicts import Settled, Verdict
+from aeros.spec.obligations.verdicts import Settled, Verdict
 
 
 def composition_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Settled]:

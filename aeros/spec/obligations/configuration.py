@@ -23,13 +23,13 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import TypeVar
 
-from aeros.spec.diagnostics import Diagnostic, Label, Severity
+from aeros.spec.diagnostics.codes import Diagnostic, Label, Severity
+from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.words import words_of
+from aeros.spec.model.summary import Presence, SitePresence
 from aeros.spec.obligations.claim_id import ClaimForm
+from aeros.spec.obligations.verdicts import Settled
 from aeros.spec.obligations.versions import suits
-from aeros.spec.presence import Presence, SitePresence
-from aeros.spec.source import Span
-from aeros.spec.verdicts import Settled
-from aeros.spec.words import words_of
 
 _K = TypeVar("_K")
 _V = TypeVar("_V")
@@ -80,7 +80,7 @@ class _Way:
 
 
 def _routing(ecms: Sequence[Presence]) -> Iterator[Settled]:
-    """No phrase of one module's tasks is part of one of another's, as `aeros.agent.routing` reads them."""
+    """No phrase of one module's tasks is part of one of another's, as `aeros.agent.planning.routing` reads them."""
     ways = [_Way(words_of(way.word), ecm.id, way.task, way.span) for ecm in ecms for way in ecm.ways]
     by_phrase = _grouped((way.phrase, way) for way in ways)
     for phrase, asked in by_phrase.items():

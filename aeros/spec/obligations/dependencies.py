@@ -6,11 +6,11 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 
 import aeros
-from aeros.spec.diagnostics import Diagnostic, Label
+from aeros.spec.diagnostics.codes import Diagnostic, Label
+from aeros.spec.model.summary import Presence
 from aeros.spec.obligations.claim_id import ClaimForm
+from aeros.spec.obligations.verdicts import Settled
 from aeros.spec.obligations.versions import suits
-from aeros.spec.presence import Presence
-from aeros.spec.verdicts import Settled
 
 
 def runtime_obligations(ecm: Presence) -> Iterator[Settled]:

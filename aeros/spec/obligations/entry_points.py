@@ -5,11 +5,11 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator, Mapping
 
-from aeros.spec.diagnostics import Diagnostic, Label, did_you_mean
-from aeros.spec.model import Ecm, Skill
+from aeros.spec.diagnostics.codes import Diagnostic, Label, did_you_mean
+from aeros.spec.model.model import Ecm, Skill
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.skill_source import SkillFile, UnreadableCodeError
-from aeros.spec.verdicts import Settled
+from aeros.spec.obligations.verdicts import Settled
 
 _Function = ast.FunctionDef | ast.AsyncFunctionDef
 

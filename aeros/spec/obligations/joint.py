@@ -11,14 +11,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from aeros.spec.composition import Step
-from aeros.spec.diagnostics import Label
+from aeros.spec.diagnostics.codes import Label
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import Arguments
-from aeros.spec.model import Declared, JointRule, Site, Skill
+from aeros.spec.model.composition import Step
+from aeros.spec.model.model import Declared, JointRule, Site, Skill
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import Claim, Member, Obligation, Space, members_of, required_by
-from aeros.spec.verdicts import Verdict
+from aeros.spec.obligations.verdicts import Verdict
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 
-from aeros.spec.diagnostics import Label
+from aeros.spec.diagnostics.codes import Label
 from aeros.spec.expr import terms as t
-from aeros.spec.model import Clause, Conjunct, Declared, Rule
+from aeros.spec.model.model import Clause, Conjunct, Declared, Rule
 from aeros.spec.obligations.claim_id import ClaimId
-from aeros.spec.verdicts import Verdict
+from aeros.spec.obligations.verdicts import Verdict
 
 
 class Claim(Enum):

@@ -11,17 +11,17 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations, product
 
-from aeros.spec.composition import Composition, Part, Step, handlers_of
-from aeros.spec.diagnostics import Diagnostic, Label
+from aeros.spec.diagnostics.codes import Diagnostic, Label
+from aeros.spec.diagnostics.source import Span
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import arguments_of
-from aeros.spec.model import Ecm, Site, Skill
+from aeros.spec.model.composition import Composition, Part, Step, handlers_of
+from aeros.spec.model.model import Ecm, Site, Skill
+from aeros.spec.model.step_graph import If, Par, children_of, parts_of, steps_of
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.joint import Running, joint_obligations
 from aeros.spec.obligations.obligation import Obligation
-from aeros.spec.parts import If, Par, children_of, parts_of, steps_of
-from aeros.spec.source import Span
-from aeros.spec.verdicts import Settled
+from aeros.spec.obligations.verdicts import Settled
 
 
 def parallel_obligations(composition: Composition, ecm: Ecm, site: Site) -> Iterator[Obligation | Settled]:

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from aeros.spec.diagnostics import Diagnostic, Label, Severity
+from aeros.spec.diagnostics.codes import Diagnostic, Label, Severity
+from aeros.spec.diagnostics.source import Span
 from aeros.spec.expr import terms as t
-from aeros.spec.model import Ecm, Risk, Site, Skill
+from aeros.spec.model.model import Ecm, Risk, Site, Skill
+from aeros.spec.model.step_graph import If, parts_of
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.obligation import Claim, Obligation, members_of
 from aeros.spec.obligations.policy import space_of
 from aeros.spec.obligations.safety import envelope_space
-from aeros.spec.parts import If, parts_of
-from aeros.spec.source import Span
-from aeros.spec.verdicts import Settled, Verdict
+from aeros.spec.obligations.verdicts import Settled, Verdict
 
 
 def permission_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Settled]:

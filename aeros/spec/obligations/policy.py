@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
-from aeros.spec.diagnostics import Diagnostic, Label
+from aeros.spec.diagnostics.codes import Diagnostic, Label
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
-from aeros.spec.model import ActionKind, Rule, Site
+from aeros.spec.model.model import ActionKind, Rule, Site
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import Claim, Member, Obligation, Space, members_of, required_by
 from aeros.spec.obligations.quotas import quota_obligations
-from aeros.spec.verdicts import Settled, Verdict
+from aeros.spec.obligations.verdicts import Settled, Verdict
 
 
 def policy_obligations(site: Site) -> Iterator[Obligation | Settled]:

@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import ceil
 
-from aeros.spec.diagnostics import Diagnostic, Label, Severity
-from aeros.spec.model import Quota, Site
+from aeros.spec.diagnostics.codes import Diagnostic, Label, Severity
+from aeros.spec.model.model import Quota, Site
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.verdicts import Settled
+from aeros.spec.obligations.verdicts import Settled
 
 
 def quota_obligations(site: Site) -> Iterator[Settled]:

@@ -17,13 +17,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from aeros.spec.diagnostics import Diagnostic, Label
+from aeros.spec.diagnostics.codes import Diagnostic, Label
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import constant
-from aeros.spec.model import Clause, Ecm, Rule, Site, Skill, Task, about
+from aeros.spec.model.model import Clause, Ecm, Rule, Site, Skill, Task, about
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import Claim, Obligation, Space, members_of, required_by
-from aeros.spec.verdicts import Settled, Verdict
+from aeros.spec.obligations.verdicts import Settled, Verdict
 
 
 def safety_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Settled]:

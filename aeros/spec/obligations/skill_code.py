@@ -12,12 +12,12 @@ import ast
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from aeros.spec.diagnostics import Diagnostic, Label, did_you_mean
-from aeros.spec.model import Ecm, Site, Skill
+from aeros.spec.diagnostics.codes import Diagnostic, Label, did_you_mean
+from aeros.spec.model.model import Ecm, Site, Skill
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.obligations.skill_reach import first_reach
+from aeros.spec.obligations.forbidden_access import first_reach
 from aeros.spec.obligations.skill_source import SkillFile, UnreadableCodeError
-from aeros.spec.verdicts import Settled
+from aeros.spec.obligations.verdicts import Settled
 
 _ASKING = ("act", "Action")
 

@@ -9,18 +9,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
-from aeros.spec.backends.answers import Result
+from aeros.spec.backends.solver_results import Result
 from aeros.spec.closed_loop.invocation import State
-from aeros.spec.errors import InternalError
+from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, scalar_variables, scalars_of
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.expr.types import BOOL, EnumType
-from aeros.spec.planning.avoiding import Avoided, NotDecidedError, Path
 from aeros.spec.planning.domain import Choice, Condition, Domain, equals, literal
+from aeros.spec.planning.search_result import Avoided, NotDecidedError, Path
 
 if TYPE_CHECKING:
-    from aeros.spec.backends.smt import Session
+    from aeros.spec.backends.z3_solver import Session
 
 LONGEST: Final = 40
 """Steps of a plan that is looked for at most."""
@@ -47,7 +47,7 @@ class _Encoding:
 
     def __init__(self, domain: Domain, start: State) -> None:
         # z3 takes 80 ms to import, which small domains need not pay.
-        from aeros.spec.backends.smt import Session
+        from aeros.spec.backends.z3_solver import Session
 
         self._domain = domain
         self._start = start

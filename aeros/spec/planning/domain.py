@@ -21,13 +21,13 @@ from typing import Any, Final
 
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.closed_loop.invocation import Invocation, State
-from aeros.spec.errors import MisuseError
+from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment, Value, holds
 from aeros.spec.expr.types import BoolType, EnumType, RealType
-from aeros.spec.holds import unheld
-from aeros.spec.model import Clause, Declared, Ecm, Outcome, Site, Skill, TaskInvariant
-from aeros.spec.questions import impossible
+from aeros.spec.model.hold_conditions import unheld
+from aeros.spec.model.model import Clause, Declared, Ecm, Outcome, Site, Skill, TaskInvariant
+from aeros.spec.verification.queries import impossible
 
 MOST_COMBINATIONS: Final = 256
 """Values of a skill's inputs, or of what its actions depend on, that are gone through at most."""

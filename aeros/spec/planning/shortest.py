@@ -13,9 +13,9 @@ from itertools import product
 from typing import Any, Final, TypeAlias
 
 from aeros.spec.closed_loop.invocation import State
-from aeros.spec.planning.avoiding import Avoided, Path
 from aeros.spec.planning.bounded import bounded_plan
 from aeros.spec.planning.domain import Choice, Condition, Domain
+from aeros.spec.planning.search_result import Avoided, Path
 
 FEW: Final = 3000
 """States up to which going through all of them is quicker than the solver, as docs/planning.md measures."""

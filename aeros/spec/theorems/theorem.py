@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from aeros.spec.theorems.exploring import Diagram, definitions, questions
-from aeros.spec.theorems.formulas import negation
-from aeros.spec.theorems.shipped import Code, Mutant
+from aeros.spec.theorems.module_copies import Code, Mutant
+from aeros.spec.theorems.smtlib import negation
+from aeros.spec.theorems.symbolic_execution import Diagram, definitions, questions
 
 
 @dataclass(frozen=True)

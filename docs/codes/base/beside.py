@@ -2,11 +2,11 @@
 
 import sys
 
-from aeros.runtime.beside import Begun, JointRules
+from aeros.runtime.gate.joint_rules import Begun, JointRules
 from aeros.runtime.ports import Reading
 from aeros.skill import act
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.loading import load_site
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
 
 UNDER_WAY = act("grip", force=10.0)
 ASKED = act("move", target=(0.3, 0.1, 0.05), speed=0.2)

@@ -3,13 +3,13 @@
 import sys
 from math import cos, sin
 
-from aeros.runtime.decision import Decision, Verdict
-from aeros.runtime.merging import Companion
+from aeros.runtime.gate.decision import Decision, Verdict
+from aeros.runtime.motion.merged import Companion
+from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.runtime.ports import Ball, Body, Reading, Trajectory
-from aeros.runtime.trajectory import MotionDecider
 from aeros.skill import act
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.loading import load_site
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
 
 START, END = 0.0, 0.5
 DURATION = 2.0

@@ -7,12 +7,14 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any, TypeVar
 
+from aeros.spec.diagnostics.source import Source, Span
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.check import check
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.scope import Scope
+from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
-from aeros.spec.model import (
+from aeros.spec.expr.units import LENGTH, NUMBER
+from aeros.spec.model.model import (
     Access,
     Clause,
     Declared,
@@ -25,8 +27,6 @@ from aeros.spec.model import (
     Skill,
     Task,
 )
-from aeros.spec.source import Source, Span
-from aeros.spec.units import LENGTH, NUMBER
 
 _Model = TypeVar("_Model")
 

@@ -17,8 +17,8 @@ from aeros.runtime.ports import (
     StepResult,
     StepStatus,
 )
-from aeros.spec.certificate import Certificate
-from aeros.spec.model import Ecm, Site
+from aeros.spec.model.model import Ecm, Site
+from aeros.spec.verification.certificate import Certificate
 from tests.unit.agent.dumplings import DUMPLING, PREDICATES, site
 
 Ending = str | StepStatus | StepResult | Mapping[str, Any] | BaseException

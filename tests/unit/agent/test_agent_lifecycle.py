@@ -7,10 +7,10 @@ from pathlib import Path
 import networkx as nx
 import pytest
 
+from aeros.agent.agent import awake
 from aeros.agent.errors import RefusedError
-from aeros.agent.lifecycle import TRANSITIONS, Change, Lifecycle, Phase
-from aeros.agent.loop import awake
-from aeros.spec.errors import InternalError
+from aeros.agent.recovery.lifecycle import TRANSITIONS, Change, Lifecycle, Phase
+from aeros.spec.diagnostics.errors import InternalError
 from tests.unit.agent.fake_runtime import FakeRuntime
 
 Told = list[tuple[Phase, Change, Phase]]

@@ -16,19 +16,19 @@ from typing import Any
 
 import pytest
 
-from aeros.agent.checkpoint import SCHEMA
+from aeros.agent.agent import awake
 from aeros.agent.errors import RefusedError
-from aeros.agent.graph import Part, Step, TaskGraph
-from aeros.agent.loop import awake
-from aeros.agent.planner import Planner, RulePlanner
-from aeros.agent.report import RunReport
-from aeros.agent.routing import Routed
-from aeros.agent.world import World
+from aeros.agent.execution.report import RunReport
+from aeros.agent.planning.base import Planner, RulePlanner
+from aeros.agent.planning.routing import Routed
+from aeros.agent.planning.task_graph import Part, Step, TaskGraph
+from aeros.agent.recovery.checkpoint import SCHEMA
+from aeros.agent.world.world import World
 from aeros.runtime.ports import Ended, Said, StepHandle, StepRequest, StepResult, StepStatus
 from aeros.spec.migrations.formats import CHECKPOINT
 from aeros.spec.migrations.rewriting import rewrite
-from aeros.spec.model import Ecm
-from aeros.spec.parts import If, Par, Seq
+from aeros.spec.model.model import Ecm
+from aeros.spec.model.step_graph import If, Par, Seq
 from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, SPAN, module, outcome, site, skill, term
 from tests.unit.agent.fake_runtime import FakeRuntime
 

@@ -78,11 +78,11 @@ def test_a_second_solver_is_asked_for_by_name(monkeypatch: pytest.MonkeyPatch) -
     with pytest.raises(ArgumentTypeError, match="expected `cvc5`"):
         second_solver("z3")
     gone: Any = None
-    monkeypatch.setitem(sys.modules, "aeros.spec.backends.second", gone)
+    monkeypatch.setitem(sys.modules, "aeros.spec.backends.cvc5_solver", gone)
     with pytest.raises(ArgumentTypeError, match=r"pip install 'aeros\[cvc5\]'"):
         second_solver("cvc5")
     monkeypatch.undo()
     pytest.importorskip("cvc5")
-    from aeros.spec.backends.second import Cvc5
+    from aeros.spec.backends.cvc5_solver import Cvc5
 
     assert isinstance(second_solver("cvc5"), Cvc5)

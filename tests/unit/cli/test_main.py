@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 import aeros
-from aeros.cli import decide
-from aeros.cli.exit_codes import Exit, exit_for
 from aeros.cli.main import main
-from aeros.runtime.audit import verify_log
-from aeros.spec.verdicts import Conclusion
+from aeros.cli.run import decide
+from aeros.exit_codes import Exit, exit_for
+from aeros.runtime.audit.log import verify_log
+from aeros.spec.obligations.verdicts import Conclusion
 
 ROOT = Path(__file__).parents[3]
 
@@ -34,11 +34,14 @@ def test_help_and_version_are_no_error(capsys: pytest.CaptureFixture[str]) -> No
 
 
 def test_what_proves_and_reports_is_imported_only_for_a_command_that_does() -> None:
-    script = "import sys, aeros.cli.main, aeros.cli.explain; print(*sys.modules)"
+    script = "import sys, aeros.cli.main, aeros.cli.author.explain; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     loaded = set(done.stdout.split())
-    assert "aeros.spec.verdicts" in loaded
-    assert not {"aeros.spec.reports", "aeros.spec.verify", "sqlite3", "yaml", "z3"} & loaded
+    assert "aeros.spec.obligations.verdicts" in loaded
+    assert (
+        not {"aeros.spec.verification.reports", "aeros.spec.verification.verify", "sqlite3", "yaml", "z3"}
+        & loaded
+    )
 
 
 @pytest.mark.parametrize("command", ["verify", "run", "decide"])

@@ -12,13 +12,13 @@ import pytest
 
 from aeros.agent.errors import RefusedError
 from aeros.agent.identity import sole_identity
-from aeros.agent.lifecycle import Lifecycle
-from aeros.agent.quarantine import Quarantine
+from aeros.agent.recovery.lifecycle import Lifecycle
+from aeros.agent.recovery.quarantine import Quarantine
+from aeros.apps.watchdog.resumable_run import restore
 from aeros.cli.arguments import UsageError
 from aeros.cli.latest_run import latest_run
-from aeros.cli.unfinished import restore
-from aeros.experiments.store import Store
-from aeros.spec.errors import UserError
+from aeros.experiments.trial_store import Store
+from aeros.spec.diagnostics.errors import UserError
 
 
 def wake(state: Path) -> None:

@@ -11,9 +11,9 @@ from typing import Any, ParamSpec, TypeVar
 
 from aeros.experiments.architecture import Model
 from aeros.experiments.condition import Condition
-from aeros.experiments.failures import failing
-from aeros.experiments.kinds import VARYING, Found
-from aeros.experiments.premises import Premises, Where, premises_of
+from aeros.experiments.failure_models import failing
+from aeros.experiments.inputs import Premises, Where, premises_of
+from aeros.experiments.trial_kinds import VARYING, Found
 
 ROOT = Path(__file__).parents[3]
 WHERE = Where(str(ROOT / "ecms"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from random import Random
 
-from aeros.agent.graph import Step
+from aeros.agent.planning.task_graph import Step
 from aeros.experiments.architecture import Means, Told
 
 

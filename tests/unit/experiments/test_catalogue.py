@@ -10,9 +10,9 @@ import pytest
 from aeros.experiments.architecture import SHIPPED, class_of, made
 from aeros.experiments.catalogue import Entry, catalogue, chosen, read_data
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import KINDS, digest_of, kind_of
+from aeros.experiments.trial_kinds import KINDS, digest_of, kind_of
 from aeros.sim.randomness import Chance
-from aeros.spec.errors import MisuseError
+from aeros.spec.diagnostics.errors import MisuseError
 from tests.unit.experiments.common import premises
 
 EXPERIMENTS = catalogue("symbolic")

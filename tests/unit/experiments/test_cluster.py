@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from aeros.experiments.running import executor_at, run_trials
-from aeros.experiments.store import Store
-from aeros.spec.errors import UserError
+from aeros.experiments.trial_runner import executor_at, run_trials
+from aeros.experiments.trial_store import Store
+from aeros.spec.diagnostics.errors import UserError
 from tests.unit.experiments.common import WHERE, condition, told
 
 distributed = pytest.importorskip("distributed")

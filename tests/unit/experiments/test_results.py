@@ -12,13 +12,13 @@ from typing import Any
 import pytest
 
 from aeros.experiments.catalogue import Entry, catalogue, chosen
-from aeros.experiments.kinds import ALIKE, digest_of, family_of
 from aeros.experiments.report.document import title_of
-from aeros.experiments.report.drawn import exact_as_drawn
 from aeros.experiments.report.results import results_of
-from aeros.experiments.report.written import page_of_kept, write_report
-from aeros.experiments.running import run_trials
-from aeros.experiments.store import Store
+from aeros.experiments.report.sampled_rate import exact_as_drawn
+from aeros.experiments.report.write import page_of_kept, write_report
+from aeros.experiments.trial_kinds import ALIKE, digest_of, family_of
+from aeros.experiments.trial_runner import run_trials
+from aeros.experiments.trial_store import Store
 from tests.unit.experiments.common import WHERE, Here, groups, marks, premises
 
 ENTRY = Entry("tests.unit.experiments.entered:Stubborn")

@@ -8,13 +8,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from aeros.runtime.configuration import Configuration
-from aeros.runtime.decision import Caller, Decision, Verdict
-from aeros.runtime.gate import CompiledGate, GateMode
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.decision import Caller, Decision, Verdict
+from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import Reading
 from aeros.runtime.proving import prove
 from aeros.skill import Action
-from aeros.spec.reports import Report
+from aeros.spec.verification.reports import Report
 
 SITE = Path(__file__).parent / "data" / "bench.yaml"
 MODULE = Path(__file__).parent / "data" / "handling"

@@ -9,12 +9,13 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.gate import GateMode
-from aeros.runtime.governor import Governor
-from aeros.spec.digests import code_digest, code_files
+from aeros.runtime.execution.governor import Governor
+from aeros.runtime.gate.gate import GateMode
+from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, RealType, Type, VectorType
-from aeros.spec.model import (
+from aeros.spec.expr.units import LENGTH
+from aeros.spec.model.model import (
     Access,
     ActionKind,
     Declared,
@@ -27,8 +28,7 @@ from aeros.spec.model import (
     Site,
     Skill,
 )
-from aeros.spec.source import Source
-from aeros.spec.units import LENGTH
+from aeros.spec.text.digests import code_digest, code_files
 from tests.unit.runtime.one_step import Bench, MakeBench
 from tests.unit.runtime.together import Asking, Cart, MakeCart
 

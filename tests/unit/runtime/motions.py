@@ -6,7 +6,7 @@ from itertools import pairwise
 from math import pi
 from random import Random
 
-from aeros.runtime.kinematics import Posture
+from aeros.runtime.motion.kinematics import Posture
 from aeros.runtime.ports import Ball, Body, Joints, Path, Trajectory, Triple
 
 JOINTS = 4

@@ -8,8 +8,8 @@ from fractions import Fraction
 from aeros.runtime.ports import Ball, Body, Trajectory
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import EnumType, FamilyType, RealType
-from aeros.spec.model import MotionKind, MotionPolicy, Site, ToolLimits
-from aeros.spec.units import ANGLE
+from aeros.spec.expr.units import ANGLE
+from aeros.spec.model.model import MotionKind, MotionPolicy, Site, ToolLimits
 from tests.unit.runtime.conftest import declare
 
 PLAN = Trajectory(

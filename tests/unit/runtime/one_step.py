@@ -7,17 +7,17 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, cast
 
-from aeros.runtime.audit import AuditLog, verify_log
-from aeros.runtime.configuration import Configuration
-from aeros.runtime.decision import Caller, Decision, Reason, Verdict
+from aeros.runtime.audit.log import AuditLog, verify_log
 from aeros.runtime.execution.executor import Executor
-from aeros.runtime.gate_port import Gate
+from aeros.runtime.gate.compiled.rules import Watched
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.decision import Caller, Decision, Reason, Verdict
+from aeros.runtime.gate.port import Gate
 from aeros.runtime.ports import Readings, StepRequest, StepResult
-from aeros.runtime.skill_run import Run, SkillRun, run_in_process
-from aeros.runtime.watched import Watched
+from aeros.runtime.skills.in_process_run import Run, SkillRun, run_in_process
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
-from aeros.spec.model import Ecm, Site, Skill
+from aeros.spec.model.model import Ecm, Site, Skill
 
 STEP = StepRequest("handling", "lift", {})
 VALUES = {"tool_position": (0.3, 0.0, 0.5), "human_distance": 20.0, "holding": False}

@@ -9,20 +9,20 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.audit import AuditLog, verify_log
-from aeros.runtime.configuration import Configuration, only
+from aeros.runtime.audit.log import AuditLog, verify_log
 from aeros.runtime.execution.executor import Executor
-from aeros.runtime.gate import CompiledGate, GateMode
+from aeros.runtime.gate.configuration import Configuration, only
+from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import Plant, StepHandle, StepRequest, StepResult, StepStatus
-from aeros.runtime.replay import Replay
-from aeros.runtime.skill_run import Run, SkillRun
+from aeros.runtime.records.replay import Replay
+from aeros.runtime.skills.in_process_run import Run, SkillRun
 from aeros.sim.physics import make_plant
-from aeros.sim.symbolic import SymbolicPlant
+from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.skill import Action, act
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.folders import reference_site
-from aeros.spec.loading import load_ecm, load_site
-from aeros.spec.model import Ecm, Site, Skill
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.model import Ecm, Site, Skill
+from aeros.spec.text.discovery import reference_site
 from tests.unit.runtime.together import asking
 
 pytestmark = pytest.mark.physics

@@ -9,16 +9,16 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.audit import verify_log
-from aeros.runtime.audit_check import Record
-from aeros.runtime.beside import Begun
-from aeros.runtime.configuration import only
-from aeros.runtime.decision import Decision, Verdict
-from aeros.runtime.gate import CompiledGate, GateMode
+from aeros.runtime.audit.check import Record
+from aeros.runtime.audit.log import verify_log
+from aeros.runtime.gate.configuration import only
+from aeros.runtime.gate.decision import Decision, Verdict
+from aeros.runtime.gate.gate import CompiledGate, GateMode
+from aeros.runtime.gate.joint_rules import Begun
 from aeros.runtime.ports import Reading, StepRequest, StepStatus
-from aeros.runtime.replay import Replay
+from aeros.runtime.records.replay import Replay
 from aeros.skill import act
-from aeros.spec.errors import InternalError
+from aeros.spec.diagnostics.errors import InternalError
 from tests.unit.runtime.together import MakeCart, asking, configuration, move, roll
 
 FINISHED = StepStatus.FINISHED

@@ -10,15 +10,15 @@ from typing import Any, cast
 
 import pytest
 
-from aeros.runtime.audit import AuditError, verify_log
-from aeros.runtime.decision import Decision, Reason, Verdict
+from aeros.runtime.audit.log import AuditError, verify_log
 from aeros.runtime.execution import step_control as module
+from aeros.runtime.gate.decision import Decision, Reason, Verdict
 from aeros.runtime.ports import Completion, Runtime, StepRequest, StepResult, StepStatus
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
-from aeros.spec.cause import Cause, told
-from aeros.spec.errors import InternalError
+from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.expr.shortfall import Shortfall
-from aeros.spec.model import Site
+from aeros.spec.model.cause import Cause, told
+from aeros.spec.model.model import Site
 from tests.unit.runtime.one_step import DENIAL, MakeBench, twice, watched
 
 

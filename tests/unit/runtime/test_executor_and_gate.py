@@ -10,19 +10,19 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.audit import AuditLog, DecisionCounts, verify_log
-from aeros.runtime.configuration import configure
+from aeros.runtime.audit.log import AuditLog, DecisionCounts, verify_log
 from aeros.runtime.execution.executor import Executor
-from aeros.runtime.gate import CompiledGate, GateMode
+from aeros.runtime.gate.configuration import configure
+from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import StepRequest, StepResult, StepStatus
-from aeros.runtime.skill_run import run_in_process
-from aeros.sim.symbolic import SymbolicPlant
-from aeros.spec.certificate import certificate_for
+from aeros.runtime.skills.in_process_run import run_in_process
+from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
-from aeros.spec.model import Access, Clause, Declared, Ecm, Site
+from aeros.spec.expr.units import NUMBER
+from aeros.spec.model.model import Access, Clause, Declared, Ecm, Site
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.units import NUMBER
+from aeros.spec.verification.certificate import certificate_for
 
 CODE = """
 from aeros.skill import act

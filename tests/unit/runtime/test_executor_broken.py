@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.audit import AuditError, AuditLog, verify_log
-from aeros.runtime.decision import Decision, Verdict
+from aeros.runtime.audit.log import AuditError, AuditLog, verify_log
+from aeros.runtime.gate.decision import Decision, Verdict
 from aeros.runtime.ports import Motion
 from aeros.skill import Inputs, Observation, SkillBody, act
-from aeros.spec.errors import InternalError
+from aeros.spec.diagnostics.errors import InternalError
 from tests.unit.runtime.one_step import DENIAL, MakeBench, twice, watched
 
 

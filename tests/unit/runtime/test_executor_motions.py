@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.canonical import digest_of
+from aeros.runtime.canonical_json import digest_of
 from aeros.runtime.ports import Completion, Motionless, StepResult, StepStatus, Trajectory
-from aeros.runtime.records import motion_from_json
-from aeros.spec.model import Site
+from aeros.runtime.records.records import motion_from_json
+from aeros.spec.model.model import Site
 from tests.unit.runtime.one_joint import DRIVES, PLAN, TURNS, governed
 from tests.unit.runtime.one_step import Bench, twice
 from tests.unit.runtime.together import Asking, Cart, asking, configuration, move, roll

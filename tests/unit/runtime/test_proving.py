@@ -13,10 +13,10 @@ from aeros.experiments.trials.synthetic import write_modules
 from aeros.runtime import proving
 from aeros.runtime.proving import prove
 from aeros.runtime.registry.registry import Registry
-from aeros.spec.errors import UserError
-from aeros.spec.folders import reference_site
-from aeros.spec.model import Block
-from aeros.spec.verify import verify
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.model import Block
+from aeros.spec.text.discovery import reference_site
+from aeros.spec.verification.verify import verify
 from tests.unit.spec.examining import note_examined
 
 

@@ -9,15 +9,15 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.audit import AuditError, AuditLog, verify_log
-from aeros.runtime.configuration import Configuration, only
+from aeros.runtime.audit.log import AuditError, AuditLog, verify_log
 from aeros.runtime.execution.executor import Executor
-from aeros.runtime.gate import CompiledGate, GateMode
+from aeros.runtime.gate.configuration import Configuration, only
+from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import BEGINNING, Head, StepRequest, StepResult, StepStatus
-from aeros.runtime.replay import Replay
-from aeros.runtime.skill_run import run_in_process
-from aeros.spec.model import Site
-from tests.unit.runtime.test_history import CODE, STEP, Bench
+from aeros.runtime.records.replay import Replay
+from aeros.runtime.skills.in_process_run import run_in_process
+from aeros.spec.model.model import Site
+from tests.unit.runtime.monitor.test_history import CODE, STEP, Bench
 
 
 class Crashing:

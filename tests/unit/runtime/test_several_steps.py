@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.configuration import Configuration
-from aeros.runtime.governor import Command
+from aeros.runtime.execution.governor import Command
+from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Ended, StepRequest, StepResult, StepStatus
 from aeros.skill import Inputs, Observation, SkillBody, act
-from aeros.spec.errors import MisuseError
+from aeros.spec.diagnostics.errors import MisuseError
 from tests.unit.runtime.together import Asking, MakeCart, asking, configuration, move, roll
 
 FINISHED = StepStatus.FINISHED

@@ -8,19 +8,19 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from aeros.runtime.audit import AuditLog, verify_log
-from aeros.runtime.configuration import Configuration
+from aeros.runtime.audit.log import AuditLog, verify_log
 from aeros.runtime.execution.executor import Executor
-from aeros.runtime.gate import CompiledGate, GateMode
-from aeros.runtime.governor import Governor
+from aeros.runtime.execution.governor import Governor
+from aeros.runtime.execution.step import needs_of
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import StepHandle, StepRequest, StepResult
-from aeros.runtime.skill_run import Run, SkillRun
-from aeros.runtime.step import needs_of
+from aeros.runtime.skills.in_process_run import Run, SkillRun
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.loading import load_ecm, load_site
-from aeros.spec.model import Ecm, Site, Skill
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.model import Ecm, Site, Skill
 
 FOLDER = Path(__file__).parent / "data" / "together"
 VALUES = {"charge": 0.5, "hand": 0.0, "stop_pressed": False, "done": False, "moved": False}

@@ -9,16 +9,16 @@ from typing import Any
 
 import pytest
 
-from aeros.agent.journal import Event, Observer
-from aeros.runtime.audit import verify_log
-from aeros.runtime.bus.telling import Chain
-from aeros.runtime.configuration import Configuration
-from aeros.runtime.governor import Fixed
+from aeros.agent.execution.journal import Event, Observer
+from aeros.runtime.audit.log import verify_log
+from aeros.runtime.bus.message_publisher import Chain
+from aeros.runtime.execution.governor import Fixed
+from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Plant, Readings
 from aeros.runtime.proving import prove
 from aeros.session.assembly import SessionSetup, open_agent, open_recorded_plant
 from aeros.session.plant_factory import open_plant
-from aeros.spec.folders import reference_site
+from aeros.spec.text.discovery import reference_site
 from tests.repo.tree import ROOT
 
 

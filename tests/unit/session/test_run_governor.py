@@ -6,7 +6,7 @@ import signal
 
 import pytest
 
-from aeros.runtime.governor import Command, Fixed
+from aeros.runtime.execution.governor import Command, Fixed
 from aeros.session.run_governor import RunGovernor
 from tests.unit.runtime.bench import configuration
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from aeros.runtime.governor import Command, Fixed
+from aeros.runtime.execution.governor import Command, Fixed
 from aeros.session.run_governor import RunGovernor
 from aeros.session.sd_notify import ALIVE, READY, Notifier
 from tests.unit.runtime import bench

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from aeros.runtime.governor import Command
+from aeros.runtime.execution.governor import Command
 from aeros.session.plant_factory import PlantSetupError
 from aeros.session.rendered_errors import rendered_errors
 from aeros.session.setup import build_signing, create_output_folder, open_governor, select_task
-from aeros.spec.diagnostics import Diagnostic
-from aeros.spec.errors import UndecidedError, UserError
+from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.diagnostics.errors import UndecidedError, UserError
 from tests.repo.tree import ROOT
 
 

@@ -4,7 +4,7 @@ import io
 import json
 from pathlib import Path
 
-from aeros.agent.journal import Event
+from aeros.agent.execution.journal import Event
 from aeros.session.trace import TraceWriter
 
 _SAID = Event("plan", "two steps", {"steps": 2}, 1.5)

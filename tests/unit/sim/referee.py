@@ -12,13 +12,13 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from aeros.sim.body import CAPSULES, PANDA
 from aeros.sim.clock import TICK
-from aeros.sim.sensing import Truth
-from aeros.spec.diagnostics import Diagnostics
+from aeros.sim.robot.body import CAPSULES, PANDA
+from aeros.sim.sensors import Truth
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
 from aeros.spec.expr.terms import Literal
-from aeros.spec.folders import reference_site
-from aeros.spec.loading import load_site
+from aeros.spec.text.discovery import reference_site
 
 Vector = NDArray[np.float64]
 

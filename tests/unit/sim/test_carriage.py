@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from aeros.runtime.ports import Completion
+from aeros.sim.bullet.scene_file import read_bodies
 from aeros.sim.clock import TICK
 from aeros.sim.physics import PhysicsPlant, make_plant
-from aeros.sim.robot import BASE_ACCELERATION_MAX
-from aeros.sim.scene_file import read_bodies
+from aeros.sim.robot.robot import BASE_ACCELERATION_MAX
 from aeros.skill import act
 from tests.unit.sim.acting import allow, recording
 

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aeros.sim.detection import find_red
+from aeros.sim.bullet.world import Image, World
+from aeros.sim.detected_object import Push, Sight
 from aeros.sim.geometry import UPRIGHT, Camera
 from aeros.sim.layouts.fetch import AHEAD, CAN, FRESH, Seen, seen_by, station_for
+from aeros.sim.perception.detection import find_red
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.scenes.fetch import Fetch
-from aeros.sim.sight import Push, Sight
-from aeros.sim.world import Image, World
 from aeros.skill import act
 from tests.unit.sim.acting import allow, execute
 from tests.unit.sim.ground_truth import is_done

@@ -14,14 +14,14 @@ import pytest
 from aeros.runtime.ports import Completion, Plant, Trajectory
 from aeros.sim.clock import TICK
 from aeros.sim.geometry import Pose, turned
-from aeros.sim.kinematic.chain import posture
+from aeros.sim.kinematic.objects import Round, Thing, Things, slab
 from aeros.sim.kinematic.plant import KinematicPlant, make_plant
 from aeros.sim.kinematic.scenes import SCENES
 from aeros.sim.kinematic.scenes.bare import Bare
-from aeros.sim.kinematic.things import Round, Thing, Things, slab
-from aeros.sim.kinematics import forward
-from aeros.sim.limits import Q_MAX, Q_MIN
+from aeros.sim.kinematic.tool_kinematics import posture
 from aeros.sim.randomness import Chance
+from aeros.sim.robot.kinematics import forward
+from aeros.sim.robot.limits import Q_MAX, Q_MIN
 from aeros.skill import Action, act
 from tests.unit.sim.acting import allow, execute, recording
 

@@ -10,26 +10,26 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aeros.runtime.beside import Begun
-from aeros.runtime.decision import Decision, Verdict
-from aeros.runtime.history import Histories
-from aeros.runtime.kinematics import Posture
-from aeros.runtime.monitor import Monitors
+from aeros.runtime.gate.compiled.rules import Watched
+from aeros.runtime.gate.decision import Decision, Verdict
+from aeros.runtime.gate.joint_rules import Begun
+from aeros.runtime.monitor.history import Histories
+from aeros.runtime.monitor.monitor import Monitors
+from aeros.runtime.motion.kinematics import Posture
+from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.runtime.ports import Completion, Motionless, Trajectory
-from aeros.runtime.trajectory import MotionDecider
-from aeros.runtime.watched import Watched
-from aeros.sim.body import CAPSULES, PANDA
-from aeros.sim.bullet import DATA
+from aeros.sim.bullet.client import DATA
 from aeros.sim.clock import TICK
-from aeros.sim.kinematics import FLANGE, READY, forward
-from aeros.sim.limits import Q_MAX, Q_MIN, QD_MAX
 from aeros.sim.physics import PhysicsPlant
-from aeros.sim.profile import minimum_jerk
+from aeros.sim.robot.body import CAPSULES, PANDA
+from aeros.sim.robot.kinematics import FLANGE, READY, forward
+from aeros.sim.robot.limits import Q_MAX, Q_MIN, QD_MAX
+from aeros.sim.robot.profile import minimum_jerk
 from aeros.skill import Action, act
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.folders import reference_site
-from aeros.spec.loading import load_site
-from aeros.spec.model import Site
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.model.model import Site
+from aeros.spec.text.discovery import reference_site
 from tests.unit.sim.acting import allow, execute, recording
 
 pytestmark = pytest.mark.physics

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from aeros.sim.bullet.panda import Panda
+from aeros.sim.bullet.world import World
 from aeros.sim.clock import TICK
-from aeros.sim.limits import Q_MAX, Q_MIN, QD_MAX, QDD_MAX, TAU_MAX
-from aeros.sim.panda import Panda
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.randomness import Chance
-from aeros.sim.robot import RobotOptions
+from aeros.sim.robot.limits import Q_MAX, Q_MIN, QD_MAX, QDD_MAX, TAU_MAX
+from aeros.sim.robot.robot import RobotOptions
 from aeros.sim.scenes.bare import Bare
-from aeros.sim.world import World
 from aeros.skill import Action, act
 from tests.unit.sim.acting import allow, execute, recording
 from tests.unit.sim.referee import Referee

@@ -14,27 +14,27 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aeros.runtime.beside import Begun
-from aeros.runtime.decision import Decision, Verdict
-from aeros.runtime.history import Histories
-from aeros.runtime.monitor import Monitors
-from aeros.runtime.trajectory import MotionDecider
-from aeros.runtime.watched import Watched
-from aeros.sim.bullet import bullet
+from aeros.runtime.gate.compiled.rules import Watched
+from aeros.runtime.gate.decision import Decision, Verdict
+from aeros.runtime.gate.joint_rules import Begun
+from aeros.runtime.monitor.history import Histories
+from aeros.runtime.monitor.monitor import Monitors
+from aeros.runtime.motion.trajectory import MotionDecider
+from aeros.sim.bullet.client import bullet
+from aeros.sim.bullet.people import Person, Waypoint
 from aeros.sim.clock import TICK
 from aeros.sim.geometry import Triple
-from aeros.sim.kinematics import READY
-from aeros.sim.limits import Q_MAX, QD_MAX, QDD_MAX, TAU_MAX
-from aeros.sim.people import Person, Waypoint
 from aeros.sim.physics import NoDisturbance, PhysicsPlant, PlantParts
-from aeros.sim.robot import RobotOptions
+from aeros.sim.robot.kinematics import READY
+from aeros.sim.robot.limits import Q_MAX, QD_MAX, QDD_MAX, TAU_MAX
+from aeros.sim.robot.robot import RobotOptions
 from aeros.sim.scenes.bare import Bare
-from aeros.sim.sensing import Truth
+from aeros.sim.sensors import Truth
 from aeros.skill import Action, act
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.folders import reference_site
-from aeros.spec.loading import load_site
-from aeros.spec.model import Site
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.model.model import Site
+from aeros.spec.text.discovery import reference_site
 from tests.unit.sim.acting import allow, execute, recording
 
 pytestmark = pytest.mark.physics

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aeros.cli.exit_codes import Exit
 from aeros.cli.main import main
-from aeros.runtime.monitor import Monitors
+from aeros.exit_codes import Exit
+from aeros.runtime.monitor.monitor import Monitors
 from aeros.runtime.ports import Reading, Readings
 from aeros.sim import physics
-from aeros.sim.limits import SCANNER_RANGE
-from aeros.sim.sensing import SensorModel, Sensors, Truth
+from aeros.sim.robot.limits import SCANNER_RANGE
+from aeros.sim.sensors import SensorModel, Sensors, Truth
 from tests.unit.sim.referee import Referee, of_the_site
 
 pytestmark = pytest.mark.physics

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from aeros.sim.geometry import Pose, Triple, turned
-from aeros.sim.inspection import inspect_table
 from aeros.sim.layouts.dirt import DirtMap
 from aeros.sim.layouts.table import MAST, Layout, lay_table
+from aeros.sim.perception.inspection import inspect_table
 from aeros.sim.physics import NoDisturbance, PhysicsPlant, PlantParts, make_plant
 from aeros.sim.randomness import Chance
 from aeros.sim.scenes import table

@@ -12,21 +12,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aeros.runtime.decision import Decision, Verdict
-from aeros.runtime.merging import Companion, Merged, merge
+from aeros.runtime.gate.decision import Decision, Verdict
+from aeros.runtime.motion.merged import Companion, Merged, merge
+from aeros.runtime.motion.swept_volume import Box, breach_of
+from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.runtime.ports import Ball, Body, Completion, Motion, Plan, Trajectory
-from aeros.runtime.sweep import Box, breach_of
-from aeros.runtime.trajectory import MotionDecider
-from aeros.sim.body import PANDA
 from aeros.sim.clock import TICK
 from aeros.sim.physics import PhysicsPlant
-from aeros.sim.robot import BASE_ACCELERATION_MAX
+from aeros.sim.robot.body import PANDA
+from aeros.sim.robot.robot import BASE_ACCELERATION_MAX
 from aeros.skill import Action, act
-from aeros.spec.diagnostics import Diagnostics
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
 from aeros.spec.expr.scope import Box as Volume
-from aeros.spec.folders import reference_site
-from aeros.spec.loading import load_site
-from aeros.spec.model import Barrier, MotionPolicy
+from aeros.spec.model.model import Barrier, MotionPolicy
+from aeros.spec.text.discovery import reference_site
 from tests.unit.sim.acting import allow, recording
 
 DRIVE = act("move_base", x=-0.4, y=0.3, speed=0.4)

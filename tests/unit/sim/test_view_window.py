@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from aeros.sim.bullet import bullet
+from aeros.sim.bullet.client import bullet
+from aeros.sim.bullet.mirror import Mirror, bodies_of, poses_of, shapes_of
+from aeros.sim.bullet.panda import Panda
+from aeros.sim.bullet.people import People, Person, Waypoint
+from aeros.sim.bullet.window import Window, WindowError, orbit
+from aeros.sim.bullet.world import World
 from aeros.sim.geometry import Camera
-from aeros.sim.mirror import Mirror, bodies_of, poses_of, shapes_of
-from aeros.sim.panda import Panda
-from aeros.sim.people import People, Person, Waypoint
 from aeros.sim.randomness import Chance
 from aeros.sim.scenes import SCENES
-from aeros.sim.window import Window, WindowError, orbit
-from aeros.sim.world import World
 
 pytestmark = pytest.mark.physics
 

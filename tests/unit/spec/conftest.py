@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.reports import SubjectReport
-from aeros.spec.verify import verify
+from aeros.spec.verification.reports import SubjectReport
+from aeros.spec.verification.verify import verify
 
 TABLE = Path(__file__).parents[2] / "corpus" / "site" / "table.yaml"
 

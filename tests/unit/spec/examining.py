@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from aeros.spec import examine
+from aeros.spec.verification import examine
 
 
 def note_examined(monkeypatch: pytest.MonkeyPatch) -> list[str]:

@@ -4,17 +4,17 @@ from fractions import Fraction
 
 import pytest
 
-from aeros.spec.closed_loop import chain
-from aeros.spec.closed_loop.chain import Prediction, predict
-from aeros.spec.closed_loop.chances import (
+from aeros.spec.closed_loop import markov_chain
+from aeros.spec.closed_loop.markov_chain import Prediction, predict
+from aeros.spec.closed_loop.outcome_probabilities import (
     shares_of,
     with_probabilities,
     with_retries,
     with_skill_probabilities,
 )
 from aeros.spec.closed_loop.transition_system import Node, NotExploredError, TransitionSystem
-from aeros.spec.errors import MisuseError
-from aeros.spec.model import Ecm, Outcome, Skill
+from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.model.model import Ecm, Outcome, Skill
 from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, module, rule, site, skill, task
 
 NONE = Fraction(0)
@@ -119,6 +119,6 @@ def test_a_plan_that_is_rejected_is_made_once_more(replans: int, counted: int) -
 
 
 def test_a_chain_that_is_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(chain, "MAX_WORK", 20)
+    monkeypatch.setattr(markov_chain, "MAX_WORK", 20)
     with pytest.raises(NotExploredError, match="too large"):
         predicted(boiling(Fraction(3, 10), 3), 10)

@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from aeros.spec.closed_loop import exploration
-from aeros.spec.diagnostics import Severity
-from aeros.spec.model import Ecm, Outcome, PlanningRule, Skill, TaskInvariant
+from aeros.spec.closed_loop import reachability
+from aeros.spec.diagnostics.codes import Severity
+from aeros.spec.model.model import Ecm, Outcome, PlanningRule, Skill, TaskInvariant
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
-from aeros.spec.verdicts import Settled, Verdict
+from aeros.spec.obligations.verdicts import Settled, Verdict
 from tests.unit.agent.dumplings import (
     DUMPLING,
     MAKE_DUMPLINGS,
@@ -255,7 +255,7 @@ def test_what_is_too_large_is_not_analysed(limit: str, of: str, monkeypatch: pyt
     rules = (rule(WRAPPED, "wrap"), rule(COOKED, "boil"))
     found = claims((WRAP, BOIL), *rules, initial={})
     assert "analysed" not in found
-    monkeypatch.setattr(exploration, limit, 3)
+    monkeypatch.setattr(reachability, limit, 3)
     diagnostic = claims((WRAP, BOIL), *rules, initial={})["analysed"].diagnostic
     assert diagnostic is not None
     assert diagnostic.headline.endswith(f"it has too many {of}")

@@ -12,15 +12,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.spec.difference.change import Change, Relation
+from aeros.spec.diagnostics.source import Source
 from aeros.spec.difference.compare import Difference, compare
-from aeros.spec.difference.sets import Condition, Side, compare_sets
+from aeros.spec.difference.policy_change import Change, Relation
+from aeros.spec.difference.set_comparison import Condition, Side, compare_sets
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Value, holds
 from aeros.spec.expr.types import BOOL, RealType
-from aeros.spec.model import Declared
-from aeros.spec.source import Source
-from aeros.spec.units import NUMBER
+from aeros.spec.expr.units import NUMBER
+from aeros.spec.model.model import Declared
 from tests.hypothesis_profiles import examples
 
 BASE = Path(__file__).parents[3] / "docs" / "codes" / "base"

@@ -9,15 +9,15 @@ from typing import Any
 
 import pytest
 
-from aeros.agent.smt_planner import why_not
+from aeros.agent.planning.smt import why_not
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType
-from aeros.spec.model import Block, Clause, Declared, Ecm, Rule, Site, Skill
-from aeros.spec.planning.avoiding import Avoided, NotDecidedError
+from aeros.spec.model.model import Block, Clause, Declared, Ecm, Rule, Site, Skill
 from aeros.spec.planning.bounded import bounded_plan
-from aeros.spec.planning.cyclic import Strategy
 from aeros.spec.planning.domain import Domain, domain_for
+from aeros.spec.planning.search_result import Avoided, NotDecidedError
 from aeros.spec.planning.shortest import enumerated_plan, shortest_plan
+from aeros.spec.planning.strong_cyclic import Strategy
 from tests.differential.reference_cases import reference
 from tests.unit.agent.dumplings import PREDICATES, SPAN, given_input, module, outcome, site, skill, term
 

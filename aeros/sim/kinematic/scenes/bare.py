@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from aeros.sim.kinematic.things import Slab, Things, slab
+from aeros.sim.kinematic.objects import Slab, Things, slab
 from aeros.sim.randomness import Chance
-from aeros.sim.robot import RobotOptions, RobotState
+from aeros.sim.robot.robot import RobotOptions, RobotState
 
 TABLE: Final[Slab] = slab(0.4, 0.0, 0.0, 1.4, 1.6)
 """The table's top (`aeros/sim/scenes/furniture.py`)."""

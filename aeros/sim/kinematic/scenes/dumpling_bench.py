@@ -12,8 +12,8 @@ from math import asin, atan2, cos, pi, sin
 from typing import Any, Final
 
 from aeros.sim.geometry import Pose, Triple, turned, yaw_of
+from aeros.sim.kinematic.objects import STIFFNESS, Thing, Things, slab
 from aeros.sim.kinematic.scenes.bare import TABLE
-from aeros.sim.kinematic.things import STIFFNESS, Thing, Things, slab
 from aeros.sim.layouts.dumpling_bench import (
     BELONGS,
     CAMERAS,
@@ -35,7 +35,7 @@ from aeros.sim.layouts.dumpling_bench import (
     lay_bench,
 )
 from aeros.sim.randomness import Chance
-from aeros.sim.robot import RobotOptions, RobotState
+from aeros.sim.robot.robot import RobotOptions, RobotState
 
 LEVER: Final = 0.075
 """From the press's hinge to its handle, m (models/press.urdf)."""

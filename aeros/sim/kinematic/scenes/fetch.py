@@ -8,8 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from aeros.sim.detected_object import Sight
 from aeros.sim.geometry import Pose, in_view, plus, turned
-from aeros.sim.kinematic.things import Round, Thing, Things, slab
+from aeros.sim.kinematic.objects import Round, Thing, Things, slab
 from aeros.sim.layouts.fetch import (
     CAMERAS,
     CAN,
@@ -23,8 +24,7 @@ from aeros.sim.layouts.fetch import (
     seen_by,
 )
 from aeros.sim.randomness import Chance
-from aeros.sim.robot import RobotState
-from aeros.sim.sight import Sight
+from aeros.sim.robot.robot import RobotState
 
 
 class Fetch:

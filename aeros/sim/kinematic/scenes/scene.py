@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-from aeros.sim.kinematic.things import Things
+from aeros.sim.kinematic.objects import Things
 from aeros.sim.randomness import Chance
-from aeros.sim.robot import RobotOptions, RobotState
+from aeros.sim.robot.robot import RobotOptions, RobotState
 
 
 class KinematicScene(Protocol):

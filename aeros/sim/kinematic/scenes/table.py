@@ -8,9 +8,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from aeros.sim.detected_object import Sight
 from aeros.sim.geometry import yaw_of
+from aeros.sim.kinematic.objects import Round, Thing, Things, slab
 from aeros.sim.kinematic.scenes.bare import TABLE
-from aeros.sim.kinematic.things import Round, Thing, Things, slab
 from aeros.sim.layouts.dirt import DirtMap
 from aeros.sim.layouts.table import (
     AREA,
@@ -27,8 +28,7 @@ from aeros.sim.layouts.table import (
     seen_on_table,
 )
 from aeros.sim.randomness import Chance
-from aeros.sim.robot import RobotOptions, RobotState
-from aeros.sim.sight import Sight
+from aeros.sim.robot.robot import RobotOptions, RobotState
 
 
 class Table:

@@ -8,7 +8,7 @@ import pytest
 
 from aeros.experiments.catalogue import Row, catalogue
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import Found
+from aeros.experiments.trial_kinds import Found
 from aeros.experiments.trials.adversaries import KIND
 from aeros.spec.expr.semantics import holds
 from tests.unit.experiments.common import premises

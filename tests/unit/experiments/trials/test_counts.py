@@ -11,12 +11,12 @@ from typing import Any, cast
 
 import pytest
 
-from aeros.experiments.plants import _CountingPlant
+from aeros.experiments.trial_plants import _CountingPlant
 from aeros.experiments.trials import task
-from aeros.runtime.audit import AuditLog
+from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.ports import Body, Completion, Motionless, Plan, Plant, Trajectory
 from aeros.skill import Action, act
-from aeros.spec.model import Durability
+from aeros.spec.model.model import Durability
 from tests.unit.experiments.common import condition, premises
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import Found
+from aeros.experiments.trial_kinds import Found
 from aeros.experiments.trials.reaction import KIND
-from aeros.runtime.monitor import Monitors
+from aeros.runtime.monitor.monitor import Monitors
 from tests.unit.experiments.common import premises
 
 pytestmark = pytest.mark.physics

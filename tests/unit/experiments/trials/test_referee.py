@@ -10,8 +10,8 @@ import pytest
 
 from aeros.experiments.trials.referee import Referee
 from aeros.sim.clock import TICK
-from aeros.sim.sensing import Truth
-from aeros.spec.errors import MisuseError
+from aeros.sim.sensors import Truth
+from aeros.spec.diagnostics.errors import MisuseError
 from tests.unit.experiments.common import premises
 
 SITE = premises().configuration.site

@@ -8,7 +8,7 @@ import pytest
 
 from aeros.experiments.catalogue import read_data
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import Found
+from aeros.experiments.trial_kinds import Found
 from aeros.experiments.trials.requests import KIND
 from tests.unit.experiments.common import premises
 

@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 from aeros.experiments.condition import Condition
-from aeros.experiments.premises import Where
+from aeros.experiments.inputs import Where
 from aeros.experiments.trials.scale import KIND
 from aeros.experiments.trials.synthetic import write_module, write_modules
-from aeros.spec.errors import MisuseError
-from aeros.spec.folders import reference_site
-from aeros.spec.verdicts import Conclusion
-from aeros.spec.verify import verify
+from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.obligations.verdicts import Conclusion
+from aeros.spec.text.discovery import reference_site
+from aeros.spec.verification.verify import verify
 from tests.unit.experiments.common import premises
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import Found
+from aeros.experiments.trial_kinds import Found
 from aeros.experiments.trials.sensors import KIND, sensor_of
-from aeros.runtime.monitor import Monitors
-from aeros.sim.sensing import SensorModel
+from aeros.runtime.monitor.monitor import Monitors
+from aeros.sim.sensors import SensorModel
 from tests.unit.experiments.common import premises
 
 SETTINGS = {"task": "fetch_object", "person": "across_the_room", "of": "human_distance"}

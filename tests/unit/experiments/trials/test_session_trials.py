@@ -9,7 +9,7 @@ import pytest
 
 from aeros.experiments.catalogue import catalogue
 from aeros.experiments.condition import Condition
-from aeros.experiments.kinds import Found
+from aeros.experiments.trial_kinds import Found
 from aeros.experiments.trials.sessions import KIND, _rate
 from tests.unit.experiments.common import ROOT, premises
 

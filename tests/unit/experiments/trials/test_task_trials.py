@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from aeros.experiments.kinds import Found
 from aeros.experiments.statistics import wilson
+from aeros.experiments.trial_kinds import Found
 from aeros.experiments.trials.task import KIND
 from tests.unit.experiments.common import condition, premises, told
 

@@ -7,7 +7,7 @@ from random import Random
 
 import pytest
 
-from aeros.agent.posterior import Record
+from aeros.agent.memory.posterior import Record
 from aeros.experiments.trials.thompson import _Above, best, forgetting, remembering
 
 

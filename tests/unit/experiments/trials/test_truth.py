@@ -6,8 +6,8 @@ from typing import Any, cast
 
 from aeros.experiments.trials.truth import Referee, Refereed
 from aeros.runtime.ports import Completion, Motion, Plant
-from aeros.sim.sensing import Truth
-from aeros.sim.symbolic import SymbolicPlant
+from aeros.sim.sensors import Truth
+from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.skill import act
 from tests.unit.experiments.common import premises
 

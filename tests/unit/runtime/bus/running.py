@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from aeros.agent.loop import awake
-from aeros.runtime.audit import AuditLog, verify_log
+from aeros.agent.agent import awake
+from aeros.runtime.audit.log import AuditLog, verify_log
 from aeros.runtime.bus.feed import Feed
 from aeros.runtime.bus.port import Publishing
-from aeros.runtime.isolation.opening import SkillRuns
+from aeros.runtime.isolation.run_factory import SkillRuns
 from aeros.runtime.ports import Plant
 from aeros.runtime.proving import prove
 from aeros.session.assembly import build_executor
-from aeros.sim.symbolic import SymbolicPlant
-from aeros.spec.doubles import as_doubles
-from aeros.spec.folders import reference_site
+from aeros.sim.symbolic.plant import SymbolicPlant
+from aeros.spec.expr.doubles import as_doubles
+from aeros.spec.text.discovery import reference_site
 from tests.repo.tree import ROOT
 
 

@@ -11,11 +11,11 @@ import pytest
 from aeros.runtime.bus import feed as module
 from aeros.runtime.bus.feed import Feed
 from aeros.runtime.bus.in_process import InProcessBus
+from aeros.runtime.bus.message_publisher import Chain
 from aeros.runtime.bus.messages import Event, Message, PointStamped
 from aeros.runtime.bus.port import M
-from aeros.runtime.bus.telling import Chain
 from aeros.runtime.ports import Reading
-from aeros.spec.model import Site
+from aeros.spec.model.model import Site
 
 KNOWN = Chain()
 RECORD = b'{"details":{},"event":"note","sequence":3}\n'

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from aeros.kinematic_chain import ORIGIN, Frame, mounting_of, next_frame
 from aeros.runtime.bus.messages import Quaternion, TFMessage, Time, TransformStamped
 from aeros.runtime.bus.transforms import rotation_of, transforms
-from aeros.runtime.kinematics import Posture
+from aeros.runtime.motion.kinematics import Posture
 from aeros.runtime.ports import Body, Triple
 
 NAMES = ("a", "b", "c")

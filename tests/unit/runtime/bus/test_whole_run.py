@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import pytest
 
-from aeros.runtime.audit import AuditLog
+from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.bus.in_process import InProcessBus
 from aeros.runtime.bus.messages import (
     BoolStamped,

@@ -10,13 +10,13 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.isolation import nursery as module
+from aeros.runtime.isolation import zygote_pool as module
 from aeros.runtime.isolation.bubblewrap import find_bubblewrap
 from aeros.runtime.isolation.isolated_run import IsolatedRun
-from aeros.runtime.isolation.lockdown import PUT_ON, Layer
-from aeros.runtime.isolation.nursery import Nursery
-from aeros.runtime.skills import CertifiedCode
-from aeros.spec.obligations.skill_reach import HARMLESS
+from aeros.runtime.isolation.layers import PUT_ON, Layer
+from aeros.runtime.isolation.zygote_pool import Nursery
+from aeros.runtime.skills.load import CertifiedCode
+from aeros.spec.obligations.forbidden_access import HARMLESS
 from tests.unit.runtime.isolation.surroundings import Surroundings, surroundings
 
 PROBES = Path(__file__).with_name("probes")

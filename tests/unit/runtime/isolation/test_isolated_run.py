@@ -10,14 +10,14 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.isolation import nursery as module
+from aeros.runtime.isolation import zygote_pool as module
 from aeros.runtime.isolation.isolated_run import LEAST_ANSWER, IsolatedRun
-from aeros.runtime.isolation.lockdown import PUT_ON, Layer
-from aeros.runtime.isolation.nursery import Nursery, ZygoteError
+from aeros.runtime.isolation.layers import PUT_ON, Layer
+from aeros.runtime.isolation.zygote_pool import Nursery, ZygoteError
 from aeros.runtime.ports import StepStatus
-from aeros.runtime.skill_code import SkillRefusedError
-from aeros.runtime.skill_run import Ending
-from aeros.runtime.skills import CertifiedCode
+from aeros.runtime.skills.contract import SkillRefusedError
+from aeros.runtime.skills.in_process_run import Ending
+from aeros.runtime.skills.load import CertifiedCode
 from aeros.skill import Action, act
 from tests.unit.runtime.isolation.surroundings import below
 
@@ -219,9 +219,9 @@ def test_a_zygote_that_cannot_start_says_why() -> None:
 _RUNTIME = """
 import sys, time
 from aeros.runtime.isolation.isolated_run import IsolatedRun
-from aeros.runtime.isolation.lockdown import PUT_ON
-from aeros.runtime.isolation.nursery import Nursery
-from aeros.runtime.skills import CertifiedCode
+from aeros.runtime.isolation.layers import PUT_ON
+from aeros.runtime.isolation.zygote_pool import Nursery
+from aeros.runtime.skills.load import CertifiedCode
 text = b"def lift(o, i):\\n    while True: pass\\n    yield\\n"
 run = IsolatedRun(Nursery([]), (), CertifiedCode("m", "s.py", "/s.py", text, "lift"), {}, 600.0)
 print("running", flush=True)

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from aeros.runtime.isolation.lockdown import PUT_ON, Layer
-from aeros.runtime.isolation.nursery import Nursery
+from aeros.runtime.isolation.layers import PUT_ON, Layer
 from aeros.runtime.isolation.probe import probe_layer, probe_surroundings
 from aeros.runtime.isolation.seccomp import ARCHITECTURES
+from aeros.runtime.isolation.zygote_pool import Nursery
 
 
 @pytest.mark.parametrize("layer", PUT_ON)

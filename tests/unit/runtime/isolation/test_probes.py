@@ -18,10 +18,10 @@ from typing import Any
 import pytest
 
 from aeros.runtime.isolation.isolated_run import IsolatedRun
-from aeros.runtime.isolation.nursery import Nursery
+from aeros.runtime.isolation.zygote_pool import Nursery
 from aeros.runtime.ports import StepStatus
-from aeros.runtime.skill_code import SkillRefusedError, execute_skill
-from aeros.runtime.skill_run import Ending, SkillRun
+from aeros.runtime.skills.contract import SkillRefusedError, execute_skill
+from aeros.runtime.skills.in_process_run import Ending, SkillRun
 from aeros.skill import Action, act
 from tests.unit.runtime.isolation.conftest import PROBES, Start, probe_code
 from tests.unit.runtime.isolation.surroundings import CONTENT, Surroundings, below

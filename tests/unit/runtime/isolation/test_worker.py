@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 
 from aeros.runtime.isolation import worker as module
-from aeros.runtime.isolation.frames import (
+from aeros.runtime.isolation.layers import Layer
+from aeros.runtime.isolation.protocol import (
     MOST_ANSWER,
     Answer,
     Asked,
@@ -25,7 +26,6 @@ from aeros.runtime.isolation.frames import (
     Refused,
     Resume,
 )
-from aeros.runtime.isolation.lockdown import Layer
 from aeros.runtime.isolation.worker import serve
 
 SKILL = """

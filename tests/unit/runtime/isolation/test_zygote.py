@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from aeros.runtime.isolation.frames import Close, Closed, Conversation
-from aeros.runtime.isolation.lockdown import PUT_ON, Layer
+from aeros.runtime.isolation.layers import PUT_ON, Layer
+from aeros.runtime.isolation.protocol import Close, Closed, Conversation
 
 START = "from aeros.runtime.isolation.zygote import main; main({}, ['fractions'])"
 

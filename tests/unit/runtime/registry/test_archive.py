@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.runtime.registry.archive import packed, unpack
-from aeros.runtime.registry.bundle import module_files
-from aeros.spec.errors import UserError
+from aeros.runtime.registry.bundle_store import module_files
+from aeros.spec.diagnostics.errors import UserError
 
 PARTS = st.text("abcXYZ09_", min_size=1, max_size=8)
 FILES = st.dictionaries(

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from aeros.runtime.audit import AuditLog, verify_log
-from aeros.runtime.audit_checkpoints import verify_signed
-from aeros.runtime.audit_keys import make_key, read_signing_key
+from aeros.runtime.audit.checkpoints import verify_signed
+from aeros.runtime.audit.keys import make_key, read_signing_key
+from aeros.runtime.audit.log import AuditLog, verify_log
 from aeros.runtime.registry.change_log import LOG, adopted, record_change
 from aeros.runtime.registry.lifecycle import State
-from aeros.runtime.registry.records import Installed, Snapshot
-from aeros.spec.errors import UserError
-from aeros.spec.model import Block
+from aeros.runtime.registry.store import Installed, Snapshot
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.model import Block
 
 TIDY = Installed.kept("tidy", "1.2.0", "d" * 64, State.ACTIVE)
 BLOCK = Block("no_welder", "it is being repaired", "welder", None, "weld")

@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 
 from aeros.runtime.registry.lifecycle import State
-from aeros.runtime.registry.records import Installed, Records, Snapshot
 from aeros.runtime.registry.registry import Registry
+from aeros.runtime.registry.store import Installed, Records, Snapshot
 
 _PATIENCE = 10.0
 

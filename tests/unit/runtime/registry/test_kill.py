@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from aeros.runtime.registry.lifecycle import State
-from aeros.runtime.registry.records import Snapshot
 from aeros.runtime.registry.registry import Registry
+from aeros.runtime.registry.store import Snapshot
 from tests.unit.runtime.registry.conftest import Author
 
 KILLS = int(os.environ.get("AEROS_KILLS", "25"))

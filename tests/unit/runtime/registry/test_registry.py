@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from aeros.runtime.audit import verify_log
+from aeros.runtime.audit.log import verify_log
 from aeros.runtime.registry.lifecycle import State
 from aeros.runtime.registry.registry import Registry
-from aeros.spec.errors import UserError
-from aeros.spec.model import Block
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.model import Block
 from tests.unit.runtime.registry.conftest import BASE, Author
 
 

@@ -13,20 +13,20 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.audit import AuditLog
+from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.execution.executor import Executor
-from aeros.runtime.gate import CompiledGate
-from aeros.runtime.governor import Command
+from aeros.runtime.execution.governor import Command
+from aeros.runtime.gate.gate import CompiledGate
 from aeros.runtime.ports import Completion, Monitor, Motion, StepRequest, StepResult, StepStatus
-from aeros.runtime.registry.governing import Governing
-from aeros.runtime.registry.live import Live
-from aeros.runtime.registry.records import Records
+from aeros.runtime.registry.control_page import Live
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.skill_run import run_in_process
+from aeros.runtime.registry.registry_governor import Governing
+from aeros.runtime.registry.store import Records
+from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.sim.fake import FakePlant
-from aeros.sim.symbolic_state import initial_values
-from aeros.spec.errors import UserError
-from aeros.spec.model import Block
+from aeros.sim.symbolic.state import initial_values
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.model import Block
 from tests.unit.runtime.registry.conftest import BASE, Author
 
 _PATIENCE = 60.0  # s

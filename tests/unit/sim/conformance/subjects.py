@@ -9,18 +9,18 @@ from typing import Final
 
 from aeros.runtime.bus.feed import Feed
 from aeros.runtime.bus.in_process import InProcessBus
-from aeros.runtime.bus.watched_plant import WatchedPlant
+from aeros.runtime.bus.listened_plant import WatchedPlant
 from aeros.runtime.ports import Plant
 from aeros.sim.conformance.suite import Subject
 from aeros.sim.kinematic.plant import make_plant as make_kinematic
-from aeros.sim.limits import QDD_MAX
-from aeros.sim.robot import BASE_ACCELERATION_MAX
-from aeros.sim.symbolic import SymbolicPlant
+from aeros.sim.robot.limits import QDD_MAX
+from aeros.sim.robot.robot import BASE_ACCELERATION_MAX
+from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.skill import act
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.folders import reference_site
-from aeros.spec.loading import load_ecm, load_site
-from aeros.spec.model import Ecm, Site
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.model import Ecm, Site
+from aeros.spec.text.discovery import reference_site
 from tests.repo.tree import ROOT
 from tests.unit.sim.hosting.hosted import Hosted
 

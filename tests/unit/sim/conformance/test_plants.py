@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import pytest
 
-from aeros.sim.conformance.contact import (
+from aeros.sim.conformance.contact_checks import (
     a_motion_under_feedback_keeps_near_its_paths,
     a_rule_named_in_contact_ends_it_within_one_tick,
 )

@@ -11,19 +11,19 @@ import numpy as np
 import pytest
 
 from aeros.runtime.ports import Completion
-from aeros.sim.channel import Process
+from aeros.sim.bullet.panda import Panda
+from aeros.sim.bullet.people import Person, Waypoint
+from aeros.sim.bullet.world import World
+from aeros.sim.detected_object import Sight
 from aeros.sim.faults.effects import seen
 from aeros.sim.faults.injector import Happening, Injector
 from aeros.sim.faults.model import Acting, Enter, Fault, OnLook, OnSkill, OnTime, Opportunity, Seen
-from aeros.sim.panda import Panda
-from aeros.sim.people import Person, Waypoint
+from aeros.sim.gilbert_elliott import Process
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.randomness import Chance
 from aeros.sim.scenes.bare import Bare
 from aeros.sim.scenes.fetch import Fetch
 from aeros.sim.scenes.scene import Detected
-from aeros.sim.sight import Sight
-from aeros.sim.world import World
 from aeros.skill import act
 from aeros.spec.declared.faults import Bump, Delay, Loosen, Misplace, Misread, Miss, Slip, Weaken
 from tests.unit.sim.acting import allow, execute

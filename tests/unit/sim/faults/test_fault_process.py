@@ -7,9 +7,9 @@ from math import sqrt
 
 import pytest
 
-from aeros.sim.channel import Process
 from aeros.sim.faults.model import Fault, OnLook
-from aeros.sim.faults.process import Draws
+from aeros.sim.faults.opportunities import Draws
+from aeros.sim.gilbert_elliott import Process
 from aeros.sim.randomness import Chance
 from aeros.spec.declared.faults import Miss
 

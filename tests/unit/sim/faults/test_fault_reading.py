@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import pytest
 
+from aeros.sim.faults.faults_file import Surroundings, faults_of, read_faults, shipped_faults
 from aeros.sim.faults.model import Enter, OnLook, OnSkill, OnTime
-from aeros.sim.faults.reading import Surroundings, faults_of, read_faults, shipped_faults
 from aeros.sim.scenes import SCENES
 from aeros.spec.declared.faults import Bump, Delay, Loosen, Misplace, Misread, Miss, Slip, Weaken
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.errors import UserError
-from aeros.spec.folders import reference_site
-from aeros.spec.loading import load_site
-from aeros.spec.source import Source
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.diagnostics.source import Source
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.text.discovery import reference_site
 
 SITE = load_site(reference_site(), Diagnostics())
 assert SITE is not None

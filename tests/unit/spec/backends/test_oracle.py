@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 
 from aeros.spec.backends import oracle as oracle_module
-from aeros.spec.backends.answers import Answer, Result
-from aeros.spec.backends.boxes import Boxes
+from aeros.spec.backends.answer_store import Store, default_store
+from aeros.spec.backends.interval_solver import Boxes
 from aeros.spec.backends.oracle import Oracle
-from aeros.spec.backends.smt import Session
-from aeros.spec.backends.store import Store, default_store
+from aeros.spec.backends.solver_results import Answer, Result
+from aeros.spec.backends.z3_solver import Session
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, RealType
-from aeros.spec.units import LENGTH
+from aeros.spec.expr.units import LENGTH
 
 REPOSITORY = Path(__file__).parents[4]
 X = t.Variable("x", RealType(LENGTH), t.Role.STATE)
@@ -170,7 +170,7 @@ def test_answers_are_kept_and_believed_only_where_nobody_else_writes(
 
 def test_an_unchanged_module_is_verified_without_the_solver(tmp_path: Path) -> None:
     probe = (
-        "import sys; from aeros.cli.main import main; from aeros.spec.backends.boxes import Boxes; "
+        "import sys; from aeros.cli.main import main; from aeros.spec.backends.interval_solver import Boxes; "
         "Boxes.decide = lambda *_: None; "
         "code = main(['verify', 'ecms/make_dumplings', '--no-lock', '--format', 'json']); "
         "print('z3' in sys.modules, file=sys.stderr); sys.exit(code)"

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.loading import load_ecm, load_site
-from aeros.spec.render import render_text
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.render import render_text
+from aeros.spec.elaborate.load import load_ecm, load_site
 
 CORPUS = Path(__file__).parents[3] / "corpus"
 TABLE = CORPUS / "site" / "table.yaml"

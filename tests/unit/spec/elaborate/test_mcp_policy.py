@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.folders import reference_site
-from aeros.spec.loading import load_site
-from aeros.spec.model import Execute, McpPolicy, Site
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.model.model import Execute, McpPolicy, Site
+from aeros.spec.text.discovery import reference_site
 
 
 def loaded(folder: Path, section: str) -> tuple[Site | None, list[str]]:

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.folders import reference_site
-from aeros.spec.loading import load_site
-from aeros.spec.model import MotionKind, Site
-from aeros.spec.render import render_text
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.render import render_text
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.model.model import MotionKind, Site
+from aeros.spec.text.discovery import reference_site
 
 
 def _loaded(tmp_path: Path, *edits: tuple[str, str]) -> tuple[Site | None, list[str]]:

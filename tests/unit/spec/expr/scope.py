@@ -5,12 +5,12 @@ from __future__ import annotations
 from fractions import Fraction
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.cases import JOINT, MODE, VARIABLES
-from aeros.spec.expr.check import check
 from aeros.spec.expr.parser import parse
+from aeros.spec.expr.random_conditions import JOINT, MODE, VARIABLES
 from aeros.spec.expr.scope import Box, Scope
+from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
-from aeros.spec.units import LENGTH, NUMBER, TIME
+from aeros.spec.expr.units import LENGTH, NUMBER, TIME
 
 GRIP = EnumType("Grip", ("open", "stop"))
 SPEED = RealType(LENGTH * TIME**-1)

@@ -9,7 +9,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, scalars_of
 from aeros.spec.expr.semantics import Value, evaluate
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, VectorType
-from aeros.spec.units import NUMBER
+from aeros.spec.expr.units import NUMBER
 
 REAL = RealType(NUMBER)
 SET = EnumType("Set", ("i", "j"))

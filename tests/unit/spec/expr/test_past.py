@@ -9,12 +9,12 @@ from fractions import Fraction
 import pytest
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.check import check
 from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 from aeros.spec.expr.scope import ExpressionTypeError
 from aeros.spec.expr.semantics import Moment, evaluate
+from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL, RealType
-from aeros.spec.units import TIME
+from aeros.spec.expr.units import TIME
 from tests.unit.spec.expr.scope import SCOPE
 
 PAST = replace(SCOPE, past=True)

@@ -7,7 +7,7 @@ import pytest
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType
-from aeros.spec.units import NUMBER
+from aeros.spec.expr.units import NUMBER
 
 _REAL = RealType(NUMBER)
 _SET = EnumType("Set", ("i", "j"))

@@ -1,10 +1,10 @@
 from __future__ import annotations
 
-from aeros.spec.composition import Composition, Part, Step, handlers_of
+from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
-from aeros.spec.flow.graph import DONE, START, STOPPED, graph_of, handler_cycle
-from aeros.spec.parts import If, Par, Seq, steps_of
-from aeros.spec.source import Source
+from aeros.spec.flow.control_flow import DONE, START, STOPPED, graph_of, handler_cycle
+from aeros.spec.model.composition import Composition, Part, Step, handlers_of
+from aeros.spec.model.step_graph import If, Par, Seq, steps_of
 
 TEXT = Source("text", "x" * 100)
 

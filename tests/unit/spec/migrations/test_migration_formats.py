@@ -5,13 +5,13 @@ from typing import get_args, get_type_hints
 
 import pytest
 
-from aeros.agent import memory_schema
-from aeros.runtime import audit_checkpoints
-from aeros.runtime.audit_check import GENESIS
-from aeros.spec.errors import MisuseError
+from aeros.agent.memory import schema as memory_schema
+from aeros.runtime.audit import checkpoints
+from aeros.runtime.audit.check import GENESIS
+from aeros.spec.declared.json_schema import FILES
+from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.migrations import formats
 from aeros.spec.migrations.format import Format, FormatVersionError, Kind
-from aeros.spec.schema import FILES
 
 
 def test_each_name_is_of_one_format() -> None:
@@ -38,7 +38,7 @@ def test_a_version_after_the_first_has_a_step_or_the_format_a_cure(one: Format) 
 def test_versions_kept_elsewhere_are_those_of_the_registry() -> None:
     assert len(memory_schema._MIGRATIONS) == formats.MEMORY.version
     assert hashlib.sha256(str(formats.AUDIT.schema).encode()).hexdigest() == GENESIS
-    assert formats.AUDIT_CHECKPOINT.schema == audit_checkpoints._FORMAT
+    assert formats.AUDIT_CHECKPOINT.schema == checkpoints._FORMAT
 
 
 def test_there_is_no_step_to_the_first_version_or_beyond_the_last() -> None:

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.spec.errors import MisuseError
+from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId, fits_slot
-from aeros.spec.verdicts import Conclusion
-from aeros.spec.verify import verify
+from aeros.spec.obligations.verdicts import Conclusion
+from aeros.spec.verification.verify import verify
 
 CLASHING = Path(__file__).parents[2] / "runtime" / "data" / "clashing_names"
 

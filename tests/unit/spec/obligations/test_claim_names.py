@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.verify import verify
+from aeros.spec.verification.verify import verify
 
 CORPUS = Path(__file__).parents[3] / "corpus"
 NAMES = Path(__file__).with_name("names.txt")

@@ -6,16 +6,16 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.folders import reference_site
-from aeros.spec.loading import load_ecm, load_site
-from aeros.spec.model import Block
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.model import Block
+from aeros.spec.model.summary import presence_of, presence_of_site
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.configuration import configuration_obligations
-from aeros.spec.presence import presence_of, presence_of_site
-from aeros.spec.reports import Report
-from aeros.spec.verdicts import Conclusion
-from aeros.spec.verify import verify
+from aeros.spec.obligations.verdicts import Conclusion
+from aeros.spec.text.discovery import reference_site
+from aeros.spec.verification.reports import Report
+from aeros.spec.verification.verify import verify
 
 ROOT = Path(__file__).parents[4]
 ECMS = sorted(path.parent for path in (ROOT / "ecms").glob("*/ecm.yaml"))

@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 import aeros
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.loading import load_ecm, load_site
-from aeros.spec.model import Ecm
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.model import Ecm
+from aeros.spec.model.summary import presence_of
 from aeros.spec.obligations.dependencies import dependency_obligations, runtime_obligations
-from aeros.spec.presence import presence_of
 
 CORPUS = Path(__file__).parents[3] / "corpus"
 

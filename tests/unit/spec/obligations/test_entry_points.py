@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.loading import load_ecm, load_site
-from aeros.spec.model import Ecm
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.render import render_text
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.model import Ecm
 from aeros.spec.obligations.entry_points import entry_point_obligations
 from aeros.spec.obligations.skill_source import read_skill_files
-from aeros.spec.render import render_text
 
 CORPUS = Path(__file__).parents[3] / "corpus"
 

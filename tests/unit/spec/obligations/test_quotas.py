@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.runtime.configuration import Configuration
-from aeros.runtime.decision import Caller
-from aeros.runtime.layers import finite_objections
-from aeros.runtime.usage import Usage
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.loading import load_ecm, load_site
-from aeros.spec.model import Access, Quota, Risk, Site
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.decision import Caller
+from aeros.runtime.gate.finite_layers import finite_objections
+from aeros.runtime.gate.quotas import Usage
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.source import Source
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.model import Access, Quota, Risk, Site
 from aeros.spec.obligations.quotas import implies, quota_obligations
-from aeros.spec.source import Source
 from tests.repo.tree import ROOT
 
 HERE = Source("site.yaml", "").span(0, 0)

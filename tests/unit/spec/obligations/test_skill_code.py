@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.diagnostics import Diagnostics
-from aeros.spec.folders import reference_site
-from aeros.spec.loading import load_ecm, load_site
-from aeros.spec.model import Ecm, Site
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.model import Ecm, Site
 from aeros.spec.obligations.skill_code import skill_code_obligations
 from aeros.spec.obligations.skill_source import read_skill_files
-from aeros.spec.verdicts import Settled
+from aeros.spec.obligations.verdicts import Settled
+from aeros.spec.text.discovery import reference_site
 
 MODULE = Path(__file__).parents[4] / "ecms" / "clean_table"
 HEAD = "from aeros.skill import Action, act\n"

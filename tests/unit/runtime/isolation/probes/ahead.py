@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 
-from aeros.runtime.isolation.frames import Asked, encode
+from aeros.runtime.isolation.protocol import Asked, encode
 from aeros.skill import Inputs, Observation, SkillBody, act
 from tests.unit.runtime.isolation.hostile import channel, question
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from aeros.runtime.isolation.frames import Asked, encode
+from aeros.runtime.isolation.protocol import Asked, encode
 from aeros.skill import Inputs, Observation, SkillBody, act
 from tests.unit.runtime.isolation.hostile import channel, question
 

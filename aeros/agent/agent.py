@@ -1,0 +1,267 @@
+"""The one persistent agent: awake in its state folder, it takes instructions and pursues them.
+
+It can propose and cannot act: of the runtime it knows the port, and every action of every skill
+it proposes is decided by the gate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+from aeros.agent.errors import RefusedError
+from aeros.agent.execution.journal import Journal, Observer
+from aeros.agent.execution.report import RunReport
+from aeros.agent.execution.step_attempt import Attempts
+from aeros.agent.identity import Identity, born, sole_identity
+from aeros.agent.memory.schema import IN_RAM
+from aeros.agent.memory.store import Memory, open_memory
+from aeros.agent.planning.base import Planner, RulePlanner
+from aeros.agent.planning.routing import Routed, RoutingError, route
+from aeros.agent.recovery.checkpoint import Checkpoint, Checkpoints, UnusableError
+from aeros.agent.recovery.lifecycle import Change, Lifecycle, Phase
+from aeros.agent.recovery.quarantine import Quarantine
+from aeros.agent.task_loop import Pursuit
+from aeros.runtime.ports import BEGINNING, Runtime, Said, StepStatus
+from aeros.spec.model.model import Clause
+
+MEMORY: Final = "memory.sqlite3"
+"""The file of the agent's memory, in its folder."""
+
+
+class Agent:
+    """An awake agent; made by `awake`, which holds the lock that makes it the only one.
+
+    folder: None for one that leaves nothing behind.
+    """
+
+    def __init__(
+        self,
+        folder: Path | None,
+        identity: Identity,
+        runtime: Runtime,
+        memory: Memory,
+        planner: Planner,
+        on_event: Observer | None,
+        seed: int = 0,
+        within: float | None = None,
+    ) -> None:
+        self._seed = seed
+        self._within = within
+        self.identity = identity
+        self._runtime = runtime
+        self._memory = memory
+        self._planner = planner
+        self._journal = Journal(runtime, memory, on_event)
+        self._checkpoints = None if folder is None else Checkpoints(folder)
+        self.lifecycle = Lifecycle(folder, self._tell_change)
+        for skill in memory.interrupt():
+            self._journal.tell("step-interrupted", f"{skill} was under way when the agent ended", skill=skill)
+
+    def run(self, instruction: str, timeout: float | None = None, goal: Clause | None = None) -> RunReport:
+        """Pursue `instruction` until its goal is measured, or say why not; semantics in `pursuit.py`.
+
+        timeout: plant seconds after which what is under way is cancelled.
+        goal: what to reach in place of the task's own goal.
+
+        Raises `RoutingError` where the instruction names no task or several, and lets through what
+        keeps the audit record or memory from being written.
+        """
+        routed = self._route(instruction, goal)
+        self._forget()
+        return self._pursue(instruction, routed, timeout)
+
+    def resume(self, instruction: str, timeout: float | None = None, goal: Clause | None = None) -> RunReport:
+        """Go on with `instruction` where an earlier session left it, which is what `run` had been given.
+
+        Where that session had come to the end, this is what it found, and nothing more is done; where it had
+        not begun anything, this is `run`.  Raises `RefusedError` where what there is cannot be gone on from.
+        """
+        routed = self._route(instruction, goal)
+        found = self._usable(instruction, routed)
+        if found is not None and (ended := found[0].ended) is not None:
+            text = f"{routed} had ended: {_ending(ended)}"
+            self._journal.tell("run-had-ended", text, task=str(routed), **_summary(ended))
+            return ended
+        return self._pursue(instruction, routed, timeout, found)
+
+    def heed(self, *, is_paused: bool) -> None:
+        """Take note of whether the operator pauses, which the runtime obeys by itself."""
+        change = Change.PAUSE if is_paused else Change.RESUME
+        if self.lifecycle.may(change):
+            self.lifecycle.change(change)
+
+    def _pursue(
+        self,
+        instruction: str,
+        routed: Routed,
+        timeout: float | None,
+        resumed: tuple[Checkpoint, Sequence[Said]] | None = None,
+    ) -> RunReport:
+        self.lifecycle.change(Change.BEGIN)
+        try:
+            attempts = Attempts(self._runtime, self._memory, self._journal, str(routed), self._seed)
+            pursuit = Pursuit(
+                self._runtime,
+                self._planner,
+                attempts,
+                self._journal,
+                routed,
+                timeout,
+                self._checkpoints,
+                str(self.identity.id),
+                within=self._within,
+            )
+            if resumed is not None:
+                pursuit.resume(*resumed)
+            report = pursuit.run(instruction)
+        except KeyboardInterrupt:
+            self._journal.tell("run-interrupted", f"{routed} was interrupted", task=str(routed))
+            raise
+        self.lifecycle.change(Change.END)
+        self._conclude(routed, report)
+        begun = report.steps[0 if resumed is None else len(resumed[0].steps) :]
+        was_stopped = self._runtime.is_stopped or any(one.status is StepStatus.HALTED for one in begun)
+        if report.reached or not was_stopped:
+            # Last of all: whoever finds another has something to go on with.
+            pursuit.conclude(report)
+        return report
+
+    def _forget(self) -> None:
+        if self._checkpoints is not None:
+            self._checkpoints.forget()
+
+    def _usable(self, instruction: str, routed: Routed) -> tuple[Checkpoint, Sequence[Said]] | None:
+        """The newest checkpoint that can be gone on from, and what the runtime has recorded since."""
+        problems = []
+        for kept in () if self._checkpoints is None else self._checkpoints.read():
+            try:
+                if isinstance(kept, UnusableError):
+                    raise kept
+                return kept, self._said_since(kept, instruction, routed)
+            except UnusableError as unusable:
+                problems.append(str(unusable))
+                self._journal.tell("checkpoint-refused", str(unusable), reason=str(unusable))
+        if problems:
+            raise RefusedError(f"the task cannot be resumed: {'; '.join(problems)}; start it anew")
+        if any(one.event == "step-began" for one in self._runtime.said_since(BEGINNING) or ()):
+            raise RefusedError("the task cannot be resumed: its checkpoint is gone; start it anew")
+        return None
+
+    def _said_since(self, kept: Checkpoint, instruction: str, routed: Routed) -> Sequence[Said]:
+        """What the runtime has recorded since; raises `UnusableError` where the checkpoint is another's."""
+        now, task = self._runtime.now(), routed.task
+        if kept.agent != str(self.identity.id):
+            raise UnusableError("the checkpoint is another agent's")
+        if (kept.instruction, kept.task, kept.goal) != (instruction, str(routed), task.goal_text):
+            raise UnusableError(f"the checkpoint is of another task: “{kept.instruction}”, {kept.task}")
+        said = self._runtime.said_since(kept.earliest)
+        if said is None or self._runtime.said_since(kept.head) is None:
+            raise UnusableError("the audit record does not hold the record at which the checkpoint was made")
+        latest = max([kept.time, *(one.details.get("time", kept.time) for one in said)])
+        if now < latest and kept.ended is None:
+            raise UnusableError(
+                f"the plant's clock is at {now:g} s, and was at {latest:g} s: it is another plant"
+            )
+        return said
+
+    def _tell_change(self, phase: Phase, change: Change, then: Phase) -> None:
+        abandoned = self.identity.abandoned if change is Change.CRASH else None
+        whose = "" if abandoned is None else f": {abandoned}"
+        # That it runs, and does no more, is plain to see.
+        is_plain = change in (Change.BEGIN, Change.END)
+        crashed = f", as its last session ended without a word{whose}" if change is Change.CRASH else ""
+        self._journal.tell(
+            "lifecycle",
+            "" if is_plain else f"the agent is {then.value}{crashed}",
+            before=phase.value,
+            change=change.value,
+            after=then.value,
+            abandoned=abandoned,
+        )
+
+    def _route(self, instruction: str, goal: Clause | None) -> Routed:
+        try:
+            routed = route(instruction, self._runtime.active_modules())
+        except RoutingError as error:
+            self._journal.tell("not-routed", error.reason, instruction=instruction, reason=error.reason)
+            raise
+        self._journal.tell("routed", f"“{instruction}” → {routed}", instruction=instruction, task=str(routed))
+        if goal is not None:
+            return replace(routed, task=replace(routed.task, goal=goal.term, goal_text=goal.text))
+        return routed
+
+    def _conclude(self, routed: Routed, report: RunReport) -> None:
+        summary = _summary(report)
+        self._journal.tell("run-ended", f"{routed}: {_ending(report)}", task=str(routed), **summary)
+        self._memory.learn(f"last run of {routed}", summary, source=f"session {self.identity.sessions}")
+
+
+def _summary(report: RunReport) -> dict[str, Any]:
+    return {
+        "reached": report.reached,
+        "goal": report.goal,
+        "measured": dict(report.measured),
+        "steps": len(report.steps),
+        "retries": report.retries,
+        "recoveries": report.recoveries,
+        "replans": report.replans,
+        "reason": report.reason,
+    }
+
+
+def _ending(report: RunReport) -> str:
+    return "the goal is measured" if report.reached else str(report.reason)
+
+
+@contextmanager
+def awake(
+    folder: Path,
+    name: str,
+    runtime: Runtime,
+    planner: Planner | None = None,
+    on_event: Observer | None = None,
+    seed: int = 0,
+    within: float | None = None,
+    purpose: str = "",
+) -> Iterator[Agent]:
+    """The robot's one agent, whose identity and memory are in `folder`, with rules as the usual planner.
+
+    seed: of its choices between skills.
+    within: seconds for each plan, which is then made beside the plant's time; by default in place.
+    purpose: as `identity.exclusive` has it.
+
+    Raises `RefusedError` where another agent is awake, this one is in quarantine, or memory cannot be
+    trusted.  However the block ends, the session is closed in memory and the lock released.
+    """
+    quarantined = Quarantine(folder).reason()
+    if quarantined is not None:
+        raise RefusedError(quarantined)
+    with (
+        sole_identity(folder, name, purpose) as identity,
+        open_memory(folder / MEMORY, identity) as memory,
+    ):
+        yield Agent(
+            folder, identity, runtime, memory, planner or RulePlanner(), on_event, seed, within=within
+        )
+
+
+@contextmanager
+def awake_once(
+    name: str,
+    runtime: Runtime,
+    planner: Planner | None = None,
+    on_event: Observer | None = None,
+    seed: int = 0,
+    within: float | None = None,
+) -> Iterator[Agent]:
+    """An agent that is born for this block and remembers what it does in it, in RAM; nothing is left of it.
+
+    For trials, each of which is to begin as the first: otherwise as `awake`.
+    """
+    identity = born(name)
+    with open_memory(IN_RAM, identity) as memory:
+        yield Agent(None, identity, runtime, memory, planner or RulePlanner(), on_event, seed, within)

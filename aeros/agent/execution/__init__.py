@@ -1,0 +1,1 @@
+"""Execution of a plan: dispatching steps, attempts and retries, progress and journal."""

@@ -1,0 +1,159 @@
+"""From a step of a plan to the request for the runtime: an active skill and all its inputs.
+
+Where the step names a capability, one of its providers is chosen: of those whose preconditions are measured
+as true, the one for which the chance of success drawn from its posterior in this context is highest
+(Thompson sampling).  So what has served better is chosen more often, what is little known is tried, and
+nothing is chosen of which the proof of the plan's rules does not speak, as that is of every provider.
+The draw is a function of the seed and of what memory holds: the same memory, the same choice.
+A provider that the gate has denied for good in this run is chosen only where there is no other.
+
+What is chosen here is only asked for: the gate decides its actions like any others, and knows no memory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from random import Random
+from typing import Any
+
+from aeros.agent.execution.supervisor import start_problem
+from aeros.agent.memory.context import context_of
+from aeros.agent.memory.posterior import Record
+from aeros.agent.memory.store import Memory, Usual
+from aeros.agent.planning.task_graph import input_problems
+from aeros.agent.world.values import exact
+from aeros.agent.world.world import World
+from aeros.runtime.ports import Runtime, StepRequest
+from aeros.spec.expr.semantics import Environment
+from aeros.spec.model.cause import Cause
+from aeros.spec.model.model import Ecm, Skill
+
+
+class UndispatchableError(Exception):
+    """Nothing can be started for the step; the message says why, `causes` the same as data."""
+
+    def __init__(self, reason: str, *causes: Cause) -> None:
+        super().__init__(reason)
+        self.causes = causes
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """A provider, as the choice saw it.
+
+    record: in the context of the choice.
+    drawn: the chance of success drawn for it; None where it was not drawn for, and `why_not` says why.
+    """
+
+    skill: str
+    record: Record
+    drawn: float | None
+    why_not: str = ""
+
+    def __str__(self) -> str:
+        said = f"`{self.skill}` {self.record} succeeded"
+        return f"{said}, not now: {self.why_not}" if self.drawn is None else f"{said}, drew {self.drawn:.3f}"
+
+
+@dataclass(frozen=True, slots=True)
+class Dispatch:
+    """A request that may be submitted.
+
+    context: what its ending will be evidence of.
+    record: the skill's, ever.
+    usual: how long its successes take.
+    options: what was chosen from, the choice included; empty where the step names a skill.
+    """
+
+    request: StepRequest
+    skill: Skill
+    context: str
+    record: Record
+    usual: Usual | None
+    options: tuple[Option, ...] = ()
+
+
+class Dispatcher:
+    """Makes requests for skills that are active and may start now, and not only when the plan was made."""
+
+    def __init__(self, runtime: Runtime, memory: Memory, task: str, seed: int = 0) -> None:
+        self._runtime = runtime
+        self._memory = memory
+        self._task = task
+        self._seed = seed
+        self.denied: set[tuple[str, str]] = set()
+
+    def avoid(self, module: str, skill: str) -> None:
+        """Prefer others from now on: the gate has denied it, and would again."""
+        self.denied.add((module, skill))
+
+    def dispatch(self, module: str, name: str, inputs: Mapping[str, Any], world: World) -> Dispatch:
+        """The request for the skill or capability `name`, with defaults filled in.
+
+        Raises `UndispatchableError`.
+        """
+        active = self._runtime.active_modules().get(module)
+        if active is None:
+            raise UndispatchableError(f"the module `{module}` is not active")
+        providers = [active.skills[one] for one in active.providers_of(name)]
+        if not providers:
+            raise UndispatchableError(f"`{module}` has no skill `{name}`")
+        problems = {one.id: _problem(active, one, inputs, world) for one in providers}
+        context = context_of(self._task, active, providers, world)
+        records = {one.id: self._memory.record_of(module, one.id, context) for one in providers}
+        options = self._options(module, problems, records)
+        chosen = max(options, key=lambda one: -1.0 if one.drawn is None else one.drawn)
+        if chosen.drawn is None:
+            unable = [problem for problem in problems.values() if problem is not None]
+            raise UndispatchableError("; ".join(map(_said, unable)), *unable)
+        skill = active.skills[chosen.skill]
+        return Dispatch(
+            StepRequest(module, skill.id, _filled(skill, inputs)),
+            skill,
+            context,
+            self._memory.record_of(module, skill.id),
+            self._memory.usual(module, skill.id),
+            options if name not in active.skills else (),
+        )
+
+    def _options(
+        self, module: str, problems: Mapping[str, Cause | None], records: Mapping[str, Record]
+    ) -> tuple[Option, ...]:
+        can = {name for name, problem in problems.items() if problem is None}
+        preferred = {name for name in can if (module, name) not in self.denied} or can
+        random = Random(f"{self._seed} {self._memory.episodes()}")  # noqa: S311  exploration, no secret
+        # Drawn for each, so that what one draws does not depend on whether another may start.
+        drawn = {name: record.drawn(random) for name, record in records.items()}
+        return tuple(
+            Option(name, record, drawn[name] if name in preferred else None, _why_not(problems[name]))
+            for name, record in records.items()
+        )
+
+
+def _problem(module: Ecm, skill: Skill, inputs: Mapping[str, Any], world: World) -> Cause | None:
+    """Why `skill` may not be started, if so."""
+    unfit = input_problems(skill, inputs)
+    if unfit:
+        return Cause("input", f"{module.id}.{skill.id}", "; ".join(unfit))
+    return start_problem(module.id, skill, world, _environment(skill, inputs))
+
+
+def _said(problem: Cause) -> str:
+    if problem.kind == "input":
+        return f"`{problem.rule}`: {problem.text}"
+    what = "what it must hold to" if problem.kind == "hold" else "its precondition"
+    return f"{what} `{problem.text}` is not measured: {', '.join(map(str, problem.shortfalls))}"
+
+
+def _why_not(problem: Cause | None) -> str:
+    return "it was denied" if problem is None else _said(problem)
+
+
+def _filled(skill: Skill, inputs: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: inputs.get(name, declared.default) for name, declared in skill.inputs.items()}
+
+
+def _environment(skill: Skill, inputs: Mapping[str, Any]) -> Environment:
+    filled = _filled(skill, inputs)
+    return {declared.name: exact(declared, filled[name]) for name, declared in skill.inputs.items()}

@@ -1,0 +1,1 @@
+"""Planners and the checks that every plan passes before it is used."""

@@ -1,0 +1,91 @@
+"""Whether a plan leads to the goal from what is measured, whoever made it: by what skills declare.
+
+`verify_plan` says that a plan may be started; this, that each of its steps can start whatever successes those
+before it have, that no declared outcome leaves the states from which the goal can be reached, and that
+the goal is reached at its end.  Accepted is less than right: plans with branches at the same time, and with
+other inputs than declared defaults and what may be gone through, are not judged, and so not accepted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from aeros.agent.planning.routing import Routed
+from aeros.agent.planning.task_graph import Step, TaskGraph
+from aeros.agent.world.values import UnusableValueError, exact
+from aeros.agent.world.world import World
+from aeros.spec.model.model import Ecm, Site
+from aeros.spec.model.step_graph import map_steps
+from aeros.spec.planning.domain import Choice, Domain, domain_for
+from aeros.spec.planning.plan_check import Planned, plan_problems
+from aeros.spec.planning.search_result import NotDecidedError
+from aeros.spec.planning.strong_cyclic import Strategy
+
+
+class Judge:
+    """Judges plans for one task from one world."""
+
+    def __init__(self, routed: Routed, world: World, modules: Mapping[str, Ecm], site: Site) -> None:
+        self._task = routed.task
+        self._world = world
+        self._modules = modules
+        self._site = site
+
+    def problems(self, graph: TaskGraph) -> list[str]:
+        """Why not to follow a plan that `verify_plan` finds no problem in; empty iff it is accepted."""
+        also = {
+            f"{step.module}.{name}".casefold()
+            for step in graph.steps
+            for name in (*self._of(step), *_cures(step))
+        }
+        task, known = self._task, self._world.known
+        domain = domain_for(self._modules, self._site, known, task.goal, task.invariants, also=also)
+        plan = map_steps(graph.body, lambda step: self._planned(step, domain))
+        try:
+            return plan_problems(Strategy(domain), domain.state(known), plan, known)
+        except NotDecidedError as why:
+            return [f"it is not known whether it works: {why}"]
+
+    def _of(self, step: Step) -> tuple[str, ...]:
+        module = self._modules.get(step.module)
+        return () if module is None else module.providers_of(step.skill)
+
+    def _planned(self, step: Step, domain: Domain) -> Planned:
+        name = f"{step.module}.{step.skill}"
+        if step.handler is not None or step.flows:
+            return Planned(name, (), "steps with a handler or with outputs of others are not judged")
+        choices: list[Choice] = []
+        for skill in self._of(step):
+            found = self._choice(domain, step, skill)
+            if isinstance(found, str):
+                return Planned(name, (), found)
+            choices.append(found)
+        cures = []
+        for skill in _cures(step):
+            found = self._choice(domain, Step(step.module, skill), skill)
+            if isinstance(found, str):
+                return Planned(name, (), f"on_failure: {found}")
+            cures.append(found)
+        missing = "" if choices else "no such skill"
+        return Planned(name, tuple(choices), missing, step.retry, tuple(cures), step.unless)
+
+    def _choice(self, domain: Domain, step: Step, skill: str) -> Choice | str:
+        name = f"{step.module}.{skill}"
+        for choice in domain.choices:
+            if choice.name == name and _has_inputs(choice, step):
+                return choice
+        return domain.left_out.get(name, "with inputs that are not the declared defaults it is not judged")
+
+
+def _cures(step: Step) -> tuple[str, ...]:
+    return () if step.on_failure is None else (step.on_failure,)
+
+
+def _has_inputs(choice: Choice, step: Step) -> bool:
+    """Whether the step gives the skill the inputs that the choice does."""
+    try:
+        given = {name: exact(choice.skill.inputs[name], value) for name, value in step.inputs.items()}
+    except (UnusableValueError, KeyError):
+        return False
+    declared = {name: one.default for name, one in choice.skill.inputs.items()} | dict(choice.inputs)
+    return {**declared, **given} == declared

@@ -1,0 +1,153 @@
+"""Plans as JSON: how they are shown to people and programs, and read from whom nothing is taken on trust.
+
+    plan ::= [part, …]
+    part ::= {"skill": "MODULE.SKILL", "inputs": {…}, "retry": 0, "on_failure": "SKILL" or null,
+              "unless": "CONDITION" where the step is left out if that is measured when its turn comes}
+           | {"if": "CONDITION", "then": plan, "else": plan or null} | {"seq": plan}
+
+What is read has this form and no more: a key too many, a number where text belongs, or a condition that is
+none over the site's vocabulary is refused with its place.  Whether the plan may start is for others to say.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any, Final
+
+from aeros.agent.planning.task_graph import MOST_LEVELS, MOST_STEPS, PLANNED, Part, Step, TaskGraph
+from aeros.agent.world.values import plain
+from aeros.spec.diagnostics.errors import InternalError
+from aeros.spec.elaborate.scopes import state_scope
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.parser import ExpressionSyntaxError, parse
+from aeros.spec.expr.scope import ExpressionTypeError
+from aeros.spec.expr.typecheck import check
+from aeros.spec.expr.types import BOOL
+from aeros.spec.expr.unparse import spell
+from aeros.spec.model.model import Site
+from aeros.spec.model.step_graph import If, Seq
+
+_LONGEST_TEXT: Final = 2000
+
+
+class MalformedPlanError(Exception):
+    """It has not the form of a plan; the message says where and why."""
+
+
+def form_of(graph: TaskGraph) -> list[dict[str, Any]]:
+    """The plan, as JSON values; of plans without branches at the same time, handlers and flows."""
+    return [_form_of(part) for part in graph.parts]
+
+
+def _form_of(part: Part) -> dict[str, Any]:
+    match part:
+        case Step():
+            inputs = {name: plain(value) for name, value in part.inputs.items()}
+            skill = f"{part.module}.{part.skill}"
+            form = {"skill": skill, "inputs": inputs, "retry": part.retry, "on_failure": part.on_failure}
+            return form if part.unless is None else {**form, "unless": spell(part.unless)}
+        case If(text=text, then=then, otherwise=otherwise):
+            other = None if otherwise is None else _inner(otherwise)
+            return {"if": text, "then": _inner(then), "else": other}
+        case Seq():
+            return {"seq": _inner(part)}
+        case _:
+            raise InternalError("no plan of ours has parallel branches")
+
+
+def _inner(part: Part) -> list[dict[str, Any]]:
+    return [_form_of(one) for one in part.parts] if isinstance(part, Seq) else [_form_of(part)]
+
+
+def read_json(text: str | bytes) -> Any:
+    """JSON values; raises `MalformedPlanError` for what is none, says a key twice or is no finite number."""
+    try:
+        return json.loads(text, object_pairs_hook=_unique, parse_constant=_no_number)
+    except (ValueError, RecursionError) as error:
+        raise MalformedPlanError(f"it is no JSON: {error}") from error
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise MalformedPlanError("an object says a key twice")
+    return found
+
+
+def _no_number(name: str) -> float:
+    raise MalformedPlanError(f"{name} is no number")
+
+
+def graph_of(form: Any, site: Site) -> TaskGraph:
+    """The plan that these JSON values say; raises `MalformedPlanError`."""
+    return TaskGraph(_Reading(site).parts(form, "plan", 0))
+
+
+class _Reading:
+    """Reads one plan, of a bounded number of parts."""
+
+    def __init__(self, site: Site) -> None:
+        self._scope = state_scope(site)
+        self._left = 2 * MOST_STEPS
+
+    def parts(self, form: Any, place: str, level: int) -> tuple[Part, ...]:
+        if type(form) is not list:
+            raise MalformedPlanError(f"`{place}` is no list of steps")
+        if level > MOST_LEVELS:
+            raise MalformedPlanError(f"`{place}` is nested more than {MOST_LEVELS} deep")
+        return tuple(self._part(one, f"{place}[{at}]", level) for at, one in enumerate(form))
+
+    def _part(self, form: Any, place: str, level: int) -> Part:
+        self._left -= 1
+        if self._left < 0:
+            raise MalformedPlanError(f"it has more than {2 * MOST_STEPS} parts")
+        if type(form) is not dict:
+            raise MalformedPlanError(f"`{place}` is no object")
+        if "if" in form:
+            return self._if(form, place, level)
+        if "seq" in form:
+            _only(form, {"seq"}, place)
+            return Seq(self.parts(form["seq"], f"{place}.seq", level + 1))
+        return self._step(form, place)
+
+    def _step(self, form: Mapping[str, Any], place: str) -> Step:
+        _only(form, {"skill", "inputs", "retry", "on_failure", "unless"}, place)
+        module, dot, skill = _text(form, "skill", place).partition(".")
+        if not dot:
+            raise MalformedPlanError(f"`{place}.skill` is not of the form MODULE.SKILL")
+        inputs, retry = form.get("inputs", {}), form.get("retry", 0)
+        if type(inputs) is not dict:
+            raise MalformedPlanError(f"`{place}.inputs` is no object")
+        if type(retry) is not int:
+            raise MalformedPlanError(f"`{place}.retry` is no whole number")
+        on_failure = None if form.get("on_failure") is None else _text(form, "on_failure", place)
+        unless = None if form.get("unless") is None else self._condition(form, "unless", place)
+        return Step(module, skill, inputs, retry, on_failure, unless)
+
+    def _if(self, form: Mapping[str, Any], place: str, level: int) -> Part:
+        _only(form, {"if", "then", "else"}, place)
+        condition = self._condition(form, "if", place)
+        then = Seq(self.parts(form.get("then"), f"{place}.then", level + 1))
+        other = form.get("else")
+        otherwise = None if other is None else Seq(self.parts(other, f"{place}.else", level + 1))
+        return If(condition, form["if"], then, otherwise, PLANNED)
+
+    def _condition(self, form: Mapping[str, Any], key: str, place: str) -> t.Term:
+        try:
+            return check(parse(_text(form, key, place)), self._scope, BOOL)
+        except (ExpressionSyntaxError, ExpressionTypeError) as fault:
+            raise MalformedPlanError(f"`{place}.{key}` is no condition: {fault.message}") from fault
+
+
+def _only(form: Mapping[str, Any], known: set[str], place: str) -> None:
+    unknown = sorted(form.keys() - known)
+    if unknown:
+        raise MalformedPlanError(f"`{place}` has a key that no plan has: {json.dumps(unknown[0][:80])}")
+
+
+def _text(form: Mapping[str, Any], key: str, place: str) -> str:
+    text = form.get(key)
+    if type(text) is not str or len(text) > _LONGEST_TEXT:
+        raise MalformedPlanError(f"`{place}.{key}` is no text of at most {_LONGEST_TEXT} characters")
+    return text

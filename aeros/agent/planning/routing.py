@@ -1,0 +1,82 @@
+"""From an instruction to the one task it names, by the words that the tasks declare.
+
+Words match whole and in any case; a task's own name, alone or after its module's, means that task.
+Where several tasks match, or none, that is said: the agent does not guess what it was asked to do.
+Where a module that is installed and not active has the only such task, that is said, too.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from aeros.agent.errors import RefusedError
+from aeros.spec.diagnostics.codes import quoted
+from aeros.spec.diagnostics.words import words_of
+from aeros.spec.model.model import Ecm, Task
+
+
+class RoutingError(RefusedError):
+    """The instruction names no task, or more than one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Routed:
+    """A task and the module that provides it."""
+
+    module: str
+    task: Task
+
+    def __str__(self) -> str:
+        return f"{self.module}.{self.task.id}"
+
+
+def route(
+    instruction: str,
+    modules: Mapping[str, Ecm],
+    inactive: Callable[[], Mapping[str, Ecm]] = dict,
+) -> Routed:
+    """The only task of the active `modules` one of whose words is in `instruction`; else `RoutingError`.
+
+    inactive: the other modules that are installed; called where no task matches.
+    """
+    tasks, asked = _tasks(modules), words_of(instruction)
+    found = _meant(asked, tasks)
+    if len(found) == 1:
+        return found[0]
+    if found:
+        candidates = ", ".join(f"`{routed}` ({', '.join(routed.task.words)})" for routed in found)
+        raise RoutingError(f"{quoted(instruction)} may mean several tasks: {candidates}")
+    idle = _meant(asked, _tasks(inactive()))
+    if idle:
+        means = ", ".join(f"`{routed}` (`aeros activate {routed.module}`)" for routed in idle)
+        raise RoutingError(f"no active module provides {quoted(instruction)}; installed is {means}")
+    raise RoutingError(f"no installed module provides {quoted(instruction)}; {_nearest(asked, tasks)}")
+
+
+def _tasks(modules: Mapping[str, Ecm]) -> list[Routed]:
+    return [Routed(name, task) for name, module in modules.items() for task in module.tasks.values()]
+
+
+def _meant(asked: tuple[str, ...], tasks: list[Routed]) -> list[Routed]:
+    """The tasks whose name is what is asked, or else one of whose words is in it."""
+    named = [routed for routed in tasks if asked in (words_of(routed.task.id), words_of(str(routed)))]
+    return named or [routed for routed in tasks if any(_mentions(asked, word) for word in routed.task.words)]
+
+
+def _mentions(asked: tuple[str, ...], declared: str) -> bool:
+    """Whether the words of `declared` (mostly one) stand in `asked`, side by side."""
+    wanted = words_of(declared)
+    last = len(asked) - len(wanted)
+    return bool(wanted) and any(asked[at : at + len(wanted)] == wanted for at in range(last + 1))
+
+
+def _nearest(asked: tuple[str, ...], tasks: list[Routed]) -> str:
+    declared = {word: routed for routed in tasks for word in routed.task.words}
+    if not declared:
+        return "no task is installed"
+    # An instruction may be any text at all, and difflib is quadratic.
+    close = [near for word in asked[:50] for near in difflib.get_close_matches(word[:64], declared, n=1)]
+    shown = dict.fromkeys(close or sorted(declared))
+    return "nearest: " + ", ".join(f"`{word}` ({declared[word]})" for word in list(shown)[:8])

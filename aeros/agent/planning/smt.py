@@ -1,0 +1,55 @@
+"""The planner that needs no rules: the shortest plan that declared outcomes cannot lead astray.
+
+It plans by preconditions and outcomes of all active skills, for any goal.  While every outcome is a
+declared one, the agent never comes to a state from which the goal cannot be reached; where no plan
+keeps that promise, it proposes none and says which outcome leads astray.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from aeros.agent.planning.routing import Routed
+from aeros.agent.planning.strategy_to_graph import task_graph
+from aeros.agent.planning.task_graph import TaskGraph
+from aeros.agent.world.world import World
+from aeros.spec.backends.oracle import Oracle
+from aeros.spec.model.model import Ecm, Site
+from aeros.spec.planning.domain import domain_for
+from aeros.spec.planning.strong_cyclic import Strategy
+
+
+class NoPlanError(Exception):
+    """The goal cannot be relied on to stay reachable; the message says why."""
+
+
+class SmtPlanner:
+    """Plans for the goal of the task, whatever its rules are."""
+
+    def __init__(self, site: Site) -> None:
+        self._site = site
+        self._oracle = Oracle()
+
+    @property
+    def name(self) -> str:
+        """As shown in the audit record."""
+        return "smt"
+
+    def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+        """The plan; raises `NoPlanError`, or `NotDecidedError` where the search had to be given up."""
+        task = routed.task
+        domain = domain_for(modules, self._site, world.known, task.goal, task.invariants, self._oracle)
+        strategy, start = Strategy(domain), domain.state(world.known)
+        if not strategy.solves(start):
+            raise NoPlanError(why_not(strategy))
+        return task_graph(strategy, start, self._site.limits.retries)
+
+
+def why_not(strategy: Strategy) -> str:
+    """Why there is no plan: the first dead end that was found, and how it comes about."""
+    dead_end, domain = strategy.dead_ends[0], strategy.domain
+    why = f"no plan reaches the goal: {dead_end.why}"
+    if dead_end.trace:
+        way, state = ", ".join(dead_end.trace), domain.shown(dead_end.state)
+        why = f"no plan recovers from every outcome: {way} leads to {state}, and there {dead_end.why}"
+    return "; ".join([why, *(f"`{name}` is left out: {reason}" for name, reason in domain.left_out.items())])

@@ -1,0 +1,176 @@
+"""A strong cyclic strategy as a task graph: its way to the goal, unfolded as far as steps succeed.
+
+A step whose successes differ is followed by an `if` between what is measured then.  What a failure calls
+for becomes the step's retries and its `on_failure`, where every state that these can lead to is provided
+for by the strategy too.  Where unfolding goes round in a circle, grows too large or cannot tell what is
+measured, the graph ends: the agent plans again, from the state that it is in then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Final
+
+from aeros.agent.planning.task_graph import PLANNED, Part, Step, TaskGraph
+from aeros.spec.closed_loop.invocation import State
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.unparse import spell
+from aeros.spec.model.step_graph import If, Seq
+from aeros.spec.planning.domain import Choice, equals
+from aeros.spec.planning.search_result import NotDecidedError
+from aeros.spec.planning.strong_cyclic import Strategy
+
+_MOST_STEPS: Final = 60
+_MOST_LEVELS: Final = 6
+
+
+def task_graph(strategy: Strategy, start: State, retries: int) -> TaskGraph:
+    """What the strategy does from `start`, which it provides for; `retries`: as often as the site allows."""
+    return TaskGraph(tuple(_Unfolding(strategy, retries).parts(start, frozenset(), 0)))
+
+
+class _Unfolding:
+    """One unfolding.
+
+    cures: by skill, the skills that are run where it failed.
+    """
+
+    def __init__(self, strategy: Strategy, retries: int) -> None:
+        self._strategy = strategy
+        self._domain = strategy.domain
+        self._retries = retries
+        self._left = _MOST_STEPS
+        self._cures: dict[str, set[str]] = {}
+
+    def parts(self, state: State, above: frozenset[State], level: int) -> list[Part]:
+        """From `state` on; `above`: the states that it was come by."""
+        parts: list[Part] = []
+        while self._domain.goal(state) is not True and state not in above and self._left > 0:
+            self._left -= 1
+            above |= {state}
+            step, successes = self._step(state, self._strategy.chosen[state])
+            parts.append(step)
+            if len(successes) > 1:
+                return parts + self._fork(successes, above, level + 1)
+            (state,) = successes
+        return parts
+
+    def _step(self, state: State, choice: Choice) -> tuple[Step, list[State]]:
+        """The step, with the most help between tries that is provided for, and the states it succeeds in."""
+        cure = self._cure(state, choice)
+        for retry, helper in [*([(self._retries, cure)] if cure else []), (self._retries, None), (0, None)]:
+            successes, visited, is_of_use = self._tries(state, choice, retry, helper)
+            if retry == 0 or (is_of_use and all(self._is_provided_for(one) for one in visited)):
+                break
+        if helper is not None:
+            self._cures.setdefault(choice.name, set()).add(helper.name)
+        on_failure = None if helper is None else helper.skill.id
+        return Step(choice.module, choice.skill.id, choice.inputs, retry, on_failure), successes
+
+    def _is_provided_for(self, state: State) -> bool:
+        try:
+            return self._strategy.solves(state)
+        except NotDecidedError:
+            return False
+
+    def _cure(self, state: State, choice: Choice) -> Choice | None:
+        """What the strategy does where the choice failed, if that is one skill and can be an `on_failure`."""
+        wanted: dict[Choice, None] = {}
+        for then, outcome, _ in self._domain.after(choice, state):
+            chosen = self._strategy.chosen.get(then)
+            if outcome.failure and chosen is not None and chosen is not choice:
+                wanted[chosen] = None
+        if len(wanted) != 1:
+            return None
+        (cure,) = wanted
+        fits = cure.module == choice.module and not cure.inputs
+        return cure if fits and choice.name not in self._cured_by(cure.name) else None
+
+    def _cured_by(self, name: str) -> set[str]:
+        """`name`, and every skill that may run where it failed."""
+        found, pending = {name}, [name]
+        while pending:
+            fresh = self._cures.get(pending.pop(), set()) - found
+            found |= fresh
+            pending += fresh
+        return found
+
+    def _tries(
+        self, state: State, choice: Choice, retry: int, cure: Choice | None
+    ) -> tuple[list[State], set[State], bool]:
+        """The states it succeeds in, all that it and the cure may come to, and whether each try can start."""
+        successes: dict[State, None] = {}
+        visited: set[State] = set()
+        here: Iterable[State] = [state]
+        is_of_use = True
+        for left in range(retry, -1, -1):
+            failures: dict[State, None] = {}
+            is_of_use &= any(self._domain.can_start(choice, one) for one in here)
+            for one in here:
+                if self._domain.can_start(choice, one):
+                    for then, outcome, _ in self._domain.after(choice, one):
+                        (failures if outcome.failure else successes)[then] = None
+            visited |= {*successes, *failures}
+            here = failures
+            if left and cure is not None:
+                here = self._cured(cure, failures)
+                visited |= {*here}
+        return list(successes), visited, is_of_use
+
+    def _cured(self, cure: Choice, failures: Iterable[State]) -> dict[State, None]:
+        found: dict[State, None] = {}
+        for one in failures:
+            if self._domain.can_start(cure, one):
+                found |= dict.fromkeys(then for then, _, _ in self._domain.after(cure, one))
+            else:
+                found[one] = None
+        return found
+
+    # Several successes.
+
+    def _fork(self, states: Sequence[State], above: frozenset[State], level: int) -> list[Part]:
+        """What to do in each of `states`: what differs in an `if`, what they share at the end after it."""
+        differing = [place for place, values in enumerate(zip(*states, strict=True)) if len({*values}) > 1]
+        unknown = any(one[place] is None for one in states for place in differing)
+        if unknown or level > _MOST_LEVELS:
+            return []
+        ways = {state: self.parts(state, above, level) for state in states}
+        shared = _common_end(list(ways.values()))
+        groups: list[tuple[list[Part], list[State]]] = []
+        for state, way in ways.items():
+            own = way[: len(way) - len(shared)]
+            known = next((group for group in groups if group[0] == own), None)
+            if known is None:
+                groups.append((own, [state]))
+            else:
+                known[1].append(state)
+        groups.sort(key=lambda group: -len(group[0]))
+        *conditional, (rest, _) = groups
+        part: Part = Seq(tuple(rest))
+        for own, members in reversed(conditional):
+            others = [state for state in states if state not in members]
+            condition = self._told_apart(members, others)
+            part = If(condition, spell(condition), Seq(tuple(own)), part, PLANNED)
+        return [part, *shared] if conditional else [*rest, *shared]
+
+    def _told_apart(self, members: Sequence[State], others: Sequence[State]) -> t.Term:
+        """A condition that holds in `members`, and in none of `others`."""
+        ways = [self._unlike(state, others) for state in members]
+        return ways[0] if len(ways) == 1 else t.Or(tuple(dict.fromkeys(ways)))
+
+    def _unlike(self, state: State, others: Sequence[State]) -> t.Term:
+        places = range(len(state))
+        telling = [at for at in places if all(state[at] != other[at] for other in others)][:1]
+        telling = telling or [at for at in places if any(state[at] != other[at] for other in others)]
+        names = self._domain.names
+        terms = [equals(self._domain.variables[names[at]], state[at]) for at in telling]
+        return t.conjunction(*terms)
+
+
+def _common_end(ways: Sequence[list[Part]]) -> list[Part]:
+    """The longest list of parts that each of `ways` ends with."""
+    first = ways[0]
+    length = 0
+    while length < min(map(len, ways)) and all(way[-1 - length] == first[-1 - length] for way in ways):
+        length += 1
+    return first[len(first) - length :]

@@ -1,0 +1,290 @@
+"""The task graph that a planner returns, and what must be true of it before its first step.
+
+It is put together of the same `spec.parts` as a module's compositions.
+
+A planner is untrusted, so `verify_plan` takes anything: what it finds no problem in is a
+`TaskGraph` of active skills with fitting inputs and bounded retries, whose parallel branches share no
+resource, no actuator and no effect (as `obligations.parallel` decides it of compositions).  Joint rules
+are not looked at: the gate decides them of actions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Final, TypeAlias, cast
+
+from aeros.agent.world.values import UnusableValueError, exact
+from aeros.spec.diagnostics.codes import did_you_mean
+from aeros.spec.diagnostics.source import Source, Span
+from aeros.spec.expr import terms as t
+from aeros.spec.model import composition as spec
+from aeros.spec.model import step_graph as parts
+from aeros.spec.model.model import Ecm, Site, Skill
+from aeros.spec.model.step_graph import If, Par, Seq, children_of, map_steps, parts_of, steps_of
+from aeros.spec.obligations.parallel import interference
+
+MOST_STEPS: Final = 100
+"""The most steps of one plan: with the caps on retries and re-plans it bounds every run."""
+
+MOST_LEVELS: Final = 20
+"""How deep the parts of a plan, and the handlers of a step, may be nested."""
+
+LONGEST_REMARK: Final = 4000
+
+PLANNED: Final = Source("plan", "plan").span(0, 4)
+"""The place of what a planner makes up, and no file says."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One skill invocation of a plan.
+
+    skill: by name; or a capability of the module, any of whose providers the dispatcher may choose.
+    inputs: SI, by name; those with defaults may be left out.
+    retry: how often a failed try is repeated.
+    on_failure: the skill of the same module, run with its default inputs, between two tries.
+    unless: the step is left out where this is measured when its turn comes.
+    handler: the step run between two tries, in place of `on_failure`; where it fails for good, so has this.
+    id: the name by which other steps take its outputs.
+    flows: by input, the `id` and the output that it takes of a step that has succeeded before.
+    """
+
+    module: str
+    skill: str
+    inputs: Mapping[str, Any] = field(default_factory=dict)
+    retry: int = 0
+    on_failure: str | None = None
+    unless: t.Term | None = None
+    handler: Step | None = None
+    id: str = ""
+    flows: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        helper = self.on_failure if self.handler is None else self.handler.skill
+        recovery = "" if helper is None else f", on_failure {helper}"
+        return f"{self.module}.{self.skill}" + (f" (retry {self.retry}{recovery})" if self.retry else "")
+
+
+Part: TypeAlias = parts.Part[Step]
+
+
+@dataclass(frozen=True, slots=True)
+class TaskGraph:
+    """A plan: its parts in order.
+
+    remark: what its planner says of it, for the record.
+    """
+
+    parts: tuple[Part, ...]
+    remark: str = ""
+
+    @property
+    def body(self) -> Part:
+        """All of it, as one part."""
+        return Seq(self.parts)
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """Every step, in the order written; handlers are not among them."""
+        return tuple(steps_of(self.body))
+
+
+_FORM: Final[tuple[tuple[str, tuple[Any, ...]], ...]] = (
+    ("module", (str,)),
+    ("skill", (str,)),
+    ("inputs", (Mapping,)),
+    ("retry", (int,)),
+    ("on_failure", (str, type(None))),
+    ("unless", (t.Term, type(None))),
+    ("handler", (Step, type(None))),
+    ("id", (str,)),
+    ("flows", (Mapping,)),
+)
+
+
+def verify_plan(graph: object, modules: Mapping[str, Ecm], site: Site) -> list[str]:
+    """Every reason not to start this plan; empty iff it may be started.  `modules`: the active ones."""
+    if not isinstance(graph, TaskGraph) or not isinstance(graph.parts, tuple):
+        return [f"the planner returned a {type(graph).__name__}, not a task graph"]
+    if type(graph.remark) is not str or len(graph.remark) > LONGEST_REMARK:
+        return [f"its remark is no text of at most {LONGEST_REMARK} characters"]
+    misshapen = _misshapen(graph.body, 0)
+    if misshapen is not None:
+        return [misshapen]
+    pars = (part for part in parts_of(graph.body) if isinstance(part, Par))
+    if any(not any(steps_of(branch)) for par in pars for branch in par.branches):
+        return ["a branch of a `par` has no step"]
+    if not graph.steps:
+        return ["the plan is empty, and the goal is not measured"]
+    if len(graph.steps) > MOST_STEPS:
+        return [f"the plan has {len(graph.steps)} steps; at most {MOST_STEPS} are allowed"]
+    runs = [(f"step {n}{of}", run) for n, step in enumerate(graph.steps, 1) for of, run in _runs(step)]
+    malformed = [f"{which}: {text}" for which, run in runs if (text := _malformed(run))]
+    if malformed:
+        return malformed
+    problems = [
+        f"{which}, `{run.module}.{run.skill}`: {text}"
+        for which, run in runs
+        for text in _step_problems(run, modules, site)
+    ]
+    return problems + _recovery_cycles(graph, modules) or _interference(graph, modules, site)
+
+
+def _runs(step: Step) -> Iterator[tuple[str, Step]]:
+    """A step, and the handlers that its failures may lead to."""
+    of, run = "", step
+    while True:
+        yield of, run
+        if not isinstance(run.handler, Step):
+            return
+        of, run = f"{of}, its handler", run.handler
+
+
+def _misshapen(part: object, depth: int) -> str | None:
+    """Why it is no graph of parts, whatever its steps are."""
+    if depth > MOST_LEVELS:
+        return f"the plan is nested more than {MOST_LEVELS} deep"
+    match part:
+        case Seq(parts=inner) if isinstance(inner, tuple):
+            pass
+        case Par(branches=inner, span=Span()) if isinstance(inner, tuple) and len(inner) > 1:
+            pass
+        case Par(span=Span()):
+            return "a `par` has not two branches"
+        case If(condition=condition, text=str(), span=Span()) if isinstance(condition, t.Term):
+            inner = children_of(part)
+        case Seq() | Par() | If():
+            return f"a {type(part).__name__} is malformed"
+        case Step():
+            return None
+        case _:
+            return f"a {type(part).__name__} is not a step"
+    return next((fault for one in inner if (fault := _misshapen(one, depth + 1)) is not None), None)
+
+
+def _malformed(step: object) -> str | None:
+    if not isinstance(step, Step):
+        return f"a {type(step).__name__} is not a step"
+    for name, allowed in _FORM:
+        value = getattr(step, name)
+        if not isinstance(value, allowed) or isinstance(value, bool):
+            return f"`{name}` is of type {type(value).__name__}"
+    for name, source in step.flows.items():
+        if not isinstance(name, str) or not _is_source(source):
+            return "`flows` does not name an output of a step for each input"
+    return None
+
+
+def _is_source(source: object) -> bool:
+    return isinstance(source, tuple) and len(source) == 2 and all(isinstance(name, str) for name in source)
+
+
+def _step_problems(step: Step, modules: Mapping[str, Ecm], site: Site) -> list[str]:
+    problems: list[str] = []
+    if step.handler is not None and step.on_failure is not None:
+        problems.append("it has both a handler and an `on_failure`")
+    if step.handler is not None and _is_capability(step.handler, modules):
+        problems.append(f"its handler `{step.handler.skill}` is a capability; a handler is a skill")
+    if not 0 <= step.retry <= site.limits.retries:
+        problems.append(f"{step.retry} retries; this site allows 0 to {site.limits.retries}")
+    module = modules.get(step.module)
+    if module is None:
+        return [*problems, f"no active module is named `{step.module}`"]
+    providers = module.providers_of(step.skill)
+    if not providers:
+        problems.append(_unknown_skill(step.skill, module))
+    for name in providers:
+        problems += input_problems(module.skills[name], step.inputs, step.flows)
+    if step.on_failure is not None:
+        recovery = module.skills.get(step.on_failure)
+        if recovery is None:
+            problems.append("on_failure: " + _unknown_skill(step.on_failure, module))
+        else:
+            problems += [f"on_failure `{step.on_failure}`: {text}" for text in input_problems(recovery, {})]
+    return problems
+
+
+def _is_capability(step: Step, modules: Mapping[str, Ecm]) -> bool:
+    module = modules.get(step.module)
+    return module is not None and module.providers_of(step.skill) not in ((), (step.skill,))
+
+
+def _unknown_skill(name: str, module: Ecm) -> str:
+    nearest = did_you_mean(name, module.skills)
+    hint = f"; did you mean `{nearest}`?" if nearest else ""
+    return f"`{module.id}` has no skill `{name}`{hint}"
+
+
+def input_problems(skill: Skill, inputs: Mapping[str, Any], flows: Collection[str] = ()) -> list[str]:
+    """Why `skill` cannot be run with `inputs`; empty iff it can, defaults filled in.
+
+    flows: inputs that are known only when it starts.
+    """
+    problems = [f"`{name}` is no input of it" for name in (*inputs, *flows) if name not in skill.inputs]
+    for name, declared in skill.inputs.items():
+        if name not in inputs:
+            if declared.default is None and name not in flows:
+                problems.append(f"it needs the input `{name}`")
+            continue
+        try:
+            exact(declared, inputs[name])
+        except UnusableValueError as error:
+            problems.append(f"the input `{name}` {error}")
+    return problems
+
+
+def _recovery_cycles(graph: TaskGraph, modules: Mapping[str, Ecm]) -> list[str]:
+    """A skill that recovers, over whatever others, by itself: what failed cannot be its own cure."""
+    recoveries = [
+        (f"{step.module}.{skill}", f"{step.module}.{step.on_failure}")
+        for step in graph.steps
+        if step.on_failure is not None and step.module in modules
+        for skill in modules[step.module].providers_of(step.skill)
+    ]
+    if {skill for skill, _ in recoveries}.isdisjoint(cure for _, cure in recoveries):
+        return []
+    import networkx as nx  # 80 ms, which plans whose recoveries have none themselves need not pay
+
+    return [
+        "on_failure goes round in a circle: " + " → ".join(f"`{skill}`" for skill in (*cycle, cycle[0]))
+        for cycle in nx.simple_cycles(nx.DiGraph(recoveries))
+    ]
+
+
+def _interference(graph: TaskGraph, modules: Mapping[str, Ecm], site: Site) -> list[str]:
+    """What parallel branches may not share, and do."""
+    composed = _Composed(modules)
+    # Parts in place of steps make a graph of parts again.
+    body = cast("spec.Part", map_steps(graph.body, composed.part))
+    composition = spec.Composition("plan", t.TRUE, None, body, composed.handlers, PLANNED)
+    claims = interference(composition, composed.skills, site)
+    return [claim.diagnostic.headline for claim in claims if claim.diagnostic is not None]
+
+
+class _Composed:
+    """Steps of a plan as those of a composition over the skills of all its modules, by `MODULE.SKILL`."""
+
+    def __init__(self, modules: Mapping[str, Ecm]) -> None:
+        self._modules = modules
+        self.skills: dict[str, Skill] = {}
+        self.handlers: dict[str, spec.Step] = {}
+        self._count = 0
+
+    def part(self, step: Step) -> spec.Part:
+        """Of a capability every provider, one after the other: whichever runs is then looked at."""
+        providers = self._modules[step.module].providers_of(step.skill)
+        steps = tuple(self._step(replace(step, skill=name)) for name in providers)
+        return steps[0] if len(steps) == 1 else Seq(steps)
+
+    def _step(self, step: Step) -> spec.Step:
+        self._count += 1
+        name = f"{step.module}.{step.skill}"
+        id_ = f"{self._count} {name}"
+        self.skills[name] = self._modules[step.module].skills[step.skill]
+        helper = step.handler or (Step(step.module, step.on_failure) if step.on_failure else None)
+        handler = None
+        if helper is not None:
+            made = self._step(helper)
+            handler, self.handlers[made.id] = made.id, made
+        return spec.Step(id_, name, {}, {}, step.retry, handler, PLANNED)

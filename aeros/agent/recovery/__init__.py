@@ -1,0 +1,1 @@
+"""Recovery after a crash: checkpoints, quarantine, and steps that may already have run."""

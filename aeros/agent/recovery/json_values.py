@@ -1,0 +1,92 @@
+"""Values of the agent as JSON and back, exactly: plans with their conditions, fractions, tuples, records.
+
+A closed set of classes, so reading runs no code but theirs.  What is none of them cannot be written, and
+what does not read as one is a `ValueError`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import fields
+from enum import Enum
+from fractions import Fraction
+from typing import Any, Final, get_args
+
+from aeros.agent.execution.report import Role
+from aeros.agent.planning.task_graph import PLANNED, Step, TaskGraph
+from aeros.runtime.ports import Head, StepStatus
+from aeros.spec.diagnostics.source import Span
+from aeros.spec.expr import terms as t
+from aeros.spec.expr import types
+from aeros.spec.expr.units import Dimension
+from aeros.spec.model.step_graph import If, Par, Seq
+
+_CLASSES: Final = (
+    *(TaskGraph, Step, Seq, Par, If, Head, Dimension),
+    *(types.BoolType, types.RealType, types.IntegerType, types.VectorType, types.EnumType, types.FamilyType),
+    *get_args(t.Term),
+)
+# Two enumerations are called `Role`.
+_ENUMS: Final[Mapping[str, type[Enum]]] = {"role": Role, "status": StepStatus, "variable": t.Role}
+_ENUM_NAMES: Final = {kind: name for name, kind in _ENUMS.items()}
+
+
+class Writing:
+    """Writes and reads values; `more`: dataclasses beyond those that plans are made of."""
+
+    def __init__(self, more: Iterable[type[Any]] = ()) -> None:
+        self._classes = {kind.__name__: kind for kind in (*_CLASSES, *more)}
+
+    def write(self, value: Any) -> Any:
+        """`value` as JSON; raises `ValueError` for what is none of the known classes."""
+        match value:
+            case None | bool() | int() | float() | str():
+                return value
+            case Fraction():
+                return {"fraction": f"{value.numerator}/{value.denominator}"}
+            case Enum() if type(value) in _ENUM_NAMES:
+                return {"enum": _ENUM_NAMES[type(value)], "value": value.value}
+            case tuple() if type(value) is tuple:
+                return {"tuple": [self.write(one) for one in value]}
+            case list():
+                return [self.write(one) for one in value]
+            case Mapping() if all(isinstance(key, str) for key in value):
+                return {"map": {key: self.write(one) for key, one in value.items()}}
+            case Span():
+                return {"span": "planned"}
+        name = type(value).__name__
+        if self._classes.get(name) is not type(value):
+            raise ValueError(f"a {name} cannot be written")
+        return {"class": name, "fields": {one: self.write(getattr(value, one)) for one in _fields(value)}}
+
+    def read(self, written: Any) -> Any:
+        """What `write` wrote; raises `ValueError` for anything else."""
+        try:
+            return self._read(written)
+        except (KeyError, TypeError, AttributeError, ZeroDivisionError) as error:
+            raise ValueError(f"it is not written as such a value is: {error}") from error
+
+    def _read(self, written: Any) -> Any:
+        match written:
+            case list():
+                return [self._read(one) for one in written]
+            case {"fraction": text}:
+                return Fraction(text)
+            case {"enum": name, "value": value}:
+                return _ENUMS[name](value)
+            case {"tuple": parts}:
+                return tuple(self._read(one) for one in parts)
+            case {"map": entries}:
+                return {key: self._read(one) for key, one in entries.items()}
+            case {"span": "planned"}:
+                return PLANNED
+            case {"class": name, "fields": held}:
+                return self._classes[name](**{key: self._read(one) for key, one in held.items()})
+            case dict():
+                raise ValueError(f"nothing is written as {sorted(written)}")
+        return written
+
+
+def _fields(value: Any) -> tuple[str, ...]:
+    """Of a dataclass, or of a named tuple."""
+    return getattr(value, "_fields", None) or tuple(field.name for field in fields(value))

@@ -1,0 +1,111 @@
+"""The life of the agent itself, as a table: created, running, paused, stopped, recovered.
+
+Its phase is kept in its folder.  Each change is in the audit record before it is kept, so whoever finds a
+phase in which something was under way, and holds the lock, finds an agent that ended without a word.
+What the table does not hold does not happen: it is a fault of AEROS, and raised.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from enum import Enum
+from pathlib import Path
+from types import MappingProxyType
+from typing import Final
+
+from aeros.agent.errors import RefusedError
+from aeros.files import replace_file
+from aeros.spec.diagnostics.errors import InternalError
+from aeros.spec.migrations.format import FormatVersionError
+from aeros.spec.migrations.formats import PHASE
+
+
+class Phase(Enum):
+    """What the agent is doing with its life."""
+
+    CREATED = "created"  # it has an identity, and was never given a task
+    RUNNING = "running"  # it pursues a task
+    PAUSED = "paused"  # the operator lets nothing begin
+    STOPPED = "stopped"  # its task has ended, however that was
+    RECOVERED = "recovered"  # it woke, and its last session had ended without a word
+
+
+class Change(Enum):
+    """What makes it another phase."""
+
+    BEGIN = "begin"  # it is given a task, or goes on with one
+    PAUSE = "pause"
+    RESUME = "resume"
+    END = "end"
+    CRASH = "crash"  # found by the next session
+
+
+TRANSITIONS: Final[Mapping[tuple[Phase, Change], Phase]] = MappingProxyType(
+    {
+        (Phase.CREATED, Change.BEGIN): Phase.RUNNING,
+        (Phase.STOPPED, Change.BEGIN): Phase.RUNNING,
+        (Phase.RECOVERED, Change.BEGIN): Phase.RUNNING,
+        (Phase.RUNNING, Change.PAUSE): Phase.PAUSED,
+        (Phase.PAUSED, Change.RESUME): Phase.RUNNING,
+        (Phase.RUNNING, Change.END): Phase.STOPPED,
+        (Phase.PAUSED, Change.END): Phase.STOPPED,
+        (Phase.RECOVERED, Change.END): Phase.STOPPED,
+        (Phase.RUNNING, Change.CRASH): Phase.RECOVERED,
+        (Phase.PAUSED, Change.CRASH): Phase.RECOVERED,
+        (Phase.RECOVERED, Change.CRASH): Phase.RECOVERED,
+    }
+)
+"""Every transition there is."""
+
+_FILE: Final = "phase.json"
+
+Teller = Callable[[Phase, Change, Phase], None]
+"""Puts a transition into the audit record."""
+
+
+class Lifecycle:
+    """The phase of the agent whose folder this is; whoever makes one holds the folder's lock.
+
+    folder: None of an agent that leaves nothing behind.
+    """
+
+    def __init__(self, folder: Path | None, tell: Teller) -> None:
+        self._path = None if folder is None else folder / _FILE
+        self._tell = tell
+        self.phase = self._kept()
+        if self.may(Change.CRASH):
+            self.change(Change.CRASH)
+
+    def may(self, change: Change) -> bool:
+        """Whether the table knows of it from here."""
+        return (self.phase, change) in TRANSITIONS
+
+    def change(self, change: Change) -> None:
+        """Tell of the transition, then keep the phase that it leads to."""
+        if not self.may(change):
+            raise InternalError(f"an agent that is {self.phase.value} knows no `{change.value}`")
+        then = TRANSITIONS[self.phase, change]
+        self._tell(self.phase, change, then)
+        self.phase = then
+        if self._path is None:
+            return
+        try:
+            replace_file(self._path, json.dumps({"schema": PHASE.schema, "phase": then.value}).encode())
+        except OSError as error:
+            raise RefusedError(f"{self._path} cannot be written: {error.strerror}") from error
+
+    def _kept(self) -> Phase:
+        if self._path is None:
+            return Phase.CREATED
+        try:
+            kept = json.loads(self._path.read_text("utf-8"))
+            PHASE.require_current(kept, self._path)
+            return Phase(kept["phase"])
+        except FileNotFoundError:
+            return Phase.CREATED
+        except FormatVersionError as error:
+            raise RefusedError(str(error)) from error
+        except (OSError, ValueError, KeyError, TypeError):
+            # Whatever it was, nobody let it end.
+            return Phase.RUNNING

@@ -1,0 +1,1 @@
+"""The agent's world model: measured values and conditions over them."""

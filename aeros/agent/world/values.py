@@ -1,0 +1,95 @@
+"""A value as it is given, checked against its declaration and made exact; or the reason it is unusable."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any, cast
+
+from aeros.spec.expr.semantics import Value
+from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, Type, VectorType
+from aeros.spec.model.model import Declared
+
+
+class UnusableValueError(Exception):
+    """A value that is not what is declared; the message completes “`NAME` …”."""
+
+
+def exact(declared: Declared, value: Any) -> Value:
+    """`value` as `semantics.py` takes it: a finite double is the rational it denotes.
+
+    A look-alike (a `bool` for a number, a subclass of `float`) is refused: it may compare as it likes.
+    Raises `UnusableValueError`.
+    """
+    return _exact(declared, declared.variable.type, value)
+
+
+Exactly = Callable[[Declared, Any], Value]
+"""What makes a value exact."""
+
+
+class Kept:
+    """`exact`, which takes what it gave last of a variable where the value is the same object again."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, tuple[Declared, Any, Value]] = {}
+
+    def __call__(self, declared: Declared, value: Any) -> Value:
+        """See `exact`."""
+        name = declared.variable.name
+        kept = self._kept.get(name)
+        # A list may hold other values by now.
+        if kept is not None and kept[0] is declared and kept[1] is value and type(value) is not list:
+            return kept[2]
+        found = exact(declared, value)
+        self._kept[name] = (declared, value, found)
+        return found
+
+
+def plain(value: Any) -> Any:
+    """`value` for JSON: rationals as the nearest double, tuples as lists."""
+    if isinstance(value, Fraction):
+        return float(value)
+    return [plain(part) for part in value] if isinstance(value, tuple) else value
+
+
+def _exact(declared: Declared, type_: Type, value: Any) -> Value:
+    match type_:
+        case BoolType() if type(value) is bool:
+            return value
+        case RealType() if type(value) in (float, int, Fraction):
+            number = _real(declared, value)
+            if isinstance(type_, IntegerType) and number.denominator != 1:
+                raise UnusableValueError("is not a whole number")
+            return number
+        case EnumType(members=members) if type(value) is str:
+            if value not in members:
+                raise UnusableValueError(f"is {value!r}, which is none of {', '.join(members)}")
+            return value
+        case VectorType(dimension=dimension) if type(value) in (tuple, list) and len(value) == 3:
+            return _tuple(declared, RealType(dimension), value)
+        case FamilyType(index=index, element=element) if type(value) is tuple and len(value) == len(
+            index.members
+        ):
+            return _tuple(declared, element, value)
+    raise UnusableValueError(f"is of type {type(value).__name__}, which is not {type_}")
+
+
+def _real(declared: Declared, value: float | Fraction) -> Fraction:
+    if isinstance(value, float) and not math.isfinite(value):
+        raise UnusableValueError("is not finite")
+    # Doubles are compared with each other a good deal faster than with fractions.
+    low, high = declared.doubles if isinstance(value, float) else declared.range or declared.doubles
+    if not low <= value <= high:
+        raise UnusableValueError(f"is outside {float(low):g} … {float(high):g} (SI)")
+    return _rational(value)
+
+
+_rational = lru_cache(maxsize=4096)(Fraction)
+"""Fractions of the numbers that are measured again and again."""
+
+
+def _tuple(declared: Declared, element: BoolType | RealType, parts: Sequence[Any]) -> Value:
+    return cast("Value", tuple(_exact(declared, element, part) for part in parts))

@@ -1,0 +1,1 @@
+"""Applications behind the commands: report page, MCP server, watchdog, causal explanations, drawings."""

@@ -1,0 +1,79 @@
+"""A composition as a drawing: its control flow, with the outcomes and conditions that lead on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from aeros.apps.drawings.drawing import Drawing, Edge, Node, Shape
+from aeros.spec.flow.control_flow import DONE, START, STOPPED, graph_of
+from aeros.spec.model.composition import Composition, Step
+from aeros.spec.model.model import Ecm, Skill
+from aeros.spec.model.step_graph import If
+
+
+def composition_drawing(ecm: Ecm, composition: Composition) -> Drawing:
+    """The graph of `composition` from its start to where it is done, or has stopped as failed.
+
+    A failure is drawn where some outcome is one; an outcome that is declared never to happen is left out.
+    """
+    graph = graph_of(composition)
+    edges: list[tuple[str, str, str, bool]] = []
+    for before, after, data in graph.edges(data=True):
+        part = graph.nodes[before].get("part")
+        on: str = data["on"]
+        label = _label(part, on, after, ecm.skills) if isinstance(part, Step) else on
+        if label is not None:
+            edges.append((before, after, label, on == "failure"))
+    reached = {name for before, after, _, _ in edges for name in (before, after)}
+    body = [name for name in graph if name.partition("/")[0] not in (START, DONE, STOPPED, "handler")]
+    handlers = [f"handler/{name}" for name in composition.handlers]
+    order = [START, *body, *handlers, DONE, STOPPED]
+    ids = {name: f"n{index}" for index, name in enumerate(name for name in order if name in reached)}
+    return Drawing(
+        f"{ecm.id}: composition {composition.id}",
+        tuple(_node(ids[name], name, graph.nodes[name].get("part"), composition) for name in ids),
+        tuple(
+            Edge(ids[before], ids[after], label, dashed)
+            for before, after, label, dashed in sorted(edges, key=lambda edge: order.index(edge[0]))
+        ),
+    )
+
+
+def _label(step: Step, on: str, after: str, skills: Mapping[str, Skill]) -> str | None:
+    """The outcomes on which a step leads to `after`, and when; None where there is no such outcome."""
+    likely = [one for one in skills[step.skill].outcomes.values() if one.probability != 0]
+    names = " or ".join(one.id for one in likely if one.failure == (on == "failure"))
+    if not names:
+        return None
+    if on == "failure" and after == STOPPED and step.retry:
+        return f"{names}, after {step.retry + 1} tries"
+    return names
+
+
+def _node(id_: str, name: str, part: object, composition: Composition) -> Node:
+    match part:
+        case Step():
+            return Node(id_, tuple(_told(part)), "state" if name.startswith("handler/") else "step")
+        case If():
+            return Node(id_, (f"if {part.text}",), "choice")
+    ends: dict[str, tuple[str, Shape]] = {
+        START: (composition.id, "start"),
+        DONE: ("done", "goal"),
+        STOPPED: ("stopped as failed", "stuck"),
+    }
+    if name not in ends:
+        return Node(
+            id_, ("at the same time" if name.startswith("fork") else "when all have succeeded",), "bar"
+        )
+    text, shape = ends[name]
+    precondition = composition.precondition_span
+    told = (f"where {precondition.text}",) if name == START and precondition is not None else ()
+    return Node(id_, (text, *told), shape)
+
+
+def _told(step: Step) -> Iterator[str]:
+    yield step.id if step.id == step.skill else f"{step.id}: {step.skill}"
+    for name, flow in step.flows.items():
+        yield f"{name} from {flow.step}.{flow.output}"
+    if step.retry:
+        yield f"at most {step.retry + 1} tries"

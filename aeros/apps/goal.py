@@ -1,0 +1,51 @@
+"""Goals and values given as arguments: expressions over the site's vocabulary, faults underlined."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from aeros.cli.arguments import UsageError
+from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
+from aeros.spec.diagnostics.errors import InternalError
+from aeros.spec.diagnostics.render import safe
+from aeros.spec.diagnostics.source import Source
+from aeros.spec.elaborate.expressions import elaborate_condition, elaborate_constant
+from aeros.spec.elaborate.scopes import constant_scope, state_scope
+from aeros.spec.model.model import Clause, Site
+from aeros.spec.text.fields import Expression
+from aeros.spec.text.nodes import ScalarNode
+
+
+def goal_of(text: str, site: Site) -> Clause:
+    """The condition that `text` is; raises `UserError` with the place of what is wrong with it."""
+    sink = Diagnostics()
+    expression = _argument("--goal", text)
+    found = elaborate_condition(expression, state_scope(site), sink)
+    sink.raise_if_errors()
+    if found is None:
+        raise InternalError("a goal that was not understood was not reported")
+    return Clause(found.term, text, expression.span, found.conjuncts)
+
+
+def value_of(name: str, text: str, site: Site) -> Any:
+    """The value that `text` gives the state variable `name`, None for `unknown`.
+
+    Raises `UserError` with the place of what is wrong with it, `UsageError` for a name that is not known.
+    """
+    declared = site.state.get(name)
+    if declared is None:
+        near = did_you_mean(name, site.state)
+        hint = f"; did you mean `{near}`?" if near else ""
+        raise UsageError(f"`{site.id}` has no state variable `{safe(name)}`{hint}")
+    if text == "unknown":
+        return None
+    sink = Diagnostics()
+    expression = _argument(f"--start {name}", text)
+    value = elaborate_constant(expression, constant_scope(site), sink, declared.variable.type)
+    sink.raise_if_errors()
+    return value
+
+
+def _argument(path: str, text: str) -> Expression:
+    span = Source(path, text).span(0, len(text))
+    return Expression(text, span, ScalarNode(text, span))

@@ -1,0 +1,1 @@
+"""The MCP server: tools for clients that are not trusted, and the one robot behind them."""

@@ -1,0 +1,155 @@
+"""What a client asks for and the operator has to approve: one file each, in the agent's folder.
+
+Who can write that folder is the operator; no client is asked to prove who it is.  An approval is for exactly
+what the file said, is used once, and holds for ten minutes.  What an earlier server left is void.
+"""
+
+from __future__ import annotations
+
+import getpass
+import hashlib
+import json
+import os
+import re
+import secrets
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from aeros.files import replace_file
+
+FOLDER: Final = "approvals"
+HOLDS: Final = 600.0
+"""Seconds after which an approval, or what waits for one, is void."""
+
+MOST_WAITING: Final = 8
+
+_ID: Final = re.compile(r"[0-9a-f]{8}")
+_LARGEST: Final = 200_000
+
+
+class ApprovalError(Exception):
+    """There is nothing of that name to approve, or it cannot be; the message says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Approval:
+    """Who approved what, and when (seconds since 1970)."""
+
+    id: str
+    by: str
+    at: float
+
+
+class Approvals:
+    """The server's side."""
+
+    def __init__(self, state: Path) -> None:
+        self._folder = state / FOLDER
+        self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        self._waiting: dict[str, tuple[str, float]] = {}
+        for path in self._folder.iterdir():
+            path.unlink()
+
+    def ask(self, what: Mapping[str, Any], known: str | None = None) -> str:
+        """Ask for `what`, as JSON; what it is called, which is `known` while that still waits."""
+        self._forget_late()
+        if known in self._waiting:
+            return str(known)
+        if len(self._waiting) >= MOST_WAITING:
+            raise ApprovalError(f"{MOST_WAITING} things wait for the operator's approval already")
+        id_ = secrets.token_hex(4)
+        content = json.dumps({"id": id_, "asked": time.time(), **what}, indent=1).encode()
+        replace_file(self._folder / f"{id_}.json", content)
+        self._waiting[id_] = (hashlib.sha256(content).hexdigest(), time.monotonic())
+        return id_
+
+    def take(self, id_: str | None) -> Approval | None:
+        """The approval, which is thereby used; None where there is none, or it was for something else."""
+        self._forget_late()
+        if id_ not in self._waiting:
+            return None
+        digest, _ = self._waiting[str(id_)]
+        found = _read(self._folder / f"{id_}.approved")
+        if found is None or found.get("digest") != digest or type(found.get("at")) is not float:
+            return None
+        self.forget(str(id_))
+        if not 0.0 <= time.time() - found["at"] <= HOLDS:
+            return None
+        return Approval(str(id_), str(found.get("by")), found["at"])
+
+    def is_refused(self, id_: str | None) -> bool:
+        """Whether the operator said no, or what was asked for is void."""
+        self._forget_late()
+        return id_ is not None and not (self._folder / f"{id_}.json").exists()
+
+    def forget(self, id_: str) -> None:
+        """Nothing of it is wanted any more."""
+        self._waiting.pop(id_, None)
+        for suffix in ("json", "approved"):
+            (self._folder / f"{id_}.{suffix}").unlink(missing_ok=True)
+
+    def forget_all(self) -> None:
+        """Void all of it, as after a stop."""
+        for id_ in list(self._waiting):
+            self.forget(id_)
+
+    @property
+    def waiting(self) -> list[str]:
+        """What waits, by name."""
+        self._forget_late()
+        return list(self._waiting)
+
+    def _forget_late(self) -> None:
+        for id_, (_, asked) in list(self._waiting.items()):
+            if time.monotonic() - asked > HOLDS:
+                self.forget(id_)
+
+
+def waiting_in(state: Path) -> list[Mapping[str, Any]]:
+    """What waits for approval, for the operator."""
+    paths = sorted((state / FOLDER).glob("*.json"))
+    read = [one for path in paths if _ID.fullmatch(path.stem) and (one := _read(path)) is not None]
+    return [one for one in read if not (state / FOLDER / f"{one.get('id')}.approved").exists()]
+
+
+def approve(state: Path, id_: str) -> None:
+    """Approve what is called so.  Raises `ApprovalError`."""
+    content = _content(_request(state, id_))
+    said = {"digest": hashlib.sha256(content).hexdigest(), "by": _who(), "at": time.time()}
+    replace_file(state / FOLDER / f"{id_}.approved", json.dumps(said).encode())
+
+
+def refuse(state: Path, id_: str) -> None:
+    """Let it not be done.  Raises `ApprovalError`."""
+    _request(state, id_).unlink(missing_ok=True)
+
+
+def _request(state: Path, id_: str) -> Path:
+    path = state / FOLDER / f"{id_}.json"
+    if _ID.fullmatch(id_) is None or not path.is_file():
+        raise ApprovalError(f"nothing called `{id_}` waits for approval")
+    return path
+
+
+def _read(path: Path) -> dict[str, Any] | None:
+    try:
+        found = json.loads(_content(path))
+    except (OSError, ValueError, RecursionError):
+        return None
+    return found if type(found) is dict else None
+
+
+def _content(path: Path) -> bytes:
+    descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW)
+    with os.fdopen(descriptor, "rb") as file:
+        return file.read(_LARGEST)
+
+
+def _who() -> str:
+    try:
+        return f"{getpass.getuser()} (uid {os.getuid()})"
+    except (KeyError, OSError):
+        return f"uid {os.getuid()}"

@@ -1,0 +1,93 @@
+"""A client's plan, judged as `aeros plan check` judges one, and as the agent judges every plan.
+
+It is judged with the inputs that skills have without being told, so a step may only give inputs that have no
+default.  No step is tried again: what a second try may lead to was not judged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from aeros.agent.planning.routing import Routed
+from aeros.agent.planning.task_graph import Step, TaskGraph, verify_plan
+from aeros.agent.world.values import plain
+from aeros.agent.world.world import World
+from aeros.apps.mcp.tool_arguments import AskedStep
+from aeros.spec.backends.oracle import Oracle
+from aeros.spec.model.model import Clause, Ecm, Site
+from aeros.spec.planning.domain import Domain, domain_for
+from aeros.spec.planning.plan_check import problems_of
+from aeros.spec.planning.search_result import NotDecidedError
+from aeros.spec.planning.strong_cyclic import Strategy
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Steps after which the goal is to hold."""
+
+    steps: tuple[AskedStep, ...]
+    goal: Clause
+
+    @property
+    def graph(self) -> TaskGraph:
+        """As the agent takes it."""
+        named = ((*step.skill.partition("."), step.inputs) for step in self.steps)
+        return TaskGraph(tuple(Step(module, skill, inputs) for module, _, skill, inputs in named))
+
+
+class Judge:
+    """Says what is wrong with plans under the site that governs, as `site` says; for one thread."""
+
+    def __init__(self, site: Callable[[], Site]) -> None:
+        self._site = site
+        self._oracle = Oracle()
+
+    def problems(self, plan: Plan, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> list[str]:
+        """Why not to follow it from `world`; empty iff it is accepted."""
+        site = self._site()
+        formal = [*_not_allowed(plan.steps, site), *_doubly_given(plan.steps, modules)]
+        if formal or (formal := verify_plan(plan.graph, modules, site)):
+            return formal
+        also = {step.skill.casefold() for step in plan.steps}
+        known, kept = world.known, routed.task.invariants
+        domain = domain_for(modules, site, known, plan.goal.term, kept, self._oracle, also)
+        labels = [_label(domain, step) for step in plan.steps]
+        try:
+            return problems_of(Strategy(domain), domain.state(known), labels)
+        except NotDecidedError as why:
+            return [f"undecided, so it is not accepted: {why}"]
+
+
+def _not_allowed(steps: Sequence[AskedStep], site: Site) -> list[str]:
+    allowed, most = site.mcp.skills, site.mcp.most_steps
+    if len(steps) > most:
+        return [f"the plan has {len(steps)} steps; this site allows {most}"]
+    return [
+        f"step {number}: this site's `policy.mcp.skills` does not have `{step.skill}`"
+        for number, step in enumerate(steps, 1)
+        if allowed is not None and step.skill not in allowed
+    ]
+
+
+def _doubly_given(steps: Sequence[AskedStep], modules: Mapping[str, Ecm]) -> list[str]:
+    found = []
+    for number, step in enumerate(steps, 1):
+        module, _, name = step.skill.partition(".")
+        skill = modules[module].skills.get(name) if module in modules else None
+        given = [] if skill is None else [one for one in step.inputs if one in skill.inputs]
+        found += [
+            f"step {number}: leave `{one}` out: plans are judged with its default"
+            for one in given
+            if skill is not None and skill.inputs[one].default is not None
+        ]
+    return found
+
+
+def _label(domain: Domain, step: AskedStep) -> str:
+    """How the domain calls the step; what it does not have is called as the client does."""
+    for choice in domain.choices:
+        inputs = {name: plain(value) for name, value in choice.inputs.items()}
+        if choice.name == step.skill and inputs == dict(step.inputs):
+            return choice.label
+    return " ".join([step.skill, *(f"{name}={value}" for name, value in step.inputs.items())])

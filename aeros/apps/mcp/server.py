@@ -1,0 +1,121 @@
+"""The tools over the Model Context Protocol, on standard input and output.  Sole importer of its SDK."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from typing import Any, Final, Self
+
+import anyio
+import anyio.to_thread
+import mcp_types as types
+from mcp.server.context import ServerRequestContext
+from mcp.server.lowlevel import Server
+from mcp.server.stdio import stdio_server
+
+import aeros
+from aeros.apps.mcp.tool_arguments import SCHEMAS, RefusedCallError, schema_of
+from aeros.apps.mcp.tools import DESCRIPTIONS, Tools
+from aeros.apps.report_page.run_data import shortened
+
+_LOOK_EVERY: Final = 0.1  # s
+_LONGEST_LINE: Final = 1_000_000  # bytes
+_HOLDS = frozenset(("pause", "stop"))
+_READS_ONLY = frozenset(("list_skills", "state", "propose_plan"))
+
+
+def serve(tools: Tools, is_over: Callable[[], bool]) -> None:
+    """Answer one client until it is gone, or `is_over`."""
+    holding: anyio.CapacityLimiter | None = None
+
+    async def list_tools(
+        _: ServerRequestContext[Any, Any], __: types.PaginatedRequestParams | None
+    ) -> types.ListToolsResult:
+        return types.ListToolsResult(tools=[_described(name) for name in SCHEMAS])
+
+    async def call_tool(
+        context: ServerRequestContext[Any, Any], params: types.CallToolRequestParams
+    ) -> types.CallToolResult:
+        client = _client(context)
+
+        def call() -> types.CallToolResult:
+            try:
+                found = tools.call(params.name, params.arguments or {}, client)
+            except RefusedCallError as refusal:
+                content = types.TextContent(type="text", text=shortened(str(refusal), 4000))
+                return types.CallToolResult(content=[content], is_error=True)
+            text = types.TextContent(type="text", text=json.dumps(found, default=str))
+            return types.CallToolResult(content=[text], structured_content=found)
+
+        # However many calls wait, for a robot or for its end, one that holds it does not wait behind them.
+        limiter = holding if params.name in _HOLDS else None
+        return await anyio.to_thread.run_sync(call, abandon_on_cancel=True, limiter=limiter)
+
+    server: Server[Any] = Server(
+        "aeros", version=aeros.__version__, on_list_tools=list_tools, on_call_tool=call_tool
+    )
+
+    async def watch(scope: anyio.CancelScope) -> None:
+        while not is_over():
+            await anyio.sleep(_LOOK_EVERY)
+        scope.cancel()
+
+    async def answer() -> None:
+        nonlocal holding
+        holding = anyio.CapacityLimiter(4)
+        lines: Any = _Lines()
+        # The scope is around what reads, which ends with it; nothing else ends that but the client.
+        async with anyio.create_task_group() as group:
+            group.start_soon(watch, group.cancel_scope)
+            async with stdio_server(stdin=lines) as (reading, writing):
+                await server.run(reading, writing, server.create_initialization_options())
+            group.cancel_scope.cancel()
+
+    anyio.run(answer)
+
+
+class _Lines:
+    """Lines of standard input, which from now on is empty for everybody else.
+
+    The SDK's own reader waits in a thread that nothing ends, so neither would this process; and it takes a
+    line of any length.
+    """
+
+    def __init__(self) -> None:
+        self._file = os.dup(0)
+        with open(os.devnull, "rb") as nothing:
+            os.dup2(nothing.fileno(), 0)
+        self._rest = b""
+
+    def __aiter__(self) -> Self:
+        return self
+
+    async def __anext__(self) -> str:
+        while b"\n" not in self._rest:
+            if len(self._rest) > _LONGEST_LINE:
+                raise StopAsyncIteration  # no client of good will, and nothing after it can be told apart
+            await anyio.wait_readable(self._file)
+            read = os.read(self._file, 65_536)
+            if not read:
+                raise StopAsyncIteration
+            self._rest += read
+        line, _, self._rest = self._rest.partition(b"\n")
+        return line.decode("utf-8", "replace")
+
+
+def _described(name: str) -> types.Tool:
+    return types.Tool(
+        name=name,
+        description=DESCRIPTIONS[name],
+        input_schema=schema_of(name),
+        annotations=types.ToolAnnotations(read_only_hint=name in _READS_ONLY, open_world_hint=False),
+    )
+
+
+def _client(context: ServerRequestContext[Any, Any]) -> str:
+    """What the client says that it is."""
+    said = context.session.client_params
+    if said is None:
+        return "a client that does not say its name"
+    return shortened(f"{said.client_info.name} {said.client_info.version}", 120)

@@ -1,0 +1,345 @@
+"""The tools: what an untrusted client may see and ask for.  None of them can act past the gate.
+
+Whatever lets the robot move waits for the operator, unless the site says otherwise of plans; whatever stops
+it does not.  After a pause or a stop, whoever asked for it, nothing is executed until the operator resumes; a
+client may ask for that, and the operator approves it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import secrets
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from aeros.agent.planning.routing import Routed
+from aeros.agent.world.values import plain
+from aeros.agent.world.world import World, measured_world
+from aeros.apps.goal import goal_of
+from aeros.apps.mcp.approvals import Approval, ApprovalError, Approvals
+from aeros.apps.mcp.plan_review import Plan
+from aeros.apps.mcp.robot import Heard, Parts, Robot, Running
+from aeros.apps.mcp.tool_arguments import (
+    RefusedCallError,
+    check_call,
+    seconds_in,
+    steps_in,
+    text_in,
+)
+from aeros.runtime.execution.governor import Command
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.diagnostics.render import render_all
+from aeros.spec.expr.types import RealType, VectorType
+from aeros.spec.model.model import Clause, Declared, Ecm, Execute, Site
+
+MOST_PLANS: Final = 32
+
+DESCRIPTIONS: Final = {
+    "list_skills": "The skills that plans may have: preconditions, outcomes, inputs; and the task's goal.",
+    "state": "What is measured now, with ages; what is executed; whether it is held; what waits.",
+    "propose_plan": "Have a plan judged: accepted under a name, or what is wrong with it. Nothing moves.",
+    "execute_plan": "Execute an accepted plan, once. Unless the site says otherwise the operator approves "
+    "first; then ask again. Answers at once, or after `wait` seconds; `state` says how it goes.",
+    "pause": "Let nothing begin; what moves ends first.",
+    "stop": "Bring what moves to rest and end the plan.",
+    "resume": "Ask the operator to let actions begin again.",
+}
+
+
+@dataclass(slots=True)
+class _Kept:
+    """An accepted plan, and what its approval is called."""
+
+    plan: Plan
+    approval: str | None = None
+
+
+class Tools:
+    """All tools of one server.
+
+    ask: asks whoever executes for a command and returns when it is so.
+    command: what is asked for now.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        heard: Heard,
+        routed: Routed,
+        approvals: Approvals,
+        ask: Callable[[Command], None],
+        command: Callable[[], Command],
+    ) -> None:
+        self._robot = robot
+        self._heard = heard
+        self._routed = routed
+        self._approvals = approvals
+        self._ask = ask
+        self._command = command
+        self._plans: dict[str, _Kept] = {}
+        self._resuming: str | None = None
+        self._site, self._modules = robot.call(_governing).result()
+        # Calls come in several threads; it is held only where none of them waits for the robot.
+        self._lock = threading.Lock()
+
+    def call(self, tool: str, arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
+        """What the tool answers `client`, who says that it is called so.  Raises `RefusedCallError`."""
+        try:
+            check_call(tool, arguments)
+            does = {
+                "list_skills": self._list_skills,
+                "state": self._state,
+                "propose_plan": self._propose,
+                "execute_plan": self._execute,
+                "pause": self._pause,
+                "stop": self._stop,
+                "resume": self._resume,
+            }
+            return does[tool](arguments, client)
+        except (RefusedCallError, ApprovalError) as refusal:
+            self._note("mcp-refused", {"client": client, "tool": tool[:80], "reason": str(refusal)})
+            raise RefusedCallError(str(refusal)) from refusal
+
+    # Looking.
+
+    def _list_skills(self, _arguments: Mapping[str, Any], _client: str) -> dict[str, Any]:
+        self._follow()
+        allowed = self._site.mcp.skills
+        task = self._routed.task
+        return {
+            "task": {"name": str(self._routed), "goal": task.goal_text, "words": list(task.words)},
+            "most_steps": self._site.mcp.most_steps,
+            "skills": [
+                one
+                for module in self._modules.values()
+                for one in _skills(module)
+                if allowed is None or one["skill"] in allowed
+            ],
+        }
+
+    def _state(self, _arguments: Mapping[str, Any], _client: str) -> dict[str, Any]:
+        if self._robot.is_busy:
+            now, readings = self._heard.last()
+            world = measured_world(self._site.state, readings, now)
+        else:
+            world = self._robot.world().result()
+        return {
+            "time": world.time,
+            "state": dict(_told(world)),
+            "operator": self._command().name.lower(),
+            "running": None if self._robot.running is None else _progress(self._robot.running),
+            "plans": list(self._plans),
+            "waiting_for_approval": self._approvals.waiting,
+        }
+
+    # Plans.
+
+    def _propose(self, arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
+        self._be_idle()
+        self._follow()
+        steps = steps_in(arguments, self._site.mcp.most_steps)
+        goal = self._goal(text_in(arguments, "goal"))
+        plan = Plan(steps, goal)
+
+        def judge(parts: Parts) -> tuple[World, list[str]]:
+            runtime = parts.runtime
+            world = measured_world(runtime.site.state, runtime.observe(), runtime.now())
+            judge = parts.planner.judge
+            return world, judge.problems(plan, self._routed, world, runtime.active_modules())
+
+        world, problems = self._robot.call(judge).result()
+        name = None
+        if not problems:
+            name = secrets.token_hex(4)
+            with self._lock:
+                while len(self._plans) >= MOST_PLANS:
+                    self._give_up(next(iter(self._plans)))
+                self._plans[name] = _Kept(plan)
+        verdict = {"accepted": not problems, "plan": name, "problems": problems}
+        self._note("mcp-proposed", {"client": client, **verdict, **_content(plan)})
+        measured = {one: plain(world.known[one]) for one in world.predicates if one in world.known}
+        return {**verdict, "goal": goal.text, "judged_from": measured}
+
+    def _execute(self, arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
+        name, wait = text_in(arguments, "plan"), seconds_in(arguments, "wait")
+        self._follow()
+        with self._lock:
+            begun = self._begin(name or "", client)
+        if not isinstance(begun, Running):
+            return begun
+        begun.ended.wait(wait)
+        return _progress(begun)
+
+    def _begin(self, name: str, client: str) -> Running | dict[str, Any]:
+        """The plan under way, as it was before or from now on; or what it waits for."""
+        running = self._robot.running
+        if running is not None and name == running.plan:
+            return running
+        kept = self._plans.get(name)
+        if kept is None:
+            raise RefusedCallError("there is no accepted plan of that name: propose_plan gives one")
+        self._be_idle()
+        if self._site.mcp.execute is Execute.DENIED:
+            raise RefusedCallError("this site lets no client have a plan executed")
+        if self._command() is not Command.RUN:
+            raise RefusedCallError(f"{self._held()}: the operator resumes it with `aeros resume`")
+        approval = None
+        if self._site.mcp.execute is Execute.APPROVAL:
+            approval = self._approvals.take(kept.approval)
+            if approval is None:
+                return self._wait_for_approval(name, kept, client)
+        del self._plans[name]
+        return self._robot.execute(name, kept.plan, self._executing(client, name, kept.plan, approval))
+
+    def _wait_for_approval(self, name: str, kept: _Kept, client: str) -> dict[str, Any]:
+        if self._approvals.is_refused(kept.approval):
+            self._give_up(name)
+            raise RefusedCallError("the operator did not approve it; propose a plan again")
+        what = {"what": "execute", "client": client, "plan": name, **_content(kept.plan)}
+        kept.approval = self._approvals.ask(what, kept.approval)
+        return {"status": "waits for approval", "plan": name, "operator": f"aeros approve {kept.approval}"}
+
+    def _executing(self, client: str, name: str, plan: Plan, approval: Approval | None) -> Mapping[str, Any]:
+        content = _content(plan)
+        digest = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+        approved = None if approval is None else {"id": approval.id, "by": approval.by, "at": approval.at}
+        return {"client": client, "plan": name, "digest": digest, "approved": approved, **content}
+
+    def _give_up(self, name: str) -> None:
+        kept = self._plans.pop(name)
+        if kept.approval is not None:
+            self._approvals.forget(kept.approval)
+
+    def _goal(self, text: str | None) -> Clause:
+        task = self._routed.task
+        if text is None:
+            return Clause(task.goal, task.goal_text, task.span)
+        try:
+            return goal_of(text, self._site)
+        except UserError as error:
+            raise RefusedCallError(f"the goal is not understood:\n{render_all(error.diagnostics)}") from error
+
+    def _follow(self) -> None:
+        """Take over what governs now; while a plan is executed nothing is begun that it could matter to."""
+        if not self._robot.is_busy:
+            self._site, self._modules = self._robot.call(_governing).result()
+
+    def _be_idle(self) -> None:
+        if self._robot.is_busy and self._robot.running is not None:
+            raise RefusedCallError(f"the robot is busy with plan {self._robot.running.plan}")
+
+    # Holding it.
+
+    def _pause(self, _arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
+        if self._command() is Command.RUN:
+            self._ask(Command.PAUSE)
+        self._note("mcp-pause", {"client": client})
+        return {"status": self._held()}
+
+    def _stop(self, _arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
+        self._ask(Command.STOP)
+        with self._lock:
+            for name in list(self._plans):
+                self._give_up(name)
+            self._approvals.forget_all()
+        self._note("mcp-stop", {"client": client})
+        return {"status": self._held()}
+
+    def _resume(self, _arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
+        if self._command() is Command.RUN:
+            return {"status": "nothing is held"}
+        if self._robot.is_busy and self._command() is Command.STOP:
+            raise RefusedCallError("the plan that was stopped has not ended yet")
+        with self._lock:
+            approval = self._approvals.take(self._resuming)
+            if approval is None:
+                known = None if self._approvals.is_refused(self._resuming) else self._resuming
+                self._resuming = self._approvals.ask({"what": "resume", "client": client}, known)
+                return {"status": "waits for approval", "operator": f"aeros approve {self._resuming}"}
+            self._resuming = None
+        self._note("mcp-resume", {"client": client, "approved": {"by": approval.by, "at": approval.at}})
+        self._ask(Command.RUN)
+        return {"status": "resumed"}
+
+    def _held(self) -> str:
+        return {Command.RUN: "running", Command.PAUSE: "paused", Command.STOP: "stopped"}[self._command()]
+
+    def _note(self, event: str, details: Mapping[str, Any]) -> None:
+        """Put it into the record; while a plan is executed, once that has ended."""
+        self._robot.call(lambda parts: parts.runtime.note(event, details))
+
+
+def _governing(parts: Parts) -> tuple[Site, Mapping[str, Ecm]]:
+    modules = parts.runtime.active_modules()
+    return parts.runtime.site, modules
+
+
+def _content(plan: Plan) -> dict[str, Any]:
+    return {
+        "steps": [{"skill": s.skill, "inputs": dict(s.inputs)} for s in plan.steps],
+        "goal": plan.goal.text,
+    }
+
+
+def _progress(running: Running) -> dict[str, Any]:
+    if not running.ended.is_set():
+        return {"status": "executing", "plan": running.plan}
+    report = running.report
+    if report is None:
+        return {"status": "failed", "plan": running.plan, "reason": running.failure}
+    steps = [
+        {"skill": f"{s.module}.{s.skill}", "status": s.status.value, "outcome": s.outcome, "reason": s.reason}
+        for s in report.steps
+    ]
+    status = "goal reached" if report.reached else "goal not reached"
+    measured = dict(report.measured)
+    return {
+        "status": status,
+        "plan": running.plan,
+        "reason": report.reason,
+        "measured": measured,
+        "steps": steps,
+    }
+
+
+def _skills(ecm: Ecm) -> Iterator[dict[str, Any]]:
+    for skill in ecm.skills.values():
+        yield {
+            "skill": f"{ecm.id}.{skill.id}",
+            "risk": skill.risk.name.lower(),
+            "precondition": None if skill.precondition is None else skill.precondition.text,
+            "outcomes": [
+                {"outcome": one.id, "failure": one.failure, "then": _jsonable(one.effects)}
+                for one in skill.outcomes.values()
+            ],
+            "inputs": {
+                name.removeprefix("inputs."): _declared(one)
+                for name, one in skill.inputs.items()
+                if one.default is None
+            },
+        }
+
+
+def _declared(one: Declared) -> dict[str, Any]:
+    type_ = one.variable.type
+    unit = str(type_.dimension) if isinstance(type_, RealType | VectorType) else None
+    return {
+        "type": str(type_),
+        "unit": unit,
+        "range": None if one.range is None else [*map(float, one.range)],
+    }
+
+
+def _told(world: World) -> Iterator[tuple[str, dict[str, Any]]]:
+    for name, value in world.known.items():
+        age = world.time - world.stamps[name].time
+        yield name, {"value": plain(value), "age": age}
+    for name, why in world.unknown.items():
+        yield name, {"value": None, "unknown": why}
+
+
+def _jsonable(effects: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: plain(value) for name, value in effects.items()}

@@ -1,0 +1,296 @@
+"""The page itself: one HTML file that needs nothing else, from anywhere.
+
+Whatever a module, a planner or a site said is text: it is escaped here and nowhere else, and the page's
+own policy lets no script run but the one that filters the table of decisions, by its digest.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from datetime import datetime
+from html import escape
+from itertools import groupby
+from typing import Any
+
+import aeros
+from aeros.apps.drawings.drawing import svg
+from aeros.apps.report_page.plots import COLOURS, Mark, marks_of, plot, timeline
+from aeros.apps.report_page.rows import Row, rows_of
+from aeros.apps.report_page.run_data import Left, shortened
+from aeros.apps.report_page.run_diagrams import plan_drawing, run_drawing
+from aeros.apps.report_page.series import Series, series_of
+from aeros.spec.diagnostics.codes import CODES
+from aeros.spec.model.model import Site
+
+_STYLE = """\
+body{font:14px/1.45 sans-serif;margin:2em auto;max-width:1120px;padding:0 1em;color:#222}
+h1{font-size:1.5em}h2{font-size:1.15em;margin-top:2em;border-bottom:1px solid #ccc}
+table{border-collapse:collapse}td,th{text-align:left;vertical-align:top;padding:2px 10px 2px 0}
+.wide td{border-top:1px solid #eee}.bad{color:#c62828;font-weight:bold}.good{color:#2e7d32}
+code,.n{font-family:monospace;overflow-wrap:anywhere}svg{max-width:100%;height:auto;display:block}
+.key{display:inline-block;width:1em;height:.8em;margin:0 .3em 0 1em}.quiet{color:#666}
+form label{margin-right:1em}[hidden]{display:none}
+"""
+
+_SCRIPT = """\
+const form=document.getElementById("filter"),rows=[...document.querySelectorAll("#decisions tbody tr")];
+function show(){const on=new Set([...form.querySelectorAll("input:checked")].map(one=>one.value));
+const skill=form.elements.skill.value,words=form.elements.words.value.toLowerCase();let count=0;
+for(const row of rows){row.hidden=!(on.has(row.dataset.verdict)&&(!skill||row.dataset.skill===skill)
+&&row.textContent.toLowerCase().includes(words));count+=row.hidden?0:Number(row.dataset.count)}
+document.getElementById("shown").textContent=count+" decisions shown"}
+form.addEventListener("input",show);form.addEventListener("submit",event=>event.preventDefault());
+form.hidden=false;show();
+"""
+
+_MOST_PLANS = 60
+_MOST_MARKS = 300
+_TEXT = 1000
+
+
+def page_of(left: Left, name: str, sites: Mapping[str, Site], signed: str) -> str:
+    """The page about a run.
+
+    name: how the run is called, for instance its folder.
+    sites: by digest, those under which it ran that are at hand; bounds are drawn of no other.
+    signed: what is known of signatures.
+    """
+    marks = marks_of(left)
+    series = series_of(left, sites)
+    sections = [
+        ("Summary", _summary(left, signed)),
+        ("Task graph", _plans(left)),
+        ("What followed what", [svg(run_drawing(left))]),
+        ("Timeline", [timeline(left, marks), _key(), *_marks(marks)]),
+        ("Distances, speeds and forces against their bounds", _plots(left, series, sites, marks)),
+        ("Decisions", _decisions(left)),
+        ("Configuration", _configuration(left)),
+    ]
+    digest = base64.b64encode(hashlib.sha256(_SCRIPT.encode()).digest()).decode()
+    policy = f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'"
+    title = _text(f"run {name}", 200)
+    return "\n".join(
+        [
+            '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">',
+            f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
+            f"<title>{title}</title><style>{_STYLE}</style></head><body><h1>{title}</h1>",
+            *(f"<h2>{heading}</h2>\n" + "\n".join(parts) for heading, parts in sections),
+            f'<p class="quiet">Made by aeros {aeros.__version__} from what the run left.</p>',
+            f"<script>{_SCRIPT}</script></body></html>",
+            "",
+        ]
+    )
+
+
+def _text(told: object, most: int = _TEXT) -> str:
+    """Anything that was said, as text that is no markup."""
+    return escape(shortened(told if isinstance(told, str) else json.dumps(told, default=str), most))
+
+
+def _table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), kind: str = "") -> str:
+    """Cells are HTML."""
+    top = "<thead><tr>" + "".join(f"<th>{one}</th>" for one in head) + "</tr></thead>" if head else ""
+    body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
+    return f'<table class="{kind}">{top}<tbody>{body}</tbody></table>'
+
+
+# Summary
+
+
+def _summary(left: Left, signed: str) -> Iterator[str]:
+    counts = left.chain.decisions
+    sound = f'<span class="good">sound</span>, {left.chain.records} records'
+    if not left.chain.sound:
+        sound = f'<span class="bad">NOT SOUND: {_text(left.chain.why)}</span>; what follows is not shown'
+    ended = next((details for kind, details in reversed(left.notes) if kind == "run-ended"), None)
+    rows = [
+        ("instruction", _noted(left, "routed", "instruction")),
+        ("task", _noted(left, "routed", "task")),
+        ("ended", _ended(ended)),
+        ("measured", _text(ended.get("measured")) if ended is not None else ""),
+        ("decisions", f"{counts.allowed} allowed, {counts.attenuated} attenuated, {counts.denied} denied"),
+        ("steps", f"{len(left.runs)} run, {sum(run.failed is True for run in left.runs)} failed"),
+        ("time", f"{left.ends_at:.2f} s on the plant's clock"),
+        ("audit chain", sound),
+        ("signatures", _text(signed)),
+    ]
+    rows += [("trouble", f'<span class="bad">{_text(one)}</span>') for one in left.trouble]
+    yield _table(rows)
+
+
+def _noted(left: Left, kind: str, name: str) -> str:
+    return next((_text(details.get(name)) for one, details in left.notes if one == kind), "")
+
+
+def _ended(details: Mapping[str, Any] | None) -> str:
+    if details is None:
+        return '<span class="bad">no end is recorded</span>'
+    if details.get("reached") is True:
+        return '<span class="good">goal reached</span>'
+    return f'<span class="bad">goal not reached</span>: {_text(details.get("reason"))}'
+
+
+def _plans(left: Left) -> Iterator[str]:
+    """The latest plan, and all in order; one that was made again, as while the agent waited, is said once."""
+    latest = plan_drawing(left)
+    yield "<p>No plan is told in the trace.</p>" if latest is None else svg(latest)
+    plans = [(one.time, one.details.get("steps")) for one in left.events if one.kind == "plan"]
+    folded = [list(group) for _, group in groupby(plans, key=lambda plan: json.dumps(plan[1]))]
+    items = []
+    for group in folded[:_MOST_PLANS]:
+        steps = group[0][1] if type(group[0][1]) is list else [group[0][1]]
+        again = f" and {len(group) - 1} times again until {group[-1][0]:.2f} s" if len(group) > 1 else ""
+        items.append(f"<li>at {group[0][0]:.2f} s{again}: " + " → ".join(map(_text, steps)) + "</li>")
+    if items:
+        more = f"<p>… and {len(folded) - _MOST_PLANS} more</p>" if len(folded) > _MOST_PLANS else ""
+        yield f"<details><summary>{len(plans)} plans</summary><ol>{''.join(items)}</ol>{more}</details>"
+
+
+# Timeline
+
+
+def _key() -> str:
+    keys = (
+        f'<svg class="key" viewBox="0 0 1 1"><rect width="1" height="1" fill="{colour}"/></svg>{sort}'
+        for sort, colour in COLOURS.items()
+    )
+    return f"<p>{''.join(keys)}</p>"
+
+
+def _marks(marks: Sequence[Mark]) -> Iterator[str]:
+    if marks:
+        rows = [(f"{one.time:.2f} s", one.sort, _text(one.text)) for one in marks[:_MOST_MARKS]]
+        more = f" of which the first {_MOST_MARKS} are listed" if len(marks) > _MOST_MARKS else ""
+        yield f"<details open><summary>{len(marks)} marks{more}</summary>{_table(rows)}</details>"
+
+
+# Plots
+
+
+def _plots(left: Left, series: Series, sites: Mapping[str, Site], marks: Sequence[Mark]) -> Iterator[str]:
+    missing = {one.site for one in left.decisions} - sites.keys()
+    if missing:
+        digests = ", ".join(_text(one) for one in sorted(map(str, missing)))
+        yield f'<p class="bad">No bounds are drawn under a site that is not at hand: {digests}</p>'
+    if not left.samples:
+        yield "<p>Values are those of decisions alone: the run left no samples of what it measured.</p>"
+    else:
+        yield "<p>Values are samples: ten a second, and those of decisions.</p>"
+    if series.step > 1:
+        yield f"<p>Bounds are worked out at each {series.step}th sample, and at each decision.</p>"
+    shown = [one for one in series.quantities.values() if one.is_single and (one.upper or one.lower)]
+    for quantity in sorted(shown, key=lambda one: (one.is_asked, one.name)):
+        yield plot(quantity, [one for one in marks if one.sort in ("stopped", "fault")], left.ends_at)
+    nearest = sorted(series.nearest.values(), key=lambda one: (one.margin / (abs(one.bound) or 1), one.rule))
+    if nearest:
+        yield "<p>How near each rule came to being broken, at the moments above, the nearest first:</p>"
+        yield _table(
+            (
+                (
+                    _text(one.rule),
+                    f"<code>{_text(one.quantity)}</code>",
+                    f"{one.measured:.4g} {_text(one.unit)}",
+                    f"{'at most' if one.is_upper else 'at least'} {one.bound:.4g} {_text(one.unit)}",
+                    f'<span class="{"bad" if one.margin < 0 else "n"}">{one.margin:.3g}</span>',
+                    f"{one.time:.2f} s",
+                )
+                for one in nearest
+            ),
+            ("rule", "quantity", "was", "allowed", "margin", "at"),
+            "wide",
+        )
+
+
+# Decisions
+
+
+def _decisions(left: Left) -> Iterator[str]:
+    rows, left_out = rows_of(left.decisions)
+    skills = sorted({row.first.skill for row in rows})
+    options = "".join(f'<option value="{_text(one)}">{_text(one)}</option>' for one in skills)
+    verdicts = "".join(
+        f'<label><input type="checkbox" value="{one}" checked> {one}</label>'
+        for one in ("ALLOW", "ATTENUATE", "DENY")
+    )
+    yield (
+        f'<form id="filter" hidden>{verdicts}<label>skill <select name="skill"><option value="">all</option>'
+        f'{options}</select></label><label>with the words <input name="words"></label>'
+        '<span id="shown"></span></form>'
+    )
+    yield "<p>Decisions of one skill that follow each other and say the same share a row.</p>"
+    if left_out:
+        yield f"<p>{left_out} more are left out, plain ALLOWs first: `aeros audit show` has them all.</p>"
+    head = ("records", "time", "verdict", "skill", "action", "why")
+    heads = "".join(f"<th>{one}</th>" for one in head)
+    yield f'<table id="decisions" class="wide"><thead><tr>{heads}</tr></thead><tbody>'
+    yield from map(_row, rows)
+    yield "</tbody></table>"
+
+
+def _row(row: Row) -> str:
+    one, last = row.first, row.last
+    records = f"{one.sequence}" + (f"–{last.sequence}" if row.count > 1 else "")
+    times = f"{one.time:.2f}" + (f"–{last.time:.2f} s" if row.count > 1 else " s")
+    again = f"{row.count} × " if row.count > 1 else ""
+    cells = (
+        records,
+        times,
+        f"{again}{_text(one.verdict)}",
+        _text(one.skill),
+        f"<code>{_text(one.kind)}({_arguments(one.asked)})</code>" + (" …" if row.count > 1 else ""),
+        _why(row),
+    )
+    data = f'data-verdict="{_text(one.verdict)}" data-skill="{_text(one.skill)}" data-count="{row.count}"'
+    return f"<tr {data}>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+
+
+def _arguments(given: Mapping[str, Any]) -> str:
+    return _text(", ".join(f"{name}={_rounded(value)}" for name, value in given.items()), 300)
+
+
+def _rounded(value: Any) -> str:
+    if type(value) is float:
+        return f"{value:.4g}"
+    if type(value) is list:
+        return "[" + ", ".join(map(_rounded, value)) + "]"
+    return json.dumps(value)
+
+
+def _why(row: Row) -> str:
+    one = row.first
+    told = []
+    for code, rule, text in one.reasons:
+        summary = CODES[code].summary if code in CODES else "not a code of this version"
+        told.append(
+            f'<b title="{_text(summary)}">{_text(code)}</b> <code>{_text(rule)}</code>: {_text(text)}'
+        )
+    if one.verdict == "ATTENUATE":
+        told.append(f"reduced to <code>{_arguments(one.decided)}</code>")
+    return "<br>".join(told)
+
+
+# Configuration
+
+
+def _configuration(left: Left) -> Iterator[str]:
+    for number, session in enumerate(left.sessions):
+        site = session.get("site")
+        modules = session.get("modules")
+        rows = [
+            ("configuration", f"<code>{_text(session.get('configuration'))}</code>"),
+            ("site", _digested(site if type(site) is dict else {}, ("id", "digest"))),
+        ]
+        for name, module in (modules if type(modules) is dict else {}).items():
+            told = _digested(module if type(module) is dict else {}, ("version", "manifest", "code"))
+            rows.append((f"module {_text(name)}", told))
+        yield "<p>As the run began:</p>" if number == 0 else "<p>Then:</p>"
+        yield _table(rows)
+    written = datetime.now().astimezone().isoformat(" ", "seconds")
+    yield f"<p>head of the chain <code>{_text(left.chain.head)}</code>; read {written}</p>"
+
+
+def _digested(details: Mapping[str, Any], names: Sequence[str]) -> str:
+    return "<br>".join(f"{name} <code>{_text(details.get(name))}</code>" for name in names)

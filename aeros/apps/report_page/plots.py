@@ -1,0 +1,217 @@
+"""SVG along the plant's clock: when which skill ran, and what was measured beside its bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from html import escape
+from itertools import pairwise
+from math import floor, log10
+from typing import Final, NamedTuple
+
+from aeros.apps.report_page.run_data import Left, Run, shortened
+from aeros.apps.report_page.series import Limit, Quantity
+
+_LEFT, _WIDTH, _RIGHT = 190, 900, 20
+_LANE, _PLOT, _FOOT = 22, 130, 22
+_MOST_BARS: Final = 2_000
+_MOST_MARKS: Final = 500
+
+COLOURS: Final = {
+    "succeeded": "#2e7d32",
+    "failed": "#ef6c00",
+    "denied": "#c62828",
+    "stopped": "#c62828",
+    "under way": "#90a4ae",
+    "fault": "#6a1b9a",
+    "re-plan": "#1565c0",
+}
+
+
+class Mark(NamedTuple):
+    """Something that happened at one moment: its sort, a key of `COLOURS`, and what it was."""
+
+    time: float
+    sort: str
+    text: str
+
+
+def marks_of(left: Left) -> list[Mark]:
+    """Faults, stops, denials, re-plans and pauses, in order of time."""
+    marks = [Mark(one.time, "fault", one.text) for one in left.events if one.kind.startswith("fault")]
+    marks += [
+        Mark(run.ended, "stopped", f"stop: {run.skill}: {run.reason or run.status}")
+        for run in left.runs
+        if run.ended is not None and run.status not in ("finished", "denied")
+    ]
+    marks += [
+        Mark(one.time, "denied", f"{one.skill} asks for {one.kind}: " + "; ".join(r[1] for r in one.reasons))
+        for one in left.decisions
+        if one.verdict == "DENY"
+    ]
+    marks += [Mark(one.time, "re-plan", one.text) for one in left.events if one.kind == "re-plan"]
+    marks += [Mark(time, "stopped", f"{what} by the operator") for time, what in left.changes]
+    return sorted(marks)
+
+
+def sort_of(run: Run) -> str:
+    """Which of `COLOURS` shows how it ended."""
+    if run.ended is None:
+        return "under way"
+    if run.status != "finished":
+        return "denied" if run.status == "denied" else "stopped"
+    return "failed" if run.failed else "succeeded"
+
+
+def timeline(left: Left, marks: Sequence[Mark]) -> str:
+    """A lane for each skill, a bar for each time that it ran, and above them a lane of marks."""
+    skills = list(dict.fromkeys(run.skill for run in left.runs))
+    lanes = {skill: number for number, skill in enumerate(skills, 1)}
+    axis = _Axis(left.ends_at)
+    height = (len(lanes) + 1) * _LANE
+    parts = [*axis.grid(height), _label(_LANE / 2, "marks")]
+    parts += [_label((lane + 0.5) * _LANE, skill) for skill, lane in lanes.items()]
+    for run in left.runs[:_MOST_BARS]:
+        end = left.ends_at if run.ended is None else run.ended
+        x, top = axis.x(run.began), lanes[run.skill] * _LANE + 3
+        told = f"{run.role} {run.skill}, {run.began:.2f} to {end:.2f} s: {run.how} {run.reason}"
+        parts.append(
+            f'<rect x="{x:.1f}" y="{top:.0f}" width="{max(axis.x(end) - x, 1.5):.1f}" height="{_LANE - 6}"'
+            f' rx="2" fill="{COLOURS[sort_of(run)]}">{_title(told)}</rect>'
+        )
+    parts += _marked(marks, axis, _LANE)
+    return _svg(height + _FOOT, "timeline of steps", parts)
+
+
+def plot(quantity: Quantity, marks: Sequence[Mark], ends_at: float) -> str:
+    """One quantity as a line, its bounds as steps, and what no rule allows shaded."""
+    axis = _Axis(ends_at)
+    low, high = _span(quantity)
+    y = _Ordinate(low, high)
+    parts = list(axis.grid(_PLOT))
+    parts += [_shade(axis, y, limits, is_upper=is_upper) for is_upper, limits in _limits(quantity)]
+    parts += [
+        f'<text x="{_LEFT - 6}" y="{y(at) + 4:.1f}" text-anchor="end">{at:g} {escape(quantity.unit)}</text>'
+        for at in (low, high)
+    ]
+    shown = f"asked for: {quantity.name}" if quantity.is_asked else quantity.name
+    parts.append(_label(_PLOT / 2, shown))
+    parts.append(_steps(quantity, axis, y, ends_at) if quantity.is_asked else _line(quantity, axis, y))
+    for _, limits in _limits(quantity):
+        parts += _bars(axis, y, [*limits, Limit(ends_at, None, "")], quantity.unit)
+    parts += _marked(marks, axis, _PLOT)
+    return _svg(_PLOT + _FOOT, f"{shown} and its bounds", parts)
+
+
+def _limits(quantity: Quantity) -> list[tuple[bool, list[Limit]]]:
+    return [(True, quantity.upper), (False, quantity.lower)]
+
+
+class _Axis:
+    """The plant's clock from left to right."""
+
+    def __init__(self, ends_at: float) -> None:
+        self._length = max(ends_at, 1e-9)
+
+    def x(self, time: float) -> float:
+        return _LEFT + _WIDTH * min(max(time / self._length, 0.0), 1.0)
+
+    def grid(self, height: float) -> Iterator[str]:
+        step = 10.0 ** floor(log10(self._length))
+        step = next(step * part for part in (0.1, 0.2, 0.5, 1.0) if self._length / (step * part) <= 12)
+        yield f'<rect x="{_LEFT}" y="0" width="{_WIDTH}" height="{height:.0f}" fill="#fafafa"/>'
+        number = 0
+        while number * step <= self._length:
+            x = self.x(number * step)
+            yield f'<path d="M{x:.1f} 0V{height:.0f}" stroke="#ddd"/>'
+            yield f'<text x="{x:.1f}" y="{height + 15:.0f}" text-anchor="middle">{number * step:g} s</text>'
+            number += 1
+
+
+class _Ordinate:
+    def __init__(self, low: float, high: float) -> None:
+        self._low, self._high = low, high
+
+    def __call__(self, value: float) -> float:
+        part = (value - self._low) / (self._high - self._low)
+        return _PLOT - 6 - (_PLOT - 12) * min(max(part, 0.0), 1.0)
+
+
+def _span(quantity: Quantity) -> tuple[float, float]:
+    """What the ordinate shows: all bounds, and as much of the values as leaves these legible."""
+    values = [value for _, value in quantity.points if value is not None]
+    bounds = [one.value for _, limits in _limits(quantity) for one in limits if one.value is not None]
+    low, high = min([0.0, *values, *bounds]), max([*values, *bounds])
+    if bounds:
+        reach = 2.5 * max(abs(bound) for bound in bounds)
+        low, high = max(low, -reach), min(high, reach)
+    return (low, high) if high > low else (low, low + 1.0)
+
+
+def _line(quantity: Quantity, axis: _Axis, y: _Ordinate) -> str:
+    """All points; where several fall on one column, the least and the greatest of them."""
+    columns: dict[int, list[float]] = {}
+    for time, value in quantity.points:
+        if value is not None:
+            columns.setdefault(round(axis.x(time) * 2), []).append(value)
+    points = [
+        (column / 2, value)
+        for column, values in columns.items()
+        for value in ((min(values), max(values)) if len(values) > 1 else values)
+    ]
+    path = " ".join(f"{x:.1f},{y(value):.1f}" for x, value in points)
+    return f'<polyline points="{path}" fill="none" stroke="#1565c0" stroke-width="1.3"/>'
+
+
+def _steps(quantity: Quantity, axis: _Axis, y: _Ordinate, ends_at: float) -> str:
+    """Each value from when it was decided until another was, or it was over."""
+    path = ""
+    for (time, value), (until, _) in pairwise([*quantity.points, (ends_at, None)]):
+        if value is not None:
+            path += f"M{axis.x(time):.1f} {y(value):.1f}H{axis.x(until):.1f}"
+    return f'<path d="{path}" fill="none" stroke="#1565c0" stroke-width="1.3"/>'
+
+
+def _shade(axis: _Axis, y: _Ordinate, limits: Sequence[Limit], *, is_upper: bool) -> str:
+    parts = []
+    for one, after in pairwise([*limits, Limit(float("inf"), None, "")]):
+        if one.value is not None:
+            x, edge = axis.x(one.time), y(one.value)
+            top, bottom = (0.0, edge) if is_upper else (edge, float(_PLOT))
+            parts.append(f"M{x:.1f} {top:.1f}H{axis.x(after.time):.1f}V{bottom:.1f}H{x:.1f}z")
+    return f'<path d="{"".join(parts)}" fill="#c62828" fill-opacity="0.09"/>'
+
+
+def _bars(axis: _Axis, y: _Ordinate, limits: Sequence[Limit], unit: str) -> Iterator[str]:
+    for one, after in pairwise(limits):
+        if one.value is not None:
+            told = f"{one.rule}: {one.value:.4g} {unit} from {one.time:.2f} s"
+            x, wide = axis.x(one.time), max(axis.x(after.time) - axis.x(one.time), 1.0)
+            yield (
+                f'<path d="M{x:.1f} {y(one.value):.1f}h{wide:.1f}" stroke="#c62828" stroke-width="1.6">'
+                f"{_title(told)}</path>"
+            )
+
+
+def _marked(marks: Sequence[Mark], axis: _Axis, height: float) -> Iterator[str]:
+    for mark in marks[:_MOST_MARKS]:
+        yield (
+            f'<path d="M{axis.x(mark.time):.1f} 0V{height:.0f}" stroke="{COLOURS[mark.sort]}"'
+            f' stroke-width="1.5" stroke-opacity="0.7">{_title(f"{mark.time:.2f} s {mark.text}")}</path>'
+        )
+
+
+def _label(y: float, text: str) -> str:
+    shown = escape(shortened(text, 40))
+    return f'<text x="4" y="{y + 4:.0f}">{shown}{_title(text)}</text>'
+
+
+def _title(text: str) -> str:
+    return f"<title>{escape(shortened(text, 400))}</title>"
+
+
+def _svg(height: float, title: str, parts: Iterable[str]) -> str:
+    width = _LEFT + _WIDTH + _RIGHT
+    return (
+        f'<svg viewBox="0 0 {width} {height:.0f}" width="{width}" height="{height:.0f}" role="img"'
+        f' font-family="sans-serif" font-size="11">{_title(title)}' + "".join(parts) + "</svg>"
+    )

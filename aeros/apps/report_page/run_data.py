@@ -1,0 +1,284 @@
+"""What a run left in its folder, read for people: the audit record, the agent's trace, what was measured.
+
+Of the record only what is sound is read, and everything in it may have been said by a module.  So each
+value is taken by its type, and what is not of the form that our writers give it is passed over.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import defaultdict, deque
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from math import isfinite
+from pathlib import Path
+from typing import Any, Final
+
+from aeros.runtime.audit.check import GENESIS, AuditReport, DecisionCounts, Record, verify_log
+from aeros.runtime.bus.sample_file import FILE as SAMPLES
+from aeros.spec.diagnostics.render import safe
+from aeros.spec.migrations import formats
+from aeros.spec.migrations.format import Format, FormatVersionError
+
+AUDIT: Final = "audit.jsonl"
+TRACE: Final = "trace.jsonl"
+
+_NAMES: Final = re.compile(r"\w+\.\w+")
+
+_BESIDE_RECORD: Final = frozenset(("fault", "fault-over", "fault-passed"))
+"""What the plant tells the trace, and the agent never knew."""
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """What the agent told: the kind, a line of text, and when, in plant seconds."""
+
+    time: float
+    kind: str
+    text: str
+    details: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Decided:
+    """One decision of the gate; `reasons` as code, rule and text, `state` as it was recorded."""
+
+    sequence: int
+    time: float
+    verdict: str
+    skill: str
+    kind: str
+    asked: Mapping[str, Any]
+    decided: Mapping[str, Any]
+    reasons: tuple[tuple[str, str, str], ...]
+    site: str | None
+    state: Mapping[str, Any]
+    usage: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(slots=True)
+class Run:
+    """One run of a skill: plant seconds, how it ended, and what the agent made of it.
+
+    after: what had ended last when it began; of what ran beside it, nothing.
+    """
+
+    skill: str
+    began: float
+    after: Run | None = None
+    ended: float | None = None
+    status: str = "under way"
+    reason: str = ""
+    role: str = "step"
+    outcome: str | None = None
+    failed: bool | None = None
+
+    @property
+    def how(self) -> str:
+        """How it ended, in a word or two: what was measured at the end of a skill that came to its own."""
+        return self.outcome if self.status == "finished" and self.outcome else self.status
+
+
+@dataclass(slots=True)
+class Left:
+    """All of it.
+
+    sessions: what the record says that governed: of each configuration its digest, site and modules.
+    notes: the agent's events as the record has them; `events` the same as the trace has them.
+    samples: what was measured: plant seconds and state, as in a decision.
+    trouble: what could not be read, or does not fit together, in words.
+    """
+
+    chain: AuditReport = field(default_factory=lambda: AuditReport(0, GENESIS, None, "", DecisionCounts()))
+    sessions: list[Mapping[str, Any]] = field(default_factory=list)
+    decisions: list[Decided] = field(default_factory=list)
+    runs: list[Run] = field(default_factory=list)
+    notes: list[tuple[str, Mapping[str, Any]]] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
+    samples: list[tuple[float, Mapping[str, Any]]] = field(default_factory=list)
+    changes: list[tuple[float, str]] = field(default_factory=list)
+    trouble: list[str] = field(default_factory=list)
+
+    @property
+    def ends_at(self) -> float:
+        """Plant seconds of the last thing that is known to have happened."""
+        times = [one.ended if one.ended is not None else one.began for one in self.runs]
+        return max([0.0, *times, *(one.time for one in self.decisions), *(one.time for one in self.events)])
+
+
+def steps_of(plan: Event, runs: Iterable[Run]) -> Iterator[tuple[str, str]]:
+    """The parts of a plan as it told them, and how each is: to come, under way, done or failed.
+
+    runs: those since the plan was made.  A part has the runs of the skills that it names.
+    """
+    parts = plan.details.get("steps")
+    since = list(runs)
+    for part in parts if type(parts) is list else []:
+        text = str(part)
+        named = set(_NAMES.findall(text))
+        own = [run for run in since if run.skill in named]
+        if any(run.ended is None for run in own):
+            yield text, "under way"
+        elif own:
+            yield text, "failed" if own[-1].failed else "done"
+        else:
+            yield text, "to come"
+
+
+def read_left(folder: Path) -> Left:
+    """What is in the folder of a run; the record has to be there, trace and samples may be missing."""
+    reading = Recorded()
+    left = reading.left
+    left.chain = verify_log(folder / AUDIT, reading.take)
+    left.events = [
+        event for line in _lines(folder / TRACE, formats.TRACE, left) if (event := event_in(line)) is not None
+    ]
+    told = [(one.kind, one.details) for one in left.events if one.kind not in _BESIDE_RECORD]
+    if left.events and _spelt(told) != _spelt(left.notes):
+        left.trouble.append(f"{TRACE} does not say what the record says that the agent told")
+    left.samples = [
+        sample for line in _lines(folder / SAMPLES, formats.MEASURED, left) if (sample := sample_in(line))
+    ]
+    left.samples.sort(key=lambda sample: sample[0])
+    return left
+
+
+def _spelt(events: list[tuple[str, Mapping[str, Any]]]) -> str:
+    return json.dumps(events, sort_keys=True)
+
+
+def _lines(path: Path, format_: Format, left: Left) -> Iterator[Mapping[str, Any]]:
+    """The objects of a file of JSON lines; what is none is said once, and passed over."""
+    bad = 0
+    try:
+        with path.open("rb") as file:
+            for line in file:
+                try:
+                    found = json.loads(line)
+                except (ValueError, RecursionError):
+                    found = None
+                if type(found) is dict:
+                    format_.require_current(found, path)
+                    yield found
+                else:
+                    bad += 1
+    except OSError as error:
+        left.trouble.append(f"{path.name} cannot be read: {error.strerror}")
+    except FormatVersionError as error:
+        left.trouble.append(str(error))
+    if bad:
+        left.trouble.append(f"{path.name} has {bad} lines that say nothing that is known")
+
+
+class Recorded:
+    """Takes the records in order; `left` is what they say so far, `now` the plant's clock at the last."""
+
+    def __init__(self) -> None:
+        self.left = Left()
+        self._sites: dict[str, str] = {}
+        self.now = 0.0
+        self._under_way: defaultdict[str, deque[Run]] = defaultdict(deque)
+        self._ended: Run | None = None
+
+    def take(self, record: Record, _own: str = "") -> None:
+        """One sound record."""
+        details: dict[str, Any] = record["details"]
+        time = _number(details.get("time"))
+        self.now = self.now if time is None else time
+        skill = f"{details.get('module')}.{details.get('skill')}"
+        match record["event"]:
+            case "session-opened" | "configuration-changed":
+                self._govern(details)
+            case "decision":
+                self._decide(record["sequence"], details, skill)
+            case "step-began":
+                run = Run(skill, self.now, self._ended)
+                self.left.runs.append(run)
+                self._under_way[skill].append(run)
+            case "step-ended" | "step-broken" as event:
+                self._end(skill, details, "broken off" if event == "step-broken" else "ended")
+            case "note":
+                self._note(details.get("event"), details.get("details"))
+            case "paused" | "resumed" as event:
+                self.left.changes.append((self.now, event))
+
+    def _govern(self, details: Mapping[str, Any]) -> None:
+        self.left.sessions.append(details)
+        digest = _inner(details, "site").get("digest")
+        if type(digest) is str:
+            self._sites[str(details.get("configuration"))] = digest
+
+    def _decide(self, sequence: int, details: Mapping[str, Any], skill: str) -> None:
+        asked, decided = _inner(details, "asked"), _inner(details, "decided")
+        reasons = details.get("reasons")
+        listed = reasons if type(reasons) is list else []
+        self.left.decisions.append(
+            Decided(
+                sequence,
+                self.now,
+                str(details["verdict"]),
+                skill,
+                str(asked.get("kind")),
+                _inner(asked, "parameters"),
+                _inner(decided, "parameters"),
+                tuple((str(a), str(b), str(c)) for a, b, c in (one for one in listed if _is_triple(one))),
+                self._sites.get(str(details.get("configuration"))),
+                _inner(details, "state"),
+                _inner(details, "usage"),
+            )
+        )
+
+    def _end(self, skill: str, details: Mapping[str, Any], otherwise: str) -> None:
+        if self._under_way[skill]:
+            run = self._ended = self._under_way[skill].popleft()
+            run.ended = self.now
+            run.status = str(details.get("status", otherwise))
+            run.reason = str(details.get("reason", ""))
+
+    def _note(self, kind: object, details: object) -> None:
+        if type(kind) is not str or type(details) is not dict:
+            return
+        self.left.notes.append((kind, details))
+        if kind != "step-ended":
+            return
+        skill = details.get("skill")
+        run = next((one for one in reversed(self.left.runs) if one.skill == skill), None)
+        if run is not None and run.ended is not None and run.failed is None:
+            run.role = str(details.get("role", "step"))
+            run.outcome = None if details.get("outcome") is None else str(details["outcome"])
+            run.failed = details.get("failed") is not False
+
+
+def event_in(line: Mapping[str, Any]) -> Event | None:
+    """What a line of the trace tells, None where it tells nothing."""
+    time, kind, text, details = (line.get(name) for name in ("time", "kind", "text", "details"))
+    seconds = _number(time)
+    if seconds is None or type(kind) is not str or type(text) is not str or type(details) is not dict:
+        return None
+    return Event(seconds, kind, text, details)
+
+
+def sample_in(line: Mapping[str, Any]) -> tuple[float, Mapping[str, Any]] | None:
+    """What a line of the samples tells, None where it tells nothing."""
+    time = _number(line.get("time"))
+    return None if time is None else (time, _inner(line, "state"))
+
+
+def _inner(details: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    found = details.get(name)
+    return found if type(found) is dict else {}
+
+
+def _is_triple(one: object) -> bool:
+    return type(one) is list and len(one) == 3
+
+
+def _number(value: object) -> float | None:
+    return float(value) if type(value) in (float, int) and isfinite(value) else None  # type: ignore[arg-type]
+
+
+def shortened(text: str, most: int) -> str:
+    """`text`, visible and at most so long."""
+    shown = safe(text)
+    return shown if len(shown) <= most else shown[: most - 1] + "…"

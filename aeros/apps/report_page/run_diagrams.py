@@ -1,0 +1,99 @@
+"""A run as drawings: its latest plan, and which skill followed which after what outcome, however often."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Sequence
+from itertools import islice, pairwise
+from textwrap import wrap
+from typing import Final
+
+from aeros.apps.drawings.drawing import Drawing, Edge, Node, Shape
+from aeros.apps.report_page.run_data import Left, Run, shortened, steps_of
+
+_MOST_SKILLS = 60
+_MOST_TEXT = 60
+
+
+def plan_drawing(left: Left) -> Drawing | None:
+    """The latest plan, part after part, and how each was left; None where there was none."""
+    plan = next((event for event in reversed(left.events) if event.kind == "plan"), None)
+    if plan is None:
+        return None
+    since = [run for run in left.runs if run.began >= plan.time]
+    parts = [
+        Node(f"p{number}", (*_wrapped(text), _LEFT.get(how, how)), _SHAPES[how])
+        for number, (text, how) in enumerate(islice(steps_of(plan, since), _MOST_SKILLS), 1)
+    ]
+    nodes = (Node("p0", (f"planned at {plan.time:.2f} s",), "start"), *parts)
+    return Drawing("the latest plan", nodes, tuple(Edge(one.id, other.id) for one, other in pairwise(nodes)))
+
+
+_SHAPES: Final[dict[str, Shape]] = {
+    "done": "goal",
+    "failed": "stuck",
+    "under way": "choice",
+    "to come": "step",
+}
+
+
+_LEFT: Final = {"to come": "not run", "under way": "not ended"}
+"""What it was to be, now that it is over."""
+
+
+def _wrapped(text: str) -> list[str]:
+    return wrap(shortened(text, 8 * _MOST_TEXT), _MOST_TEXT) or [""]
+
+
+def run_drawing(left: Left) -> Drawing:
+    """Each skill that ran once, so that a long run is no larger than a short one."""
+    tries: defaultdict[str, list[Run]] = defaultdict(list)
+    for run in left.runs:
+        tries[run.skill].append(run)
+    skills = list(tries)[:_MOST_SKILLS]
+    ids = {skill: f"n{number}" for number, skill in enumerate(skills, 1)}
+    counts: Counter[tuple[str, str, str, bool]] = Counter()
+    for run in left.runs:
+        before = run.after
+        source = "n0" if before is None else ids.get(before.skill)
+        if source is not None and run.skill in ids:
+            how = "" if before is None else shortened(before.how, _MOST_TEXT)
+            counts[source, ids[run.skill], how, before is not None and before.failed is True] += 1
+    last = max(left.runs, key=lambda run: run.ended or run.began, default=None)
+    ended, shape = _end(left)
+    counts["n0" if last is None else ids.get(last.skill, "n0"), "end", _how(last), _failed(last)] += 1
+    nodes = [Node("n0", (shortened(_instruction(left), _MOST_TEXT),), "start")]
+    nodes += [Node(ids[skill], tuple(_told(skill, tries[skill]))) for skill in skills]
+    return Drawing(
+        "what followed what",
+        (*nodes, Node("end", (ended,), shape)),
+        tuple(
+            Edge(source, target, f"{how} ×{count}" if how and count > 1 else how, failed)
+            for (source, target, how, failed), count in counts.items()
+        ),
+    )
+
+
+def _told(skill: str, tries: Sequence[Run]) -> list[str]:
+    failed = sum(_failed(run) for run in tries)
+    times = "once" if len(tries) == 1 else f"{len(tries)} times"
+    return [shortened(skill, _MOST_TEXT), times + (f", {failed} failed" if failed else "")]
+
+
+def _how(run: Run | None) -> str:
+    return "" if run is None else shortened(run.how, _MOST_TEXT)
+
+
+def _failed(run: Run | None) -> bool:
+    return run is not None and run.failed is True
+
+
+def _instruction(left: Left) -> str:
+    return next((str(one.get("instruction")) for kind, one in left.notes if kind == "routed"), "began")
+
+
+def _end(left: Left) -> tuple[str, Shape]:
+    for kind, details in reversed(left.notes):
+        if kind == "run-ended":
+            return ("goal reached", "goal") if details.get("reached") is True else ("not reached", "stuck")
+    return "no end is recorded", "stuck"

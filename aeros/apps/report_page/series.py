@@ -1,0 +1,252 @@
+"""What was measured or asked for over time, beside the bounds that the site's rules put on it meanwhile.
+
+A rule bounds a quantity while an action of a kind that it governs is under way; the bound is that of the
+latest decision's action, at what had been measured by then (`runtime.bounds`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from math import isfinite
+from typing import Any, Final, NamedTuple
+
+from aeros.apps.report_page.run_data import Decided, Left
+from aeros.runtime.monitor.rule_bounds import Bound, bounds_of
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import lower, scalar_variables
+from aeros.spec.expr.semantics import Value
+from aeros.spec.expr.types import EnumType, RealType
+from aeros.spec.expr.unparse import spell
+from aeros.spec.model.model import Declared, Site
+
+MOST_MOMENTS: Final = 4_000
+"""At how many moments bounds are worked out; of a longer run at every second, third … one."""
+
+
+class Limit(NamedTuple):
+    """A bound at a time, or None where nothing bounds the quantity from then on."""
+
+    time: float
+    value: float | None
+    rule: str
+
+
+@dataclass
+class Quantity:
+    """One number over time, SI.
+
+    is_asked: a parameter of what was decided, not measured; None in its points is where that was over.
+    """
+
+    name: str
+    unit: str
+    is_asked: bool
+    is_single: bool
+    points: list[tuple[float, float | None]] = field(default_factory=list)
+    upper: list[Limit] = field(default_factory=list)
+    lower: list[Limit] = field(default_factory=list)
+
+
+class Nearest(NamedTuple):
+    """The moment at which a quantity came nearest to, or went furthest past, what a rule allows."""
+
+    rule: str
+    quantity: str
+    unit: str
+    is_upper: bool
+    measured: float
+    bound: float
+    time: float
+
+    @property
+    def margin(self) -> float:
+        """Negative where the rule did not hold."""
+        return self.bound - self.measured if self.is_upper else self.measured - self.bound
+
+
+@dataclass
+class Series:
+    """Every quantity that was bounded at some time, and the nearest moment of each rule.
+
+    step: bounds were worked out at every so many moments.
+    """
+
+    quantities: dict[str, Quantity] = field(default_factory=dict)
+    nearest: dict[tuple[str, str], Nearest] = field(default_factory=dict)
+    step: int = 1
+
+
+_Moment = tuple[float, int, Any]
+"""Time, rank within it, and a sample, a decision, or the name of a skill that ended."""
+
+
+def series_of(left: Left, sites: Mapping[str, Site]) -> Series:
+    """What came near its bounds when.  `sites`: by digest, those that are at hand."""
+    moments: list[_Moment] = [(time, 0, state) for time, state in left.samples]
+    moments += [(one.time, 1, one) for one in left.decisions if one.verdict != "DENY"]
+    moments += [(one.ended, 2, one.skill) for one in left.runs if one.ended is not None]
+    moments.sort(key=lambda moment: moment[:2])
+    series = Series(step=1 + len(moments) // MOST_MOMENTS)
+    walk = _Walk(series, sites)
+    for number, (time, rank, what) in enumerate(moments):
+        match rank:
+            case 0:
+                walk.measure(time, what)
+            case 1:
+                walk.measure(time, what.state)
+                walk.begin(what)
+            case _:
+                walk.end(what)
+        if rank or number % series.step == 0:
+            walk.look(time)
+    return series
+
+
+class _Walk:
+    """Goes through the moments of a run, with what is measured and under way at each."""
+
+    def __init__(self, series: Series, sites: Mapping[str, Site]) -> None:
+        self._series = series
+        self._sites = sites
+        self._values: dict[str, Value] = {}
+        self._under_way: dict[str, tuple[Decided, Site]] = {}
+        self._terms: dict[tuple[str, str], list[tuple[str, t.Term]]] = {}
+        self._declared = {name: one for site in sites.values() for name, one in site.state.items()}
+
+    def measure(self, time: float, state: Mapping[str, Any]) -> None:
+        """What was measured by now; what is malformed is passed over."""
+        for name, told in state.items():
+            declared = self._declared.get(name)
+            if declared is None or type(told) is not list or len(told) != 2:
+                continue
+            for scalar, value in _scalars(declared, told[0]):
+                self._values[scalar] = value
+                if isinstance(value, Fraction):
+                    quantity = self._quantity(scalar, declared, is_asked=False)
+                    when = told[1] if type(told[1]) in (float, int) and isfinite(told[1]) else time
+                    if not quantity.points or quantity.points[-1][0] < when:
+                        quantity.points.append((when, float(value)))
+
+    def begin(self, one: Decided) -> None:
+        """From now on this action is under way, and nothing else of its skill."""
+        site = self._sites.get(one.site or "")
+        if site is not None and one.kind in site.kinds:
+            self._under_way[one.skill] = (one, site)
+
+    def end(self, skill: str) -> None:
+        """Nothing of this skill is under way any more."""
+        self._under_way.pop(skill, None)
+
+    def look(self, time: float) -> None:
+        """Put down every bound that there is now."""
+        found: dict[tuple[str, bool], Limit] = {}
+        for one, site in self._under_way.values():
+            for rule, bound in self._bounds(one, site):
+                self._put(time, one, site, rule, bound, found)
+        for quantity in self._series.quantities.values():
+            is_over = quantity.is_asked and not {(quantity.name, True), (quantity.name, False)} & found.keys()
+            if is_over and quantity.points[-1][1] is not None:
+                quantity.points.append((time, None))
+            for is_upper, limits in ((True, quantity.upper), (False, quantity.lower)):
+                limit = found.get((quantity.name, is_upper), Limit(time, None, ""))
+                if (limits or limit.value is not None) and (not limits or limits[-1][1:] != limit[1:]):
+                    limits.append(limit)
+
+    def _bounds(self, one: Decided, site: Site) -> Iterator[tuple[str, Bound]]:
+        kind = site.kinds[one.kind]
+        if (site.digest, kind.name) not in self._terms:
+            terms = [(rule.id, lower(rule.terms[kind.name])) for rule in site.rules_on(kind.name)]
+            self._terms[site.digest, kind.name] = terms
+        asked = {
+            scalar: value
+            for name, declared in kind.parameters.items()
+            for scalar, value in _scalars(declared, one.decided.get(name))
+        }
+        for rule, term in self._terms[site.digest, kind.name]:
+            for bound in bounds_of(term, self._values | asked):
+                yield rule, bound
+
+    def _put(
+        self,
+        time: float,
+        one: Decided,
+        site: Site,
+        rule: str,
+        bound: Bound,
+        found: dict[tuple[str, bool], Limit],
+    ) -> None:
+        variable = bound.variable
+        is_asked = variable.role is t.Role.PARAMETER
+        name = f"{one.kind}.{variable.name}" if is_asked else variable.name
+        measured = self._asked_for(one, site, variable) if is_asked else self._values[variable.name]
+        if not isinstance(measured, Fraction):
+            return
+        if is_asked:
+            declared = site.kinds[one.kind].parameters[variable.name.partition(".")[0]]
+            quantity = self._quantity(name, declared, is_asked=True)
+            if not quantity.points or quantity.points[-1][1] != float(measured):
+                quantity.points.append((time, float(measured)))
+        shown = abs(measured) if isinstance(bound.quantity, t.Absolute) else measured
+        self._note_nearest(rule, name, spell(bound.quantity), bound, float(shown), time)
+        if isinstance(bound.quantity, t.Variable):
+            limit, key = Limit(time, float(bound.value), rule), (name, bound.is_upper)
+            known = found.get(key)
+            if known is None or known.value is None or _is_tighter(bound, known.value):
+                found[key] = limit
+
+    def _note_nearest(
+        self, rule: str, name: str, spelt: str, bound: Bound, measured: float, time: float
+    ) -> None:
+        unit = self._series.quantities[name].unit
+        nearest = Nearest(rule, spelt, unit, bound.is_upper, measured, float(bound.value), time)
+        # Of the members of a family the nearest one stands for all.
+        key = (rule, name.partition("[")[0])
+        known = self._series.nearest.get(key)
+        if known is None or nearest.margin < known.margin:
+            self._series.nearest[key] = nearest
+
+    def _asked_for(self, one: Decided, site: Site, variable: t.Variable) -> Value | None:
+        name = variable.name.partition(".")[0]
+        parameters = site.kinds[one.kind].parameters
+        return dict(_scalars(parameters[name], one.decided.get(name))).get(variable.name)
+
+    def _quantity(self, name: str, declared: Declared, *, is_asked: bool) -> Quantity:
+        known = self._series.quantities.get(name)
+        if known is None:
+            variable = declared.variable
+            single = scalar_variables(variable) == (variable,)
+            type_ = scalar_variables(variable)[0].type
+            unit = str(type_.dimension) if isinstance(type_, RealType) else ""
+            known = Quantity(name, "" if unit == "1" else unit, is_asked, single)
+            self._series.quantities[name] = known
+        return known
+
+
+def _is_tighter(bound: Bound, known: float) -> bool:
+    return bound.value < known if bound.is_upper else bound.value > known
+
+
+def _scalars(declared: Declared, value: Any) -> Sequence[tuple[str, Value]]:
+    """The scalars of a value as it was recorded, exact; none where it has not the form."""
+    names = scalar_variables(declared.variable)
+    parts = value if type(value) is list else [value]
+    if len(parts) != len(names):
+        return ()
+    found: list[tuple[str, Value]] = []
+    for variable, part in zip(names, parts, strict=True):
+        match variable.type:
+            case RealType():
+                if type(part) not in (float, int) or not isfinite(part):
+                    return ()
+                found.append((variable.name, Fraction(part)))
+            case EnumType(members=members):
+                if part not in members:
+                    return ()
+                found.append((variable.name, part))
+            case _:
+                if type(part) is not bool:
+                    return ()
+                found.append((variable.name, part))
+    return found

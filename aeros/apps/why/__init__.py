@@ -1,0 +1,1 @@
+"""Causal explanations: from the record of a run to the reason for its end."""

@@ -1,0 +1,1 @@
+"""Commands for authors of modules and sites: verify, plan, graph, predict, compare, create."""

@@ -1,0 +1,112 @@
+"""`aeros diff`: what a change of modules or of a site newly allows and newly denies."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from typing import TYPE_CHECKING, Any
+
+from aeros.cli.arguments import add_command, existing_path, solver_budget
+from aeros.exit_codes import Exit
+from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
+from aeros.spec.diagnostics.codes import Severity
+from aeros.spec.diagnostics.render import render_all, render_json, safe
+from aeros.spec.difference.compare import Difference, compare, is_site
+from aeros.spec.difference.policy_change import Change, Relation
+from aeros.spec.text.discovery import reference_site
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_EXAMPLES = """\
+Each skill and action kind (of sites: each action kind) is compared over all states, parameters and
+inputs: is anything allowed now that was denied, is anything denied that was allowed?  The witnesses
+are replayed.  Neither side is verified: that is `aeros verify`.
+
+examples:
+  aeros diff released/wrap ecms/wrap                          two versions of a module
+  aeros diff released ecms --site cell.yaml                   two folders of modules, under a site
+  aeros diff cell.yaml cell_after_assessment.yaml             two versions of a site
+  aeros diff released ecms --fail-on newly-allowed            for a review: 1 if anything is newly allowed
+"""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = add_command(commands, "diff", __doc__, _EXAMPLES)
+    for name in ("old", "new"):
+        parser.add_argument(
+            name,
+            type=existing_path,
+            metavar=name.upper(),
+            help="a module, a folder of modules, or a site file",
+        )
+    parser.add_argument(
+        "--site",
+        type=existing_path,
+        help="the site under which modules are compared (default: the reference site, a Panda cell)",
+    )
+    parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
+    parser.add_argument(
+        "--fail-on", choices=("newly-allowed",), help="exit with 1 if anything is newly allowed"
+    )
+    parser.add_argument(
+        "--rlimit",
+        type=solver_budget,
+        default=DEFAULT_RLIMIT,
+        help="the solver's budget for one question, in z3 resource units (default: %(default)s)",
+    )
+    parser.set_defaults(command=_command)
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    old, new = arguments.old, arguments.new
+    if is_site(old) != is_site(new):
+        print("aeros: one of the two is a site file, the other holds modules", file=sys.stderr)
+        return Exit.USAGE
+    if is_site(old) and arguments.site is not None:
+        print("aeros: `--site` is for comparing modules; these are site files", file=sys.stderr)
+        return Exit.USAGE
+    difference = compare(old, new, arguments.site or reference_site(), arguments.rlimit)
+    if arguments.format == "json":
+        print(json.dumps(_as_json(difference), indent=1, ensure_ascii=True))
+    else:
+        print(_as_text(difference, colour=sys.stdout.isatty()))
+    if any(problem.severity is Severity.ERROR for problem in difference.problems):
+        return Exit.REJECTED
+    if arguments.fail_on and difference.allows_more:
+        return Exit.REJECTED
+    return Exit.UNDECIDED if difference.undecided else Exit.PROVED
+
+
+def _as_text(difference: Difference, *, colour: bool) -> str:
+    changed = [one for one in difference.changes if one.relation is not Relation.EQUAL]
+    told = [*difference.problems, *(diagnostic for one in changed for diagnostic in one.diagnostics)]
+    parts = [render_all(told, colour=colour)] if told else []
+    width = max((len(one.subject) for one in changed), default=0)
+    lines = [f"{safe(one.subject):{width}}  {one.relation.value}" for one in changed]
+    if difference.changes:
+        lines.append(
+            f"{len(difference.changes) - len(changed)} of {len(difference.changes)} subjects are equal"
+        )
+    return "\n".join([*parts, *lines])
+
+
+def _as_json(difference: Difference) -> dict[str, Any]:
+    return {
+        "schema": "aeros/difference/1",
+        "newly_allowed": difference.allows_more,
+        "undecided": difference.undecided,
+        "problems": [render_json(problem) for problem in difference.problems],
+        "changes": [_change_json(one) for one in difference.changes],
+    }
+
+
+def _change_json(change: Change) -> dict[str, Any]:
+    return {
+        "subject": change.subject,
+        "relation": change.relation.value,
+        "witnesses": {direction: witness.lines() for direction, witness in change.witnesses.items()},
+        "diagnostics": [render_json(diagnostic) for diagnostic in change.diagnostics],
+    }

@@ -1,0 +1,92 @@
+"""Requests that are allowed, made from the witnesses of the proof that no envelope is dead."""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import Any
+
+from aeros.runtime.gate.decision import Verdict
+from aeros.runtime.gate.port import Gate
+from aeros.runtime.gate.wire import decide_line, request_json
+from aeros.skill import Action
+from aeros.spec.expr.doubles import neighbours
+from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, VectorType
+from aeros.spec.model.model import Declared, Ecm, Site, Skill
+from aeros.spec.obligations.claim_id import ClaimForm
+from aeros.spec.verification.reports import Report
+
+_NOW = 10.0
+_ATTEMPTS = 200
+
+
+def example_requests(gate: Gate, site: Site, ecm: Ecm, skill: Skill, report: Report) -> Iterator[str]:
+    """For each action kind of the skill's envelope one request, as a line, that `gate` allows.
+
+    What the proof did not depend on has the middle of its range.  A witness is rational and a request
+    holds doubles, so where the witness lies on bounds, doubles on either side of it are tried.
+    """
+    witnesses = {
+        finding.obligation.id: finding.witness.values
+        for module in report.modules
+        for finding in module.findings
+        if finding.witness is not None
+    }
+    for kind in skill.envelope:
+        values = witnesses.get(ClaimForm.ENVELOPE_NOT_DEAD(skill.id, kind), {})
+        for attempt in range(_ATTEMPTS):
+            chance = random.Random(attempt)  # noqa: S311 - picks neighbours, guards nothing
+            line = json.dumps(_request(site, skill, kind, values, chance))
+            if decide_line(gate, ecm.id, skill.id, line.encode()).verdict is Verdict.ALLOW:
+                yield line
+                break
+
+
+def _request(site: Site, skill: Skill, kind: str, values: Any, chance: random.Random) -> dict[str, Any]:
+    parameters = site.kinds[kind].parameters
+    return request_json(
+        Action(kind, {name: _shown(one, values, chance) for name, one in parameters.items()}),
+        {name: _shown(one, values, chance) for name, one in site.observed.items()},
+        _NOW,
+        inputs={name: _shown(one, values, chance) for name, one in skill.inputs.items()},
+        usage={quota.id: 0 for quota in site.quotas},
+    )
+
+
+def _shown(declared: Declared, values: Any, chance: random.Random) -> Any:
+    value = values.get(declared.name, declared.default)
+    return _double(_middle(declared) if value is None else value, chance)
+
+
+def _middle(declared: Declared) -> Any:
+    low, high = declared.range or (Fraction(0), Fraction(0))
+    middle = (low + high) / 2
+    match declared.variable.type:
+        case IntegerType():
+            return Fraction(math.floor(middle))
+        case FamilyType(index=index, element=IntegerType()):
+            return (Fraction(math.floor(middle)),) * len(index.members)
+        case BoolType():
+            return False
+        case EnumType(members=members):
+            return members[0]
+        case VectorType():
+            return (middle,) * 3
+        case FamilyType(index=index, element=RealType()):
+            return (middle,) * len(index.members)
+        case FamilyType(index=index):
+            return (False,) * len(index.members)
+        case _:
+            return middle
+
+
+def _double(value: Any, chance: random.Random) -> Any:
+    """The value as a double; where none is exact, the one below or the one above it."""
+    if isinstance(value, tuple):
+        return [_double(part, chance) for part in value]
+    if not isinstance(value, Fraction):
+        return value
+    return chance.choice(neighbours(value))

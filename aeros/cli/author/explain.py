@@ -1,0 +1,67 @@
+"""`aeros explain`: what a diagnostic code means, why it matters on a robot, and how to repair it."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from aeros.cli.arguments import add_command
+from aeros.exit_codes import Exit
+from aeros.spec.diagnostics.codes import CODES, did_you_mean
+from aeros.spec.diagnostics.render import safe
+
+if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
+
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_EXAMPLES = """\
+examples:
+  aeros explain AE501                 the page of one code
+  aeros explain invariant-violated    likewise, by its name
+  aeros explain                       all codes by group
+"""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = add_command(commands, "explain", __doc__, _EXAMPLES)
+    parser.add_argument("code", nargs="?", metavar="CODE", help="a code or its name; all codes if absent")
+    parser.set_defaults(command=_command)
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    if arguments.code is None:
+        print(codes_by_group())
+        return Exit.PROVED
+    asked = arguments.code.strip()
+    slugs = {code.slug: code.id for code in CODES.values()}
+    found = asked.upper() if asked.upper() in CODES else slugs.get(asked.lower())
+    if found is None:
+        near = did_you_mean(asked.upper().replace("O", "0").replace("I", "1"), CODES) or did_you_mean(
+            asked.lower(), slugs
+        )
+        hint = f"; did you mean `{near}`?" if near else "; `aeros explain` lists all codes"
+        print(f"aeros: there is no code `{safe(asked)}`{hint}", file=sys.stderr)
+        return Exit.USAGE
+    print((pages() / f"{found}.md").read_text(encoding="utf-8"), end="")
+    return Exit.PROVED
+
+
+def codes_by_group() -> str:
+    """Every code with what it says, under its group."""
+    rows: list[str] = []
+    for group in dict.fromkeys(code.group for code in CODES.values()):
+        rows += ["", group] if rows else [group]
+        rows += [f"  {one.id}  {one.slug:24}  {one.summary}" for one in CODES.values() if one.group == group]
+    return "\n".join(rows)
+
+
+def pages() -> Traversable:
+    """The folder of the pages: inside an installed package, or in the repository that it runs from."""
+    package = resources.files("aeros")
+    installed = package / "docs" / "codes"
+    return installed if installed.is_dir() else Path(str(package)).parent / "docs" / "codes"

@@ -1,0 +1,143 @@
+"""`aeros graph`: draws a task's planning rules, everything its closed loop can come to, or a composition."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from aeros.apps.drawings.composition import composition_drawing
+from aeros.apps.drawings.drawing import Drawing, Edge, Node, dot, mermaid, svg
+from aeros.cli.arguments import add_command, existing_path
+from aeros.cli.author.module_argument import named, read_module
+from aeros.exit_codes import Exit
+from aeros.spec.closed_loop.reachability import Exploration, explore
+from aeros.spec.closed_loop.transition_system import Node as LoopNode
+from aeros.spec.closed_loop.transition_system import NotExploredError
+from aeros.spec.model.model import Ecm, PlanningRule, Task
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+LARGEST = 400
+"""Nodes of a drawing at most; more than that nobody reads."""
+
+_FORMATS = {"mermaid": mermaid, "dot": dot, "svg": svg}
+_EXAMPLES = """\
+rules: the planning rules in order, each with what it is left out for, its retries and its recovery.
+closed-loop: the states that the agent may measure when it plans or runs a step, and every declared
+outcome between them, as `aeros verify` explores them.  Dashed: a failure.
+composition: steps and handlers with the outcomes that lead from one to the next, conditions, and
+where parallel branches part and meet.
+
+examples:
+  aeros graph ecms/make_dumplings                                     for a Markdown page
+  aeros graph ecms/make_dumplings --format svg > rules.svg
+  aeros graph ecms/make_dumplings --what closed-loop --format dot | dot -Tpdf > loop.pdf
+  aeros graph ecms/fetch_object --what composition
+"""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = add_command(commands, "graph", __doc__, _EXAMPLES)
+    parser.add_argument("module", type=existing_path, metavar="MODULE", help="the module")
+    parser.add_argument("--task", help="the task (default: the module's first)")
+    parser.add_argument("--composition", help="the composition (default: the module's first)")
+    parser.add_argument(
+        "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
+    )
+    parser.add_argument(
+        "--what", choices=("rules", "closed-loop", "composition"), default="rules", help="default: rules"
+    )
+    parser.add_argument("--format", choices=tuple(_FORMATS), default="mermaid", help="default: mermaid")
+    parser.set_defaults(command=_command)
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    ecm, site = read_module(arguments.module, arguments.site)
+    if arguments.what == "composition":
+        composition = named(ecm, "composition", ecm.compositions, arguments.composition)
+        drawing = composition_drawing(ecm, composition)
+    else:
+        task = named(ecm, "task", ecm.tasks, arguments.task)
+        drawing = rules_drawing(ecm, task)
+        if arguments.what == "closed-loop":
+            try:
+                drawing = closed_loop_drawing(ecm, explore(ecm, task, site))
+            except NotExploredError as why:
+                print(f"aeros: the closed loop of `{task.id}` cannot be drawn: {why}", file=sys.stderr)
+                return Exit.REJECTED
+    print(_FORMATS[arguments.format](drawing), end="")
+    return Exit.PROVED
+
+
+def rules_drawing(ecm: Ecm, task: Task) -> Drawing:
+    """The rules in the order in which the planner reads them, from start to goal."""
+    nodes = [Node("start", (task.id,), "start")]
+    edges = []
+    for index, rule in enumerate(task.rules):
+        step = f"step{index}"
+        nodes.append(Node(step, (f"{index + 1}. {rule.skill}", *_told(rule))))
+        edges.append(Edge("start" if index == 0 else f"step{index - 1}", step))
+        if rule.on_failure is not None:
+            recovery = f"recovery{index}"
+            nodes.append(Node(recovery, (rule.on_failure,), "state"))
+            edges.append(Edge(step, recovery, "on failure", dashed=True))
+            edges.append(Edge(recovery, step, "try again", dashed=True))
+        elif rule.retry:
+            edges.append(Edge(step, step, "try again", dashed=True))
+    nodes.append(Node("goal", (f"goal: {task.goal_text}",), "goal"))
+    edges.append(Edge(f"step{len(task.rules) - 1}", "goal"))
+    return Drawing(f"{ecm.id}: planning rules of {task.id}", tuple(nodes), tuple(edges))
+
+
+def _told(rule: PlanningRule) -> Iterator[str]:
+    yield f"unless {rule.text}"
+    if rule.retry:
+        yield f"at most {rule.retry + 1} tries"
+
+
+def closed_loop_drawing(ecm: Ecm, explored: Exploration) -> Drawing:
+    """Every node at which the loop plans, tries or recovers, and what leads from one to another.
+
+    Raises `NotExploredError` where there are more than `LARGEST`.
+    """
+    if len(explored.graph) > LARGEST:
+        raise NotExploredError(f"it has {len(explored.graph)} nodes, and nobody reads more than {LARGEST}")
+    names = {node: f"n{index}" for index, node in enumerate(explored.graph)}
+    stuck = set(explored.without_way_to_goal())
+    nodes, edges = [], []
+    for node, name in names.items():
+        nodes.append(_loop_node(explored, node, name, stuck=node in stuck))
+        for move in explored.system.moves(node):
+            failed = move.role in ("step", "retry") and move.target.phase in ("plan", "recover")
+            edges.append(Edge(name, names[move.target], move.said, dashed=failed))
+    return Drawing(
+        f"{ecm.id}: closed loop of {explored.system.task.id}", tuple(nodes), tuple(dict.fromkeys(edges))
+    )
+
+
+def _loop_node(explored: Exploration, node: LoopNode, name: str, *, stuck: bool) -> Node:
+    task = explored.system.task
+    if node.phase == "reached":
+        return Node(name, (f"goal: {task.goal_text}", *_measured(explored, node)), "goal")
+    doing: str = node.phase
+    if node.remaining:
+        rule = task.rules[node.remaining[0]]
+        recovery = rule.on_failure or "trying again"
+        doing = f"try {rule.skill}" if node.phase == "try" else f"recover by {recovery}"
+        doing += f" (try {node.tries + 1})" if node.tries else ""
+    elif node.phase == "try":
+        doing = "plan exhausted"
+    lines = (doing, *_measured(explored, node))
+    if stuck or node.phase == "rejected":
+        return Node(name, lines, "stuck")
+    return Node(name, lines, "state" if node in explored.came_from else "start")
+
+
+def _measured(explored: Exploration, node: LoopNode) -> list[str]:
+    """What holds in the state of `node`; what it does not name is false."""
+    values = zip(explored.system.names, node.state, strict=True)
+    return [name if value is True else f"{name} = {value}" for name, value in values if value is not False]

@@ -1,0 +1,195 @@
+"""`aeros new`: starts a module for its author, one that is proved and runs as it stands."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import re
+import shlex
+import sys
+import tempfile
+from importlib import resources
+from pathlib import Path
+from string import Template
+from typing import TYPE_CHECKING, Final
+
+from packaging.version import Version
+
+import aeros
+from aeros.cli.arguments import add_command, existing_path
+from aeros.exit_codes import Exit
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.render import safe
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.model import Site
+from aeros.spec.text.discovery import MANIFEST, reference_site
+from aeros.spec.text.fields import PATTERNS
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_EXAMPLES = """\
+The module picks up a piece of clutter.  Its folder holds ecm.yaml, which declares it, and skills.py;
+beside the folder stands test_NAME.py.  docs/tutorial.md goes on from there.
+
+examples:
+  aeros new ecm tidy                          the folder tidy/ and test_tidy.py, here
+  aeros new ecm tidy --in ecms                in a folder of modules
+  aeros new ecm tidy --task "pick up"         then: aeros run "pick up" --ecms tidy --plant symbolic
+  aeros new ecm tidy --site cell.yaml         for a site of your own
+"""
+
+_RESERVED: Final = frozenset({"aeros", "null"})
+"""Names that no module may have, whatever the site: ours, and what YAML takes for nothing."""
+
+_WORDS: Final = re.compile(r"[^\W_][\w-]*( [\w-]+)*")
+"""What routes an instruction: words with single blanks between them."""
+
+_LONGEST: Final = 60
+"""The most characters of a name or of the words; file systems stop at about 250 bytes."""
+
+
+class _RefusedError(Exception):
+    """Nothing was made; the message says why and what to do."""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = add_command(commands, "new", __doc__, _EXAMPLES)
+    parser.add_argument("what", choices=("ecm",), help="what to start: a capability module")
+    parser.add_argument("name", type=_name, metavar="NAME", help="its name and that of its folder")
+    parser.add_argument(
+        "--in", dest="place", type=existing_path, default=Path(), metavar="FOLDER", help="default: here"
+    )
+    parser.add_argument(
+        "--site", type=existing_path, help="the site it is for (default: the reference site, a Panda cell)"
+    )
+    parser.add_argument(
+        "--task", type=_task, metavar="WORDS", help="the words that ask for its task (default: NAME)"
+    )
+    parser.set_defaults(command=_command)
+
+
+def _name(text: str) -> str:
+    form = PATTERNS["identifier"]
+    if not form.regex.fullmatch(text):
+        near = re.sub(r"[^a-z0-9_]+", "_", text.lower()).strip("_0123456789")
+        hint = f", or `{near}`" if form.regex.fullmatch(near) else ""
+        raise argparse.ArgumentTypeError(
+            f"`{safe(text)}` is no module name: write {form.words}, as in `{form.example}`{hint}"
+        )
+    if len(text) > _LONGEST:
+        raise argparse.ArgumentTypeError(f"a module name has at most {_LONGEST} characters")
+    if text in _RESERVED:
+        raise argparse.ArgumentTypeError(f"`{text}` is reserved; choose another name")
+    return text
+
+
+def _task(text: str) -> str:
+    if not _WORDS.fullmatch(text) or len(text) > _LONGEST:
+        raise argparse.ArgumentTypeError(
+            f"`{safe(text)}` cannot ask for a task: write words of letters, digits, `-` and `_`, "
+            f'one blank between them and at most {_LONGEST} characters, as in "pick up"'
+        )
+    return text
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    name, place, words = arguments.name, arguments.place, arguments.task or arguments.name
+    sink = Diagnostics()
+    site = load_site(arguments.site or reference_site(), sink)
+    sink.raise_if_errors()
+    if site is None:
+        return Exit.REJECTED
+    try:
+        _refuse_name(name, site)
+        for path in (place / name, place / f"test_{name}.py"):
+            _refuse_existing(path)
+        _make(name, place, _files(name, words, place, arguments.site), site)
+    except OSError as error:
+        print(
+            f"aeros: cannot write to `{place}`: {error.strerror}; choose another with --in", file=sys.stderr
+        )
+        return Exit.REJECTED
+    except _RefusedError as refusal:
+        print(f"aeros: {refusal}", file=sys.stderr)
+        return Exit.REJECTED
+    print(_next_steps(name, words, place, arguments.site))
+    return Exit.PROVED
+
+
+def _refuse_name(name: str, site: Site) -> None:
+    """A policy that speaks of `name` means another module: a new one must not inherit its grants."""
+    if name in site.grants or any(block.module == name for block in site.blocks):
+        raise _RefusedError(
+            f"the policy of `{site.id}` already speaks of a module `{name}`; choose another name"
+        )
+
+
+def _refuse_existing(path: Path) -> None:
+    if os.path.lexists(path):
+        raise _RefusedError(f"`{path}` is there already; choose another name, or another place with --in")
+
+
+def _files(name: str, words: str, place: Path, site: Path | None) -> dict[str, str]:
+    """The text of each file by its path in `place`."""
+    version = Version(aeros.__version__)
+    given = {
+        "name": name,
+        "words": words,
+        "runtime": f">={version.major}.{version.minor},<{version.major}.{version.minor + 1}",
+        "site_arguments": "" if site is None else f', "--site", str(HERE / {json.dumps(_way(place, site))})',
+    }
+    names = {MANIFEST: f"{name}/{MANIFEST}", "skills.py": f"{name}/skills.py", "test.py": f"test_{name}.py"}
+    templates = resources.files("aeros") / "templates" / "ecm"
+    return {
+        path: Template((templates / f"{template}.template").read_text(encoding="utf-8")).substitute(given)
+        for template, path in names.items()
+    }
+
+
+def _way(place: Path, site: Path) -> str:
+    """From the folder `place` to the file `site`."""
+    return os.path.relpath(site.resolve(), place.resolve())
+
+
+def _make(name: str, place: Path, files: dict[str, str], site: Site) -> None:
+    """Write `files` into `place`, all or none, if `site` has what they speak of."""
+    with tempfile.TemporaryDirectory(prefix=".aeros-new-", dir=place) as stage:
+        staged = Path(stage)
+        (staged / name).mkdir()
+        for path, text in files.items():
+            (staged / path).write_text(text, encoding="utf-8")
+        _refuse_unfit(staged / name, site)
+        (staged / name).rename(place / name)
+        (staged / f"test_{name}.py").rename(place / f"test_{name}.py")
+
+
+def _refuse_unfit(folder: Path, site: Site) -> None:
+    """A site need not have the vocabulary that the templates speak of; says what it lacks."""
+    sink = Diagnostics()
+    load_ecm(folder, site, sink)
+    lacking = dict.fromkeys(safe(problem.headline) for problem in sink)
+    if lacking:
+        raise _RefusedError(
+            f"`{site.id}` lacks what the module would speak of:\n"
+            + "".join(f"  {headline}\n" for headline in lacking)
+            + "start from the reference site and change the module's words to those of yours"
+        )
+
+
+def _next_steps(name: str, words: str, place: Path, site: Path | None) -> str:
+    module = shlex.quote(str(place / name))
+    under = "" if site is None else f" --site {shlex.quote(str(site))}"
+    return "\n".join(
+        (
+            f"{place / name / MANIFEST}: what it may do",
+            f"{place / name / 'skills.py'}: how it does it",
+            f"{place / f'test_{name}.py'}: its tests",
+            "",
+            "next:",
+            f"  aeros verify {module}{under}",
+            f"  aeros run {shlex.quote(words)} --ecms {module} --plant symbolic{under}",
+        )
+    )

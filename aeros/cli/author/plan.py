@@ -1,0 +1,279 @@
+"""`aeros plan`: the shortest plan for a goal that no declared outcome leads astray, or why there is none."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from aeros.agent.planning.plan_json import form_of
+from aeros.agent.planning.routing import RoutingError, route
+from aeros.agent.planning.smt import why_not
+from aeros.agent.planning.strategy_to_graph import task_graph
+from aeros.agent.planning.task_graph import verify_plan
+from aeros.agent.world.values import exact, plain
+from aeros.apps.goal import goal_of, value_of
+from aeros.cli.arguments import UsageError, add_command, existing_path
+from aeros.exit_codes import Exit
+from aeros.runtime.registry.registry import Registry
+from aeros.sim.symbolic.state import initial_values
+from aeros.spec.closed_loop.invocation import State
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.errors import InternalError
+from aeros.spec.diagnostics.render import safe
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.expr.doubles import as_doubles
+from aeros.spec.expr.semantics import Value
+from aeros.spec.model.model import Clause, Ecm, Site, Task
+from aeros.spec.planning.domain import Domain, domain_for
+from aeros.spec.planning.pddl import as_pddl
+from aeros.spec.planning.plan_check import UnreadablePlanError, problems_of, read_plan
+from aeros.spec.planning.search_result import NotDecidedError
+from aeros.spec.planning.strong_cyclic import Strategy
+from aeros.spec.text.discovery import module_folders, reference_site
+from aeros.spec.text.files import read_source
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+SCHEMA = "aeros/plan/1"
+CHECK_SCHEMA = "aeros/plan-check/1"
+
+_EXAMPLES = """\
+Planning rules are not looked at: preconditions and outcomes of the skills of all modules are, as in
+`aeros run --planner smt`.  While every outcome is a declared one, what is planned never comes to a state
+from which the goal cannot be reached; among such plans it is the shortest.  It starts where the
+symbolic plant does: from the task's `initial`, or from harmless values where no instruction is given.
+
+examples:
+  aeros plan "make dumplings"
+  aeros plan "make dumplings" --start dough_on_workspace=true --start filling_on_workspace=true
+  aeros plan "clean the table" --start wiping_area_clear=unknown
+  aeros plan --goal "object_grasped and not object_delivered" --format json
+  aeros plan "make dumplings" --pddl pddl/
+  aeros plan check dumplings.plan "make dumplings"       accept a plan from elsewhere, or say what is wrong
+
+A plan from elsewhere is as classical planners write them: one `(module.skill)` a line, or action of the PDDL.
+"""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = add_command(commands, "plan", __doc__, _EXAMPLES)
+    parser.usage = "aeros plan [INSTRUCTION] [options]\n       aeros plan check FILE [INSTRUCTION] [options]"
+    parser.add_argument(
+        "words",
+        nargs="*",
+        metavar="INSTRUCTION",
+        help='whose task to plan, as in "make dumplings"; after `check FILE`, whose task that plan is for',
+    )
+    parser.add_argument("--goal", metavar="EXPR", help="plan for this condition, not for the task's goal")
+    parser.add_argument(
+        "--start",
+        type=_setting,
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="start where this is measured, or `unknown`; may be repeated",
+    )
+    parser.add_argument("--ecms", type=existing_path, help="the modules (default: as of `aeros run`)")
+    parser.add_argument("--site", type=existing_path, help="the site file (default: as of `aeros run`)")
+    parser.add_argument(
+        "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
+    )
+    parser.add_argument(
+        "--pddl",
+        type=Path,
+        metavar="FOLDER",
+        help="write domain.pddl and problem.pddl for a classical planner, and make no plan",
+    )
+    parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
+    parser.set_defaults(command=_command)
+
+
+def _setting(text: str) -> tuple[str, str]:
+    name, sign, value = text.partition("=")
+    if not sign or not name.strip() or not value.strip():
+        raise argparse.ArgumentTypeError("expected NAME=VALUE, as in `door_open=true`")
+    return name.strip(), value.strip()
+
+
+def _asked(words: list[str]) -> tuple[Path | None, str | None]:
+    """The plan to be judged, if one is, and the instruction, if there is one."""
+    check = None
+    if words[:1] == ["check"] and len(words) > 1:
+        try:
+            check = existing_path(words[1])
+        except argparse.ArgumentTypeError as error:
+            raise UsageError(f"the plan to check: {error}") from error
+        words = words[2:]
+    if len(words) > 1:
+        raise UsageError(f'an instruction is one argument: "{safe(" ".join(words))}"')
+    return check, words[0] if words else None
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    check, instruction = _asked(arguments.words)
+    if instruction is None and arguments.goal is None:
+        raise UsageError("there is nothing to plan for: give an instruction, or --goal")
+    if check is not None and arguments.pddl is not None:
+        raise UsageError("a plan is judged, or a problem is written: `check` does not go with --pddl")
+    site, modules, others = _loaded(arguments)
+    task: Task | None = None
+    if instruction is not None:
+        try:
+            task = route(instruction, modules, others).task
+        except RoutingError as refusal:
+            print(f"aeros: {refusal}", file=sys.stderr)
+            return Exit.REJECTED
+    goal = goal_of(arguments.goal, site) if arguments.goal is not None else _own_goal(task)
+    known = _start(site, task, dict(arguments.start))
+    steps = None if check is None else _steps(check)
+    also = {step.partition(" ")[0].casefold() for step in steps or ()}
+    kept = () if task is None else task.invariants
+    domain = domain_for(modules, site, known, goal.term, kept, also=also)
+    start = domain.state(known)
+    if arguments.pddl is not None:
+        return _exported(arguments.pddl, domain, start)
+    if steps is not None:
+        return _checked(Strategy(domain), start, steps, arguments.format)
+    found: dict[str, Any] = {
+        "schema": SCHEMA,
+        "goal": goal.text,
+        "start": {name: plain(value) for name, value in zip(domain.names, start, strict=True)},
+        "plan": None,
+        "steps_at_least": None,
+        "states": None,
+        "reason": None,
+        "left_out": dict(domain.left_out),
+    }
+    strategy = Strategy(domain)
+    code = Exit.PROVED
+    try:
+        if strategy.solves(start):
+            graph = task_graph(strategy, start, site.limits.retries)
+            if graph.parts and (problems := verify_plan(graph, modules, site)):
+                raise InternalError("; ".join(problems))
+            found["plan"] = form_of(graph)
+            found["steps_at_least"] = strategy.steps_from(start)
+            found["states"] = len(strategy.states_from(start))
+        else:
+            code, found["reason"] = Exit.REJECTED, why_not(strategy)
+    except NotDecidedError as why:
+        code, found["reason"] = Exit.UNDECIDED, str(why)
+    print(json.dumps(found, indent=1) if arguments.format == "json" else _as_text(found))
+    return code
+
+
+def _steps(path: Path) -> tuple[str, ...]:
+    try:
+        return read_plan(read_source(path).text)
+    except UnreadablePlanError as why:
+        raise UsageError(f"`{path}` is no plan: {why}") from why
+
+
+def _exported(folder: Path, domain: Domain, start: State) -> Exit:
+    files = dict(zip(("domain.pddl", "problem.pddl"), as_pddl(domain, start), strict=True))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in files.items():
+            (folder / name).write_text(text, encoding="utf-8")
+    except OSError as error:
+        print(f"aeros: cannot write to `{folder}`: {error.strerror}", file=sys.stderr)
+        return Exit.REJECTED
+    print(f"written  {', '.join(str(folder / name) for name in files)}")
+    return Exit.PROVED
+
+
+def _checked(strategy: Strategy, start: State, steps: tuple[str, ...], form: str) -> Exit:
+    try:
+        problems = problems_of(strategy, start, steps)
+    except NotDecidedError as why:
+        print(f"aeros: undecided: {why}", file=sys.stderr)
+        return Exit.UNDECIDED
+    if form == "json":
+        found = {"schema": CHECK_SCHEMA, "steps": steps, "accepted": not problems, "problems": problems}
+        print(json.dumps(found, indent=1))
+    else:
+        accepted = f"accepted  {len(steps)} steps; whatever declared outcomes come, the goal stays reachable"
+        print("\n".join([f"rejected  {safe(text)}" for text in problems] or [accepted]))
+    return Exit.REJECTED if problems else Exit.PROVED
+
+
+def _loaded(
+    arguments: argparse.Namespace,
+) -> tuple[Site, Mapping[str, Ecm], Callable[[], Mapping[str, Ecm]]]:
+    """The site, the modules to plan with and those that are there and not active.
+
+    On a robot, what is in force; or what the arguments name, which is read and not proved.
+    """
+    registry = Registry(arguments.state)
+    if arguments.ecms is None and arguments.site is None and registry.exists:
+        configuration, _ = registry.configuration()
+        return configuration.site, configuration.modules, registry.inactive
+    sink = Diagnostics()
+    site = load_site(arguments.site or reference_site(), sink)
+    folders = [] if site is None else module_folders(arguments.ecms or Path("ecms"), sink)
+    loaded = [load_ecm(one, site, sink) for one in folders if site is not None]
+    sink.raise_if_errors()
+    if site is None:
+        raise InternalError("a site that was not read was not reported")
+    return site, {one.ecm.id: one.ecm for one in loaded if one is not None}, dict[str, Ecm]
+
+
+def _own_goal(task: Task | None) -> Clause:
+    if task is None:
+        raise InternalError("there is neither a task nor a goal")
+    return Clause(task.goal, task.goal_text, task.span)
+
+
+def _start(site: Site, task: Task | None, given: Mapping[str, str]) -> dict[str, Value]:
+    """What is known at the start, by name."""
+    initial = {} if task is None else as_doubles(task.initial)
+    known = {name: exact(site.state[name], value) for name, value in initial_values(site, initial).items()}
+    for name, text in given.items():
+        value = value_of(name, text, site)
+        if value is None:
+            known.pop(name)
+        else:
+            known[name] = exact(site.state[name], value)
+    return known
+
+
+def _as_text(found: Mapping[str, Any]) -> str:
+    start = ", ".join(f"{name} = {_written(value)}" for name, value in found["start"].items())
+    lines = [f"goal   {found['goal']}", f"start  {start}" if start else "start  as measured"]
+    if found["reason"] is not None:
+        lines.append(f"none   {found['reason']}")
+    elif not found["plan"]:
+        lines.append("plan   nothing to do: the goal holds")
+    else:
+        lines += ["plan", *_listed(found["plan"], "  ")]
+        lines.append(
+            f"proved the goal can be reached from each of the {found['states']} states that declared "
+            f"outcomes may lead to; the shortest way has {found['steps_at_least']} step"
+            + ("" if found["steps_at_least"] == 1 else "s")
+        )
+    return "\n".join(map(safe, lines))
+
+
+def _listed(parts: list[dict[str, Any]], margin: str) -> Iterator[str]:
+    for part in parts:
+        if "if" in part:
+            yield f"{margin}if {part['if']}"
+            yield from _listed(part["then"], f"{margin}  ")
+            if part["else"]:
+                yield f"{margin}else"
+                yield from _listed(part["else"], f"{margin}  ")
+            continue
+        given = ", ".join(f"{name} = {_written(value)}" for name, value in part["inputs"].items())
+        tried = f", tried {part['retry'] + 1} times at most" if part["retry"] else ""
+        cure = f", {part['on_failure']} between tries" if part["on_failure"] else ""
+        yield f"{margin}{part['skill']}" + (f"({given})" if given else "") + tried + cure
+
+
+def _written(value: Any) -> str:
+    return "unknown" if value is None else json.dumps(value)

@@ -1,0 +1,183 @@
+"""`aeros predict`: how likely a task succeeds and how much work it takes, exactly, from its manifest."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+from collections.abc import Iterable
+from dataclasses import asdict, replace
+from decimal import Decimal
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from aeros.cli.arguments import UsageError, add_command, existing_path
+from aeros.cli.author.module_argument import named, read_module
+from aeros.exit_codes import Exit
+from aeros.sim.symbolic.state import initial_values
+from aeros.spec.closed_loop.markov_chain import predict
+from aeros.spec.closed_loop.outcome_probabilities import with_retries, with_skill_probabilities
+from aeros.spec.closed_loop.transition_system import NotExploredError, TransitionSystem
+from aeros.spec.diagnostics.codes import Diagnostic, Label
+from aeros.spec.diagnostics.errors import MisuseError, UserError
+from aeros.spec.diagnostics.render import safe
+from aeros.spec.expr.doubles import as_doubles
+from aeros.spec.model.model import Ecm, Site, Task
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+SCHEMA = "aeros/prediction/1"
+
+_LABELS = {
+    "success": "success probability",
+    "failure": "failure probability",
+    "invocations": "expected invocations",
+    "retries": "  of these, retries",
+    "recoveries": "  of these, recoveries",
+    "replans": "expected re-plans",
+}
+
+_EXAMPLES = """\
+Nothing is sampled: the agent's loop with its retries, recoveries and re-plans is a Markov chain over
+the declared outcomes, and it is solved in fractions.  A run starts where the symbolic plant does: from
+the task's `initial`, everything else false.  With --set the other outcomes of the skill share what is
+left in the proportions that they have.  Nothing is proved here; that is `aeros verify`.
+
+examples:
+  aeros predict ecms/make_dumplings                                as declared, with the site's re-plans
+  aeros predict ecms/make_dumplings --set wrap.wrapped=70%         wrapping fails in 30 % of all tries
+  aeros predict ecms/clean_table --set wipe.streaky=0.4 --retry wipe=3 --replans 0
+  aeros predict ecms/fetch_object --set grasp.grasped=13/20 --format json
+"""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = add_command(commands, "predict", __doc__, _EXAMPLES)
+    parser.add_argument("module", type=existing_path, metavar="MODULE", help="the folder of a module")
+    parser.add_argument("--task", help="one of its tasks (default: all)")
+    parser.add_argument(
+        "--set",
+        type=_probability,
+        action="append",
+        default=[],
+        metavar="SKILL.OUTCOME=P",
+        help="another probability: a decimal, a fraction or a percentage; may be repeated",
+    )
+    parser.add_argument("--replans", type=_count, metavar="N", help="at most so many (default: the site's)")
+    parser.add_argument(
+        "--retry",
+        type=_retry,
+        action="append",
+        default=[],
+        metavar="SKILL=N",
+        help="another retry budget of the steps that run this skill; may be repeated",
+    )
+    parser.add_argument(
+        "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
+    )
+    parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
+    parser.set_defaults(command=_command)
+
+
+def _probability(text: str) -> tuple[str, str, Fraction]:
+    form = r"(\w+)\.(\w+)=(\d{1,9}(?:\.\d{1,9})?)(?:/(0*[1-9]\d{0,8})|(%))?"
+    found = re.fullmatch(form, text, re.ASCII)
+    if found is None:
+        raise argparse.ArgumentTypeError(
+            "expected SKILL.OUTCOME=P, as in `wrap.wrapped=0.7`, `7/10` or `70%`"
+        )
+    value = Fraction(found[3]) / (100 if found[5] else int(found[4] or 1))
+    if value > 1:
+        raise argparse.ArgumentTypeError(f"`{text}`: a probability is at most 1")
+    return found[1], found[2], value
+
+
+def _retry(text: str) -> tuple[str, int]:
+    skill, _, number = text.partition("=")
+    if not skill or not _is_count(number):
+        raise argparse.ArgumentTypeError("expected SKILL=N, as in `wrap=3`")
+    return skill, int(number)
+
+
+def _count(text: str) -> int:
+    if not _is_count(text):
+        raise argparse.ArgumentTypeError("expected a whole number from 0 to 9999")
+    return int(text)
+
+
+def _is_count(text: str) -> bool:
+    return re.fullmatch(r"\d{1,4}", text, re.ASCII) is not None
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    found, site = read_module(arguments.module, arguments.site)
+    chosen = (
+        found.tasks.values()
+        if arguments.task is None
+        else [named(found, "task", found.tasks, arguments.task)]
+    )
+    for skill, retries in arguments.retry:
+        if retries > site.limits.retries:
+            raise UsageError(f"`--retry {skill}={retries}`: {site.id} allows at most {site.limits.retries}")
+    try:
+        ecm, tasks = _changed(found, chosen, arguments)
+    except MisuseError as error:
+        raise UsageError(str(error)) from error
+    replans = site.limits.replans if arguments.replans is None else arguments.replans
+    predictions = [_predicted(ecm, task, site, replans) for task in tasks]
+    if arguments.format == "json":
+        print(json.dumps({"schema": SCHEMA, "predictions": predictions}, indent=1))
+    else:
+        print("\n\n".join(_as_text(one) for one in predictions))
+    return Exit.PROVED
+
+
+def _changed(ecm: Ecm, tasks: Iterable[Task], arguments: argparse.Namespace) -> tuple[Ecm, list[Task]]:
+    """The module and `tasks` of it, as --set and --retry want them."""
+    chances: dict[str, dict[str, Fraction]] = {}
+    for skill, outcome, value in arguments.set:
+        chances.setdefault(skill, {})[outcome] = value
+    return with_skill_probabilities(ecm, chances), [with_retries(one, dict(arguments.retry)) for one in tasks]
+
+
+def _predicted(ecm: Ecm, task: Task, site: Site, replans: int) -> dict[str, Any]:
+    """The prediction for JSON."""
+    try:
+        system = TransitionSystem(ecm, replace(task, invariants=()), site)
+        values = initial_values(site, as_doubles(task.initial))
+        start = tuple(values[name] for name in system.names)
+        prediction = predict(system, start, replans)
+    except NotExploredError as why:
+        headline = f"nothing can be predicted of `{task.id}`: {why}"
+        raise UserError([Diagnostic("AE803", headline, Label(task.span))]) from why
+    return {
+        "module": ecm.id,
+        "task": task.id,
+        "site": site.id,
+        "replans_at_most": replans,
+        "start": dict(zip(system.names, start, strict=True)),
+        "failure": _number(1 - prediction.success),
+        **{name: _number(value) for name, value in asdict(prediction).items()},
+    }
+
+
+def _number(value: Fraction) -> dict[str, Any]:
+    # By way of Decimal: Python refuses to write integers of more than 4,300 digits.
+    parts = [str(Decimal(part)) for part in value.as_integer_ratio()]
+    return {"exact": parts[0] if parts[1] == "1" else "/".join(parts), "decimal": float(value)}
+
+
+def _as_text(one: dict[str, Any]) -> str:
+    start = ", ".join(f"{name} = {str(value).lower()}" for name, value in one["start"].items())
+    lines = [
+        f"{one['module']}.{one['task']} at {one['site']}, at most {one['replans_at_most']} re-plans",
+        f"from {start}",
+        *(f"{label:<22}  {_shown(one[name])}" for name, label in _LABELS.items()),
+    ]
+    return "\n".join(map(safe, lines))
+
+
+def _shown(number: dict[str, Any]) -> str:
+    return f"{number['decimal']:<18.15g}  = {number['exact']}"

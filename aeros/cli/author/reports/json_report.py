@@ -1,0 +1,55 @@
+"""The report as JSON for programs: exactly what `aeros schema report` describes."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, Final
+
+from aeros.cli.author.reports.result import Result
+from aeros.spec.diagnostics.render import render_json
+from aeros.spec.verification.reports import SubjectReport
+
+SCHEMA: Final = "aeros/report/1"
+"""Changes when a program that reads reports would have to."""
+
+
+def as_json(result: Result) -> str:
+    """The report as ASCII text, whatever the files hold."""
+    data: dict[str, Any] = {
+        "schema": SCHEMA,
+        "conclusion": result.report.conclusion.value,
+        "site": _subject(result.report.site),
+        "modules": [_subject(module) for module in result.report.modules],
+        "certificates": [render_json(problem.diagnostic) for problem in result.certificates],
+    }
+    if result.report.configuration is not None:
+        data["configuration"] = _subject(result.report.configuration)
+    agreement = result.report.agreement
+    if agreement is not None:
+        data["second_solver"] = {
+            "solver": agreement.solver,
+            "questions": agreement.questions,
+            "agreed": agreement.agreed,
+            "undecided": [{"about": about, "reason": reason} for about, reason in agreement.undecided],
+        }
+    return json.dumps(data, indent=1, ensure_ascii=True)
+
+
+def _subject(subject: SubjectReport) -> dict[str, Any]:
+    verdicts: list[dict[str, Any]] = [
+        {
+            "id": str(one.id),
+            "verdict": one.verdict.value,
+            "guarded": one.guard is not None,
+            **({} if one.witness is None else {"witness": list(one.witness)}),
+            **({"boundary": one.boundary} if one.boundary else {}),
+        }
+        for one in subject.claims
+    ]
+    return {
+        "name": subject.name,
+        "path": str(subject.path),
+        "conclusion": subject.conclusion.value,
+        "obligations": verdicts,
+        "diagnostics": [render_json(problem) for problem in subject.diagnostics],
+    }

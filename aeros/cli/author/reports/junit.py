@@ -1,0 +1,98 @@
+"""The report as JUnit XML: a test suite for each subject, a test case for each obligation.
+
+An obligation that is left to the gate passes, and says so.  What is reported without being about
+an obligation, such as a file that cannot be read, fails the case `form/readable` of its subject.
+The file is ASCII, so that no tool can misread it, and holds no times: what counts are verdicts.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable
+
+from aeros.cli.author.reports.result import Problem, Result
+from aeros.spec.diagnostics.codes import Diagnostic, Severity
+from aeros.spec.diagnostics.render import render_all, safe
+from aeros.spec.obligations.verdicts import Verdict
+from aeros.spec.verification.reports import SubjectReport
+
+
+def as_junit(result: Result) -> str:
+    """The report as an XML document, ASCII and well-formed whatever the files hold."""
+    root = ET.Element("testsuites", name="aeros verify")
+    for subject in result.subjects:
+        root.append(_suite(subject))
+    if result.certificates:
+        root.append(_certificates(result.certificates))
+    for suite in root:
+        _count(suite)
+    ET.indent(root)
+    encoded: bytes = ET.tostring(root, encoding="us-ascii", xml_declaration=True)
+    return encoded.decode("ascii")
+
+
+def _suite(subject: SubjectReport) -> ET.Element:
+    name = safe(subject.name) or "paths"
+    suite = ET.Element("testsuite", name=name)
+    told: set[Diagnostic] = set()
+    for one in subject.claims:
+        case = _case(suite, name, str(one.id))
+        if one.diagnostic is not None:
+            told.add(one.diagnostic)
+            _tell(case, one.diagnostic, "error" if one.verdict is Verdict.UNKNOWN else "failure")
+        elif one.guard is not None:
+            _leave_to_the_gate(case, one.guard, one.boundary)
+    _tell_others(suite, name, [found for found in subject.diagnostics if found not in told])
+    return suite
+
+
+def _leave_to_the_gate(case: ET.Element, rule: str, boundary: str) -> None:
+    guard = safe(rule)
+    properties = ET.SubElement(case, "properties")
+    ET.SubElement(properties, "property", name="guarded", value=guard)
+    told = f"not implied, so the gate decides `{guard}` each time"
+    allowed = f"; allowed while {safe(boundary)}" if boundary else ""
+    ET.SubElement(case, "system-out").text = told + allowed
+
+
+def _tell_others(suite: ET.Element, name: str, others: list[Diagnostic]) -> None:
+    """What is about no obligation: errors fail a case of their own, the rest is the suite's output."""
+    case = _case(suite, name, "form/readable")
+    errors = [found for found in others if found.severity is Severity.ERROR]
+    if errors:
+        failure = ET.SubElement(case, "failure", type=errors[0].code, message=_headline(errors[0]))
+        failure.text = render_all(errors)
+    remarks = [found for found in others if found.severity is not Severity.ERROR]
+    if remarks:
+        ET.SubElement(suite, "system-out").text = render_all(remarks)
+
+
+def _certificates(problems: Iterable[Problem]) -> ET.Element:
+    suite = ET.Element("testsuite", name="certificates")
+    for problem in problems:
+        _tell(_case(suite, "certificates", str(problem.path)), problem.diagnostic)
+    return suite
+
+
+def _case(suite: ET.Element, subject: str, name: str) -> ET.Element:
+    return ET.SubElement(suite, "testcase", classname=subject, name=safe(name))
+
+
+def _tell(case: ET.Element, diagnostic: Diagnostic, kind: str = "failure") -> None:
+    """An ERROR fails the case; anything less is its output."""
+    if diagnostic.severity is not Severity.ERROR:
+        ET.SubElement(case, "system-out").text = render_all([diagnostic])
+        return
+    told = ET.SubElement(case, kind, type=diagnostic.code, message=_headline(diagnostic))
+    told.text = render_all([diagnostic])
+
+
+def _headline(diagnostic: Diagnostic) -> str:
+    return safe(diagnostic.headline)
+
+
+def _count(suite: ET.Element) -> None:
+    suite.set("tests", str(len(suite.findall("testcase"))))
+    suite.set("failures", str(len(suite.findall("testcase/failure"))))
+    suite.set("errors", str(len(suite.findall("testcase/error"))))
+    suite.set("skipped", "0")

@@ -1,0 +1,45 @@
+"""What a run of `aeros verify` came to: the report, and what is wrong with certificates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.text.discovery import MANIFEST
+from aeros.spec.verification.reports import Report, SubjectReport
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A diagnostic and the file it is about, also where it has no place in one; None: about no file."""
+
+    diagnostic: Diagnostic
+    path: Path | None
+
+
+@dataclass(frozen=True)
+class Result:
+    """Everything there is to tell; renderers only read it."""
+
+    report: Report
+    certificates: tuple[Problem, ...] = ()
+
+    @property
+    def subjects(self) -> tuple[SubjectReport, ...]:
+        """The site, the modules, and their configuration where there are several."""
+        return self.report.subjects
+
+    @property
+    def problems(self) -> Iterator[Problem]:
+        """Every diagnostic of the run, in the order of subjects; those of certificates last."""
+        site, modules = self.report.site, self.report.modules
+        yield from (Problem(found, site.path) for found in site.diagnostics)
+        for module in modules:
+            path = module.path / MANIFEST if module.name else None
+            yield from (Problem(found, path) for found in module.diagnostics)
+        together = self.report.configuration
+        if together is not None:
+            yield from (Problem(found, None) for found in together.diagnostics)
+        yield from self.certificates

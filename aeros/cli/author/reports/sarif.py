@@ -1,0 +1,193 @@
+"""The report as SARIF 2.1.0, for code scanning: each diagnostic beside the line it is about.
+
+Written by hand, within the limits of GitHub code scanning: one run of at most 25,000 results and
+10 MB.  What does not fit is left out, warnings first, and a notification says how much; the exit
+code of the command counts everything.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, Final
+from urllib.parse import quote
+
+import aeros
+from aeros.cli.author.explain import pages
+from aeros.cli.author.reports.result import Problem, Result
+from aeros.spec.diagnostics.codes import CODES, Code, Diagnostic, Fix, Label, Severity
+from aeros.spec.diagnostics.render import safe
+from aeros.spec.diagnostics.source import Span
+
+MOST_RESULTS: Final = 25_000
+MOST_BYTES: Final = 10_000_000
+_RESERVED: Final = 1_000_000  # bytes kept for rules and notifications
+
+_SCHEMA: Final = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
+_GRAVEST_FIRST: Final = (Severity.ERROR, Severity.WARNING, Severity.NOTE)
+
+
+def as_sarif(result: Result) -> str:
+    """The report as one SARIF log with one run, as ASCII text."""
+    problems = sorted(result.problems, key=lambda one: _GRAVEST_FIRST.index(one.diagnostic.severity))
+    rules = list(dict.fromkeys(problem.diagnostic.code for problem in problems))
+    fingerprints = _fingerprints(problems)
+    results = [
+        _result(problem, rules.index(problem.diagnostic.code), fingerprint)
+        for problem, fingerprint in zip(problems, fingerprints, strict=True)
+    ]
+    kept = _within_limits(results)
+    run = {
+        "tool": {
+            "driver": {
+                "name": "aeros",
+                "semanticVersion": aeros.__version__,
+                "rules": [_rule(CODES[code]) for code in rules],
+            }
+        },
+        "columnKind": "unicodeCodePoints",
+        "invocations": [
+            {
+                "executionSuccessful": True,
+                "toolExecutionNotifications": _left_out(len(results) - len(kept)),
+            }
+        ],
+        "results": kept,
+    }
+    return _dumped({"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]})
+
+
+def _dumped(data: object) -> str:
+    return json.dumps(data, ensure_ascii=True, separators=(",", ":"))
+
+
+def _within_limits(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The first of the results, as many as are allowed and fit."""
+    kept, room = [], MOST_BYTES - _RESERVED
+    for result in results[:MOST_RESULTS]:
+        room -= len(_dumped(result)) + 1
+        if room < 0:
+            break
+        kept.append(result)
+    return kept
+
+
+def _left_out(count: int) -> list[dict[str, Any]]:
+    if count == 0:
+        return []
+    text = (
+        f"{count} results are left out of this file, which may hold {MOST_RESULTS} results and {MOST_BYTES} "
+        "bytes; the exit code counts them all, and `--format json` lists them"
+    )
+    return [{"level": "warning", "message": {"text": text}}]
+
+
+def _rule(code: Code) -> dict[str, Any]:
+    """The code as the registry and its page explain it."""
+    sentence = f"{code.summary[0].upper()}{code.summary[1:]}."
+    return {
+        "id": code.id,
+        "name": "".join(word.capitalize() for word in code.slug.split("-")),
+        "shortDescription": {"text": code.summary},
+        "fullDescription": {"text": sentence},
+        "help": {
+            "text": f"{sentence} `aeros explain {code.id}` says more.",
+            "markdown": (pages() / f"{code.id}.md").read_text(encoding="utf-8"),
+        },
+        "defaultConfiguration": {"level": "error"},
+        "properties": {"tags": [code.group]},
+    }
+
+
+def _result(problem: Problem, rule_index: int, fingerprint: str) -> dict[str, Any]:
+    diagnostic = problem.diagnostic
+    result: dict[str, Any] = {
+        "ruleId": diagnostic.code,
+        "ruleIndex": rule_index,
+        "level": diagnostic.severity.value,
+        "message": {"text": _message(diagnostic)},
+        "partialFingerprints": {"aeros/v1": fingerprint},
+    }
+    if diagnostic.primary is not None:
+        result["locations"] = [_location(diagnostic.primary)]
+    elif problem.path is not None:
+        result["locations"] = [{"physicalLocation": {"artifactLocation": {"uri": _uri(problem.path)}}}]
+    if diagnostic.secondary:
+        result["relatedLocations"] = [
+            _location(label) | {"id": n} for n, label in enumerate(diagnostic.secondary, 1)
+        ]
+    if diagnostic.fix is not None:
+        result["fixes"] = [_fix(diagnostic.fix)]
+    return result
+
+
+def _fix(fix: Fix) -> dict[str, Any]:
+    """The repair that was proved before it is offered, as an edit of one file."""
+    replacement = {"deletedRegion": _region(fix.span), "insertedContent": {"text": fix.text}}
+    artifact = {"uri": _uri(Path(fix.span.source.path))}
+    return {
+        "description": {"text": _shown(f"write {fix.text}")},
+        "artifactChanges": [{"artifactLocation": artifact, "replacements": [replacement]}],
+    }
+
+
+def _message(diagnostic: Diagnostic) -> str:
+    notes = (f"note: {text}" for text in diagnostic.notes)
+    helps = (f"help: {text}" for text in diagnostic.help)
+    return _shown("\n".join((diagnostic.headline, *notes, *helps)))
+
+
+def _shown(text: str) -> str:
+    """The text line by line without invisible characters, and without what SARIF reads as a link."""
+    return "\n".join(safe(line) for line in text.split("\n")).replace("](", "] (")
+
+
+def _location(label: Label) -> dict[str, Any]:
+    span = label.span
+    location: dict[str, Any] = {
+        "physicalLocation": {
+            "artifactLocation": {"uri": _uri(Path(span.source.path))},
+            "region": _region(span),
+        }
+    }
+    return location | {"message": {"text": _shown(label.text)}} if label.text else location
+
+
+def _region(span: Span) -> dict[str, int]:
+    """Lines and columns from 1, the end exclusive, as spans count them."""
+    return {
+        "startLine": span.line,
+        "startColumn": span.column,
+        "endLine": span.end_line,
+        "endColumn": span.end_column,
+    }
+
+
+def _uri(path: Path) -> str:
+    """Relative to the working folder, which CI makes the repository's root, if the file lies below it."""
+    full = Path(os.path.abspath(path))
+    below = full.is_relative_to(Path.cwd())
+    quoted = quote(os.fsencode(full.relative_to(Path.cwd()) if below else full))
+    return quoted if below else f"file://{quoted}"
+
+
+def _fingerprints(problems: Iterable[Problem]) -> list[str]:
+    """One of each problem, the same when only lines move: of code, file, headline and underlined text.
+
+    Equal problems of one file are told apart by counting them.
+    """
+    seen: Counter[tuple[str, ...]] = Counter()
+    fingerprints = []
+    for problem in problems:
+        diagnostic, path = problem.diagnostic, problem.path
+        underlined = ""
+        if diagnostic.primary is not None:
+            path, underlined = Path(diagnostic.primary.span.source.path), diagnostic.primary.span.text
+        key = (diagnostic.code, "" if path is None else _uri(path), diagnostic.headline, underlined)
+        seen[key] += 1
+        fingerprints.append(hashlib.sha256(_dumped([*key, seen[key]]).encode()).hexdigest())
+    return fingerprints

@@ -1,0 +1,48 @@
+"""`aeros schema`: prints the JSON Schema of manifests, site, people, faults and scene files, or reports."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from importlib import resources
+from typing import TYPE_CHECKING, Any, Final
+
+from aeros.cli.arguments import add_command
+from aeros.exit_codes import Exit
+from aeros.spec.declared.json_schema import FILES, json_schema_of
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_EXAMPLES = """\
+examples:
+  aeros schema ecm > .vscode/ecm.schema.json      then, on top of an ecm.yaml, for yaml-language-server:
+                                                  # yaml-language-server: $schema=../.vscode/ecm.schema.json
+  aeros schema site > .vscode/site.schema.json    likewise for a site file
+  aeros schema people > .vscode/people.schema.json  and for who walks about in `aeros run --person`
+  aeros schema faults > faults.schema.json        likewise for a faults file
+  aeros schema scene > scene.schema.json          likewise for a scene file
+  aeros schema report                             what `aeros verify --format json` prints
+"""
+
+_REPORT: Final = "report"
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = add_command(commands, "schema", __doc__, _EXAMPLES)
+    parser.add_argument("name", choices=(*FILES, _REPORT), help="which schema")
+    parser.set_defaults(command=_command)
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    schema = report_schema() if arguments.name == _REPORT else json_schema_of(arguments.name)
+    print(json.dumps(schema, indent=2, ensure_ascii=True))
+    return Exit.PROVED
+
+
+def report_schema() -> dict[str, Any]:
+    """The published schema of `aeros verify --format json`."""
+    text = (resources.files("aeros") / "schemas" / "report.json").read_text(encoding="utf-8")
+    schema: dict[str, Any] = json.loads(text)
+    return schema

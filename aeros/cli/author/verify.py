@@ -1,0 +1,206 @@
+"""`aeros verify`: proves modules under a site's policy and writes their certificates."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from aeros.cli.arguments import (
+    add_command,
+    existing_path,
+    process_count,
+    processors,
+    second_solver,
+    solver_budget,
+    writable_path,
+)
+from aeros.cli.author.reports.result import Problem, Result
+from aeros.cli.author.reports.text import as_text
+from aeros.exit_codes import Exit, exit_for
+from aeros.spec.backends.answer_store import default_store
+from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
+from aeros.spec.diagnostics.codes import Diagnostic, Severity
+from aeros.spec.diagnostics.errors import DisagreementError
+from aeros.spec.diagnostics.render import safe
+from aeros.spec.obligations.verdicts import Conclusion
+from aeros.spec.text.discovery import reference_site
+from aeros.spec.verification.certificate import LOCK, check_lock, write_lock
+from aeros.spec.verification.reports import Progress, Report
+from aeros.spec.verification.verify import Detail, verify
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_EXAMPLES = """\
+examples:
+  aeros verify ecms/                          every module below, under the reference site
+  aeros verify my_module --site cell.yaml     one module under another site
+  aeros verify ecms/ --format json            for programs; `aeros schema report` describes it
+  aeros verify ecms/ --format sarif --output verify.sarif
+                                              text here, and a file for code scanning
+  aeros verify ecms/ --check                  write nothing; fail if a certificate is missing or stale
+  aeros verify ecms/ --second-solver cvc5     ask another solver everything again
+"""
+
+_FORMATS: Final = ("text", "json", "sarif", "junit")
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = add_command(commands, "verify", __doc__, _EXAMPLES)
+    parser.add_argument(
+        "paths", nargs="+", type=existing_path, metavar="PATH", help="a module, or a folder of modules"
+    )
+    parser.add_argument(
+        "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
+    )
+    parser.add_argument("--format", choices=_FORMATS, default="text", help="default: text")
+    parser.add_argument(
+        "--output",
+        type=writable_path,
+        metavar="FILE",
+        help="write the report of that format to FILE, and the text to standard output",
+    )
+    parser.add_argument(
+        "--check", action="store_true", help=f"do not write {LOCK}, but require it to be current"
+    )
+    parser.add_argument("--no-lock", action="store_true", help=f"neither write nor require {LOCK}")
+    parser.add_argument(
+        "--rlimit",
+        type=solver_budget,
+        default=DEFAULT_RLIMIT,
+        help="the solver's budget for one question, in z3 resource units (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--no-cache", action="store_true", help="ask the solver again what earlier runs asked"
+    )
+    parser.add_argument(
+        "--jobs",
+        type=process_count,
+        metavar="N",
+        help="how many processes prove modules, where there are many (default: one for each processor)",
+    )
+    parser.add_argument(
+        "--second-solver",
+        type=second_solver,
+        metavar="cvc5",
+        help="put every question to cvc5 too, as SMT-LIB text; a disagreement ends with exit code 4",
+    )
+    parser.set_defaults(command=_command)
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    try:
+        report = _verified(arguments)
+    except DisagreementError as error:
+        print(_disagreement(error), file=sys.stderr)
+        return Exit.OUR_BUG
+    locks = [] if arguments.no_lock else _locks(report, write=not arguments.check)
+    result = Result(report, tuple(locks))
+    as_asked = _renderer(arguments.format)
+    if arguments.output is not None and not _written(arguments.output, as_asked(result)):
+        return Exit.USAGE
+    in_text = arguments.output is not None or arguments.format == "text"
+    print(as_text(result, colour=sys.stdout.isatty()) if in_text else as_asked(result))
+    stale = any(problem.diagnostic.severity is Severity.ERROR for problem in locks)
+    if report.conclusion is Conclusion.PROVED and stale:
+        return Exit.REJECTED
+    return exit_for(report.conclusion)
+
+
+def _verified(arguments: argparse.Namespace) -> Report:
+    progress: Progress = _progress if sys.stderr.isatty() else lambda _: None
+    store = None if arguments.no_cache else default_store()
+    return verify(
+        arguments.paths,
+        arguments.site or reference_site(),
+        arguments.rlimit,
+        progress,
+        store,
+        second=arguments.second_solver,
+        detail=Detail.BRIEF if arguments.second_solver is None else Detail.FULL,
+        jobs=arguments.jobs or processors(),
+    )
+
+
+def _renderer(name: str) -> Callable[[Result], str]:
+    """Of the formats, most runs need none but text."""
+    match name:
+        case "json":
+            from aeros.cli.author.reports.json_report import as_json
+
+            return as_json
+        case "sarif":
+            from aeros.cli.author.reports.sarif import as_sarif
+
+            return as_sarif
+        case "junit":
+            from aeros.cli.author.reports.junit import as_junit
+
+            return as_junit
+        case _:
+            return as_text
+
+
+def _disagreement(error: DisagreementError) -> str:
+    """What to report; the question itself is kept in a file, as nobody else could ask it again."""
+    lines = [
+        f"aeros: the solvers disagree about {safe(error.about)}:",
+        *(f"  {safe(answer)}" for answer in error.answers),
+        "One of them, or aeros, is wrong, so nothing is proved and nothing was written.",
+    ]
+    try:
+        handle, name = tempfile.mkstemp(prefix="aeros-disagreement-", suffix=".smt2")
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(error.script)
+        lines.append(f"Please report it with the question, which is in {safe(name)}")
+    except OSError as problem:
+        lines.append(f"Please report it with the question, which no file could take ({problem.strerror}):")
+        lines.append(error.script)
+    return "\n".join(lines)
+
+
+def _written(path: Path, text: str) -> bool:
+    """Whether the report could be written to `path`; says so where it could not."""
+    try:
+        path.write_text(text + "\n", encoding="utf-8")
+    except OSError as error:
+        print(f"aeros: cannot write `{safe(str(path))}`: {error.strerror}", file=sys.stderr)
+        return False
+    return True
+
+
+def _progress(name: str) -> None:
+    print(f"\r\x1b[Kproving {safe(name)} …", end="\r", file=sys.stderr, flush=True)
+
+
+def _locks(report: Report, *, write: bool) -> list[Problem]:
+    """Write or check the certificate of each proved module; what is wrong with any of them.
+
+    That of a rejected module stays as it is: it is stale now, so nothing runs on the strength of it.
+    """
+    problems: list[Problem] = []
+    for module in report.modules:
+        lock = module.path / LOCK
+        try:
+            if module.lock is None or module.lock.is_in(module.path):
+                continue
+            if not write:
+                problem = check_lock(module.path, module.lock.certificate)
+                problems += [Problem(problem, lock)] if problem is not None else []
+            else:
+                write_lock(module.path, module.lock.certificate)
+        except OSError as error:
+            problem = Diagnostic(
+                "AE904",
+                f"cannot write `{lock}`: {error.strerror}",
+                help=("make the folder writable, or use `--no-lock`",),
+                severity=Severity.WARNING,
+            )
+            problems.append(Problem(problem, lock))
+    return problems

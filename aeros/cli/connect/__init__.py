@@ -1,0 +1,1 @@
+"""Commands that connect AEROS with other programs."""

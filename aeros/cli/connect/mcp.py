@@ -1,0 +1,163 @@
+"""`aeros mcp`: lets a client of the Model Context Protocol look, propose plans, and have them executed."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from aeros.agent.planning.routing import Routed
+from aeros.apps.mcp.approvals import Approvals
+from aeros.apps.mcp.plan_review import Judge
+from aeros.apps.mcp.robot import Heard, Parts, Proposed, Robot
+from aeros.apps.mcp.tools import Tools
+from aeros.cli.arguments import existing_path, find_key_file, parse_seed, print_warning, writable_path
+from aeros.cli.latest_run import note_run
+from aeros.exit_codes import EXIT_CODES, Exit
+from aeros.runtime.audit.checkpoints import Signing
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.registry.control_page import ask
+from aeros.runtime.registry.registry import Registry
+from aeros.session.assembly import SessionSetup, open_agent, open_recorded_plant
+from aeros.session.plant_factory import PLANTS, open_plant
+from aeros.session.run_governor import RunGovernor
+from aeros.session.setup import (
+    SETUP_ERRORS,
+    build_signing,
+    create_output_folder,
+    open_governor,
+    select_task,
+)
+from aeros.spec.diagnostics.codes import did_you_mean
+from aeros.spec.diagnostics.render import safe
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_EXAMPLES = """\
+A client starts this command and talks to it over standard input and output.  It sees skills and state,
+has plans judged as `aeros plan check` judges them, and has accepted ones executed: by the same agent,
+gate and record as `aeros run`.  Unless the site's `policy.mcp` says otherwise each execution waits for
+`aeros approve` in another terminal.  `aeros pause`, `resume` and `stop` reach it as they reach a run, and
+when the client goes, the robot stops.  Needs the extra: pip install 'aeros[mcp]'.
+
+examples:
+  aeros mcp "make dumplings" --plant symbolic
+  aeros mcp "clean the table" --state /srv/robot7 --site cell.yaml --ecms ecms
+  as an entry of a client's configuration:
+    {"mcpServers": {"robot": {"command": "aeros", "args": ["mcp", "make dumplings", "--state", "/srv/r7"]}}}
+"""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = commands.add_parser(
+        "mcp",
+        description=__doc__,
+        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("instruction", help='the task that the robot is set up for, as in "make dumplings"')
+    parser.add_argument("--seed", type=parse_seed, default=0, help="of everything random (default: 0)")
+    parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
+    parser.add_argument("--site", type=existing_path, help="the site file (default: as of `aeros run`)")
+    parser.add_argument("--ecms", type=existing_path, help="the modules (default: as of `aeros run`)")
+    parser.add_argument("--out", type=Path, help="a new folder for trace and audit log (default: in runs/)")
+    parser.add_argument(
+        "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
+    )
+    parser.add_argument("--audit-key", type=existing_path, metavar="FILE", help="sign the audit log with it")
+    parser.add_argument("--anchor", type=writable_path, metavar="FILE", help="keep the newest signature here")
+    parser.set_defaults(command=_command)
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    if find_spec("mcp") is None:
+        print("aeros: the SDK of the protocol is not here: pip install 'aeros[mcp]'", file=sys.stderr)
+        return Exit.USAGE
+    from aeros.apps.mcp.server import serve
+
+    key_file = find_key_file(arguments)
+    governor, configuration, _ = open_governor(arguments.state, arguments.ecms, arguments.site)
+    try:
+        signing = build_signing(key_file, arguments.anchor)
+        routed = select_task(arguments.instruction, configuration, governor, arguments.state)
+        out = create_output_folder(arguments.out, f"mcp-{routed.task.id}")
+        with governor, RunGovernor(governor) as run_governor:
+            _warn_of_unknown_skills(configuration)
+            former = signal.signal(signal.SIGTERM, lambda _number, _frame: run_governor.interrupt())
+            heard = Heard()
+
+            @contextmanager
+            def opened() -> Iterator[Parts]:
+                with _parts(arguments, configuration, run_governor, routed, out, signing, heard) as one:
+                    yield one
+
+            robot = Robot(opened, arguments.instruction, run_governor.interrupt)
+            try:
+                folder = Registry(arguments.state).folder
+                tools = Tools(
+                    robot,
+                    heard,
+                    routed,
+                    Approvals(arguments.state),
+                    lambda command: ask(folder, command),
+                    lambda: run_governor.command,
+                )
+                print(f"aeros: answers on standard output; leaves {out}/", file=sys.stderr)
+                serve(tools, lambda: run_governor.is_interrupted)
+                by_signal = run_governor.is_interrupted
+            finally:
+                try:
+                    robot.close()
+                finally:
+                    signal.signal(signal.SIGTERM, former)
+    except SETUP_ERRORS as refusal:
+        print(f"aeros: {refusal}", file=sys.stderr)
+        return Exit.REJECTED
+    return Exit.INTERRUPTED if by_signal else Exit.PROVED
+
+
+@contextmanager
+def _parts(
+    arguments: argparse.Namespace,
+    configuration: Configuration,
+    governor: RunGovernor,
+    routed: Routed,
+    out: Path,
+    signing: Signing | None,
+    heard: Heard,
+) -> Iterator[Parts]:
+    """Open everything that acts, as `aeros run` does."""
+    planner = Proposed(Judge(lambda: robot.executor.site))
+    setup = SessionSetup(
+        configuration=configuration,
+        open_plant=lambda _: open_plant(arguments.plant, configuration, routed.task, arguments.seed),
+        out=out,
+        state=arguments.state,
+        warn=print_warning,
+        stream=sys.stderr,
+        signing=signing,
+        listeners=(heard,),
+        planner=planner,
+        seed=arguments.seed,
+    )
+    with open_recorded_plant(setup) as recorded, open_agent(setup, recorded, governor) as robot:
+        note_run(arguments.state, out)
+        yield Parts(robot.executor, robot.agent, planner)
+
+
+def _warn_of_unknown_skills(configuration: Configuration) -> None:
+    known = {f"{ecm.id}.{skill}" for ecm in configuration.modules.values() for skill in ecm.skills}
+    for name in sorted((configuration.site.mcp.skills or frozenset()) - known):
+        near = did_you_mean(name, known)
+        hint = f"; did you mean `{near}`?" if near else ""
+        print(
+            f"aeros: warning: `policy.mcp.skills` names `{safe(name)}`, which is not here{hint}",
+            file=sys.stderr,
+        )

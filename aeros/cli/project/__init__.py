@@ -1,0 +1,1 @@
+"""Commands about AEROS itself: theorems, experiments, migrations of file formats."""

@@ -1,0 +1,228 @@
+"""`aeros experiment`: the paper's experiments and others, measured in trials beside what is exact."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import BrokenExecutor
+from importlib import import_module
+from pathlib import Path
+from shlex import quote
+from typing import TYPE_CHECKING, Any, Final
+
+from aeros.cli.arguments import UsageError, add_command, existing_path, process_count, processors
+from aeros.exit_codes import Exit
+from aeros.experiments.architecture import class_of
+from aeros.experiments.catalogue import PLANTS, Entry, Experiment, catalogue, chosen
+from aeros.experiments.inputs import Where, premises_of
+from aeros.experiments.report.write import write_report
+from aeros.experiments.trial_runner import OtherPremisesError, Progress, executor_at, run_trials
+from aeros.experiments.trial_store import FILE, Store
+from aeros.session.plant_factory import PlantSetupError
+from aeros.session.setup import create_output_folder
+from aeros.spec.diagnostics.errors import MisuseError
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_EXAMPLES = """\
+An experiment is a number, and a condition of it a path below, as `aeros experiment list` shows.  The folder
+of --out holds afterwards: trials.jsonl (each finished trial), results.json, report.html, report.md and
+figures/.  After Ctrl-C or a kill, --resume with the same --out runs what is missing; trials of other modules,
+another site or another release of AEROS are not taken.  The same seeds find the same, whoever runs them.
+
+examples:
+  aeros experiment list
+  aeros experiment 4 --plant symbolic
+  aeros experiment 8/aeros/make_dumplings/0.90 --trials 1000 --plant symbolic
+  aeros experiment all --out runs/full --resume
+  aeros experiment 4 8 --enter my_package.my_module:MyArchitecture --plant symbolic
+  aeros experiment all --executor dask://10.0.0.7:8786
+"""
+
+_QUIET: Final = 2.0
+"""Seconds before progress is shown."""
+
+_EVERY: Final = 0.2
+
+_REPORT_PACKAGES: Final = ("jinja2", "markdown_it", "matplotlib")
+"""What writes the report, imported once it is written."""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = add_command(commands, "experiment", __doc__, _EXAMPLES)
+    parser.add_argument("experiments", nargs="+", metavar="list|N|all", help="which, or a condition of one")
+    parser.add_argument(
+        "--trials", type=_count, default=100, metavar="N", help="of each condition (default: 100)"
+    )
+    parser.add_argument("--first", type=_seed, default=0, metavar="SEED", help="the first seed (default: 0)")
+    parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument(
+        "--workers", type=process_count, metavar="N", help="processes (default: one a processor)"
+    )
+    where.add_argument("--executor", metavar="dask://HOST:PORT", help="run on a cluster instead")
+    parser.add_argument(
+        "--out", type=Path, help="the folder for trials and report (default: a new one in runs/)"
+    )
+    parser.add_argument("--resume", action="store_true", help="take the finished trials that are in --out")
+    parser.add_argument(
+        "--enter",
+        action="append",
+        default=[],
+        metavar="MODULE:CLASS",
+        help="let another architecture take part, where architectures are compared; may be repeated",
+    )
+    parser.add_argument(
+        "--ecms", type=existing_path, default=Path("ecms"), help="the modules (default: ecms)"
+    )
+    parser.add_argument("--site", type=existing_path, help="the site file (default: the reference site)")
+    parser.set_defaults(command=_command)
+
+
+def _count(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or not 0 < int(text) <= 1_000_000:
+        raise argparse.ArgumentTypeError("expected a whole number from 1 to 1000000")
+    return int(text)
+
+
+def _seed(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or not int(text) < 2**62:
+        raise argparse.ArgumentTypeError("expected a whole number from 0 on")
+    return int(text)
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    try:
+        experiments = catalogue(arguments.plant, [Entry(name) for name in arguments.enter])
+        if arguments.experiments == ["list"]:
+            print("\n\n".join(map(_listed, experiments.values())))
+            return Exit.PROVED
+        return _run(arguments, chosen(experiments, arguments.experiments))
+    except (MisuseError, PlantSetupError) as error:
+        raise UsageError(str(error)) from error
+
+
+def _listed(one: Experiment) -> str:
+    lines = [f"{one.number}  {one.title}"]
+    lines += [f"    {row.id:<40}  {', '.join(row.labels)}" for row in one.rows]
+    return "\n".join(lines)
+
+
+def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
+    where = Where(str(arguments.ecms), None if arguments.site is None else str(arguments.site))
+    out = _folder(arguments)
+    seeds = range(arguments.first, arguments.first + arguments.trials)
+    conditions = [row.condition for one in experiments for row in one.rows]
+    results_of = _reporting()
+    for name in {row.architecture for one in experiments for row in one.rows if row.architecture}:
+        class_of(name)
+    shown = _shown()
+    with Store(out) as store:
+        if sys.stderr.isatty():
+            print("proving the modules …", end="\r", file=sys.stderr, flush=True)
+        premises = premises_of(where)
+        told = f"what is finished is in {out}; go on with --out {out} --resume"
+        try:
+            with executor_at(arguments.executor, arguments.workers or processors()) as (executor, workers):
+                run_trials(conditions, seeds, where, executor, workers, store, shown)
+            again = _again(arguments)
+            results = results_of(experiments, store.trials, premises, seeds, arguments.plant, again)
+            write_report(results, out)
+        except KeyboardInterrupt:
+            print(f"\naeros: {told}", file=sys.stderr)
+            return Exit.INTERRUPTED
+        except BrokenExecutor as broken:
+            print(f"\naeros: a worker ended without a word ({broken}); {told}", file=sys.stderr)
+            return Exit.REJECTED
+        except (OtherPremisesError, OSError) as refused:
+            print(f"\naeros: {refused}; {told}", file=sys.stderr)
+            return Exit.REJECTED
+    off = [row["id"] for one in results["experiments"] for row in one["rows"] if _misses(row)]
+    rows = sum(len(one.rows) for one in experiments)
+    print(
+        f"{rows} conditions, {len(dict.fromkeys(conditions))} of them different, {len(seeds)} trials of each"
+    )
+    print(f"{len(off)} with an interval that misses what is exact" + (f": {', '.join(off)}" if off else ""))
+    print(f"left in    {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
+    return Exit.PROVED
+
+
+def _reporting() -> Callable[..., dict[str, Any]]:
+    """What makes results of trials; raises `UsageError` where it cannot, and so before anything is tried."""
+    try:
+        from aeros.experiments.report.results import results_of
+
+        for name in _REPORT_PACKAGES:
+            import_module(name)
+    except ImportError as error:
+        needs = f"experiments need `pip install 'aeros[experiments]'` ({error.name} is missing)"
+        raise UsageError(needs) from error
+    return results_of
+
+
+def _misses(row: dict[str, object]) -> bool:
+    cells = row["cells"]
+    return isinstance(cells, dict) and any("exact" in cell["misses"] for cell in cells.values())
+
+
+def _again(arguments: argparse.Namespace) -> str:
+    """The options that run a row again."""
+    options = [f"--plant {arguments.plant} --trials {arguments.trials}"]
+    options += [f"--first {arguments.first}"] if arguments.first else []
+    options += [f"--enter {quote(name)}" for name in arguments.enter]
+    options += [f"--ecms {quote(str(arguments.ecms))}"] if arguments.ecms != Path("ecms") else []
+    options += [f"--site {quote(str(arguments.site))}"] if arguments.site is not None else []
+    return " ".join(options)
+
+
+def _folder(arguments: argparse.Namespace) -> Path:
+    """Where everything is left; raises `UsageError` where trials are there and nobody said to take them."""
+    out: Path | None = arguments.out
+    if out is None:
+        if arguments.resume:
+            raise UsageError("--resume goes with --out FOLDER, which is the folder of the trials")
+        return create_output_folder(None, "experiment")
+    if not arguments.resume and (out / FILE).exists():
+        raise UsageError(f"there are trials in `{out}` already: go on with --resume, or give another folder")
+    return out
+
+
+def _shown() -> Callable[[Progress], None]:
+    """Shows progress on a terminal, once it takes a while: in one line, with the time that is left."""
+    is_seen = sys.stderr.isatty()
+    last, is_ending = 0.0, False
+
+    def show(progress: Progress) -> None:
+        nonlocal last, is_ending
+        if progress.is_ending and not is_ending:
+            is_ending = True
+            print("\naeros: what is under way is finished first; Ctrl-C again does not wait", file=sys.stderr)
+        now = time.monotonic()
+        is_last = progress.done == progress.total
+        if now - progress.began < _QUIET or (now - last < (_EVERY if is_seen else 60.0) and not is_last):
+            return
+        last = now
+        left = progress.seconds_left
+        text = f"{progress.done} of {progress.total} trials, {_bar(progress)}"
+        text += "" if left is None else f", {_time(left)} left"
+        if is_seen:
+            print(f"\r\x1b[K{text}", end="\n" if is_last else "", file=sys.stderr, flush=True)
+        else:
+            print(text, file=sys.stderr, flush=True)
+
+    return show
+
+
+def _bar(progress: Progress) -> str:
+    full = 24 * progress.done // max(progress.total, 1)
+    return "█" * full + "░" * (24 - full)
+
+
+def _time(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes:02} min" if hours else f"{minutes} min {rest:02} s"

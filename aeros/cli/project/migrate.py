@@ -1,0 +1,232 @@
+"""`aeros migrate`: rewrites files of older AEROS versions to the current format, comments and layout kept."""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import json
+import os
+import stat
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from aeros.agent.errors import RefusedError
+from aeros.agent.identity import undisturbed
+from aeros.cli.arguments import existing_path
+from aeros.exit_codes import EXIT_CODES, Exit
+from aeros.files import replace_file
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.diagnostics.render import safe
+from aeros.spec.migrations import formats
+from aeros.spec.migrations.format import UnmigratableError
+from aeros.spec.migrations.rewriting import Rewritten, format_of, has_known_name, rewrite
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+SCHEMA: Final = "aeros/migration/1"
+
+_EXAMPLES: Final = """\
+A file says its format and version in `schema`, as in `schema: aeros/ecm/1`.  In a folder every file of a
+known format is looked at, in folders below it too; other files, links and hidden folders are left alone.
+Databases migrate themselves when they are opened.  docs/formats.md lists formats and their versions.
+
+examples:
+  aeros migrate ecms/ cell.yaml       rewrite manifests and a site file
+  aeros migrate .aeros                likewise the files of a state folder, while no agent runs
+  aeros migrate ecms/ --diff          show what would change, and write nothing
+  aeros migrate ecms/ --check         write nothing; exit with 1 where a file is of an older version
+  aeros migrate ecms/ --format json   for programs
+"""
+_PINNED: Final = (
+    "it is old, and the registry keeps it under its digest; "
+    "migrate the original, and install the module or put the policy in force again"
+)
+_REGISTRY: Final = formats.REGISTRY.files[0]
+_KEPT: Final = ("modules", "policies")  # the folders in which a registry has copies
+_MOST_BYTES: Final = 1 << 30
+_CERTIFIED: Final = ("ecm", "site")
+_SKIPPED: Final = frozenset({"__pycache__", "node_modules"})
+
+
+@dataclass(frozen=True, slots=True)
+class _File:
+    """What became of one file: `rewritten` from the text `before`, or the reason why it could not be."""
+
+    path: Path
+    rewritten: Rewritten | None
+    problem: str = ""
+    before: str = ""
+
+    @property
+    def state(self) -> str:
+        """`current`, `old` or `refused`."""
+        if self.rewritten is None:
+            return "refused"
+        return "old" if self.rewritten.is_changed else "current"
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = commands.add_parser(
+        "migrate",
+        description=__doc__,
+        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("paths", nargs="+", type=existing_path, metavar="PATH", help="a file, or a folder")
+    parser.add_argument(
+        "--check", action="store_true", help="write nothing; exit with 1 where a file is of an older version"
+    )
+    parser.add_argument("--diff", action="store_true", help="write nothing; show what would change")
+    parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
+    parser.set_defaults(command=_command)
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    is_dry = arguments.check or arguments.diff
+    done = []
+    for path, is_named in _candidates(arguments.paths):
+        found = _migrated(path, is_named=is_named, is_dry=is_dry)
+        if found is not None:
+            done.append((found, _diff(found) if arguments.diff else ""))
+    if arguments.format == "json":
+        print(json.dumps(_as_json(done, is_dry=is_dry), indent=1))
+    else:
+        _print_text(done, is_dry=is_dry)
+    states = {found.state for found, _ in done}
+    if "refused" in states or (arguments.check and "old" in states):
+        return Exit.REJECTED
+    return Exit.PROVED
+
+
+def _candidates(paths: Iterable[Path]) -> Iterator[tuple[Path, bool]]:
+    """Each file once, and whether it was named; of folders those whose names are known."""
+    seen: set[Path] = set()
+    for path in paths:
+        for one in [path] if not path.is_dir() else _below(path):
+            if one.resolve() not in seen:
+                seen.add(one.resolve())
+                yield one, one == path
+
+
+def _below(folder: Path) -> Iterator[Path]:
+    for root, folders, names in os.walk(folder):
+        folders[:] = sorted(one for one in folders if not one.startswith(".") and one not in _SKIPPED)
+        for name in sorted(names):
+            path = Path(root, name)
+            if has_known_name(path) and path.is_file() and not path.is_symlink():
+                yield path
+
+
+def _migrated(path: Path, *, is_named: bool, is_dry: bool) -> _File | None:
+    """Migrate one file; None for a file of a folder that is none of AEROS."""
+    guard = nullcontext() if is_dry else undisturbed(path.parent)
+    try:
+        with guard:
+            content = _read(path)
+            text = content.decode("utf-8")
+            mark = "\ufeff" if text.startswith("\ufeff") else ""
+            text = text.removeprefix(mark)
+            format_ = format_of(path, text)
+            if format_ is None:
+                return _File(path, None, "it is of no format that AEROS migrates") if is_named else None
+            rewritten = rewrite(path, text, format_)
+            if rewritten.is_changed and _is_pinned(path):
+                return _File(path, None, _PINNED)
+            if rewritten.is_changed and not is_dry:
+                _replace(path, (mark + rewritten.text).encode())
+            return _File(path, rewritten, before=text)
+    except UnicodeDecodeError:
+        return _File(path, None, "it is not UTF-8 text") if is_named else None
+    except (UnmigratableError, RefusedError) as error:
+        return _File(path, None, str(error))
+    except UserError as error:
+        return _File(path, None, "; ".join(_told(error)))
+    except OSError as error:
+        return _File(path, None, str(error.strerror or error))
+
+
+def _is_pinned(path: Path) -> bool:
+    """Whether a registry keeps the file under its digest."""
+    real = path.resolve()
+    return any(
+        (folder / _REGISTRY).exists() and real.relative_to(folder).parts[0] in _KEPT
+        for folder in real.parents
+    )
+
+
+def _read(path: Path) -> bytes:
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise OSError(0, "it is not a regular file")
+    with path.open("rb") as file:
+        content = file.read(_MOST_BYTES + 1)
+    if len(content) > _MOST_BYTES:
+        raise OSError(0, "it is too large")
+    return content
+
+
+def _replace(path: Path, content: bytes) -> None:
+    """Replace a file whole or not at all; its mode stays, and a link to it stays a link."""
+    target = path.resolve()
+    mode = stat.S_IMODE(target.stat().st_mode)
+    replace_file(target, content)
+    target.chmod(mode)
+
+
+def _told(error: UserError) -> Iterator[str]:
+    for one in error.diagnostics:
+        yield f"{one.code}: {one.headline}" + (f" ({one.primary.span})" if one.primary is not None else "")
+
+
+def _diff(found: _File) -> str:
+    if found.rewritten is None or not found.rewritten.is_changed:
+        return ""
+    before = found.before.splitlines(keepends=True)
+    after = found.rewritten.text.splitlines(keepends=True)
+    lines = difflib.unified_diff(before, after, str(found.path), f"{found.path} (migrated)")
+    return "".join(
+        line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n" for line in lines
+    )
+
+
+def _print_text(done: list[tuple[_File, str]], *, is_dry: bool) -> None:
+    for found, diff in done:
+        if found.rewritten is None:
+            print(f"{safe(str(found.path))}: refused: {safe(found.problem)}", file=sys.stderr)
+            continue
+        format_ = found.rewritten.format
+        if found.state == "old":
+            was, is_ = format_.schema_of(found.rewritten.version), format_.schema
+            print(f"{safe(str(found.path))}: {'is old' if is_dry else 'migrated'}: {was} -> {is_}")
+            print("".join(f"  {change}\n" for change in found.rewritten.changes), end="")
+        if diff:
+            print("".join(f"{safe(line)}\n" for line in diff.splitlines()), end="")
+    counts = {
+        state: sum(found.state == state for found, _ in done) for state in ("old", "current", "refused")
+    }
+    verb = "to migrate" if is_dry else "migrated"
+    print(f"{counts['old']} {verb}, {counts['current']} current, {counts['refused']} refused")
+    if not is_dry and any(
+        found.state == "old" and found.rewritten is not None and found.rewritten.format.name in _CERTIFIED
+        for found, _ in done
+    ):
+        print("Certificates hold the digests of manifest and site: run `aeros verify` again.")
+
+
+def _as_json(done: list[tuple[_File, str]], *, is_dry: bool) -> dict[str, Any]:
+    files = []
+    for found, diff in done:
+        entry: dict[str, Any] = {"path": str(found.path), "state": found.state}
+        if found.rewritten is None:
+            entry["problem"] = found.problem
+        else:
+            one = found.rewritten
+            entry |= {"format": one.format.name, "from": one.version, "to": one.format.version}
+            entry |= {"changes": list(one.changes)}
+        files.append(entry | ({"diff": diff} if diff else {}))
+    return {"schema": SCHEMA, "written": not is_dry, "files": files}

@@ -1,0 +1,201 @@
+"""`aeros prove`: checks the theorems about AEROS itself, each with broken twins of the code that fail it."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from functools import partial
+from multiprocessing import current_process
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from aeros.cli.arguments import UsageError, add_command, process_count, processors, second_solver
+from aeros.exit_codes import Exit
+from aeros.spec.obligations.verdicts import Verdict
+from aeros.spec.theorems.check import Solvers, check_mutants, check_theorem
+from aeros.spec.theorems.module_copies import Code
+from aeros.spec.theorems.theorem_folder import (
+    Outcome,
+    load_theorem,
+    proofs_folder,
+    shown_witness,
+    stale,
+    theorem_folders,
+    write,
+)
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_EXAMPLES = """\
+examples:
+  aeros prove                                 every theorem in proofs/, by both solvers
+  aeros prove gate_soundness                  one of them
+  aeros prove --solver z3                     by one solver
+  aeros prove --format json                   for programs
+  aeros prove --update                        write the generated files of proofs/ anew
+"""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = add_command(commands, "prove", __doc__, _EXAMPLES)
+    parser.add_argument("names", nargs="*", metavar="NAME", help="a theorem (default: all of them)")
+    parser.add_argument("--solver", choices=("z3", "cvc5", "both"), default="both", help="default: both")
+    parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
+    parser.add_argument(
+        "--update", action="store_true", help="write the SMT-LIB texts and expected.json anew"
+    )
+    parser.add_argument(
+        "--jobs",
+        type=process_count,
+        metavar="N",
+        help="how many theorems are proved at a time (default: one for each processor)",
+    )
+    parser.add_argument(
+        "--proofs",
+        type=Path,
+        default=proofs_folder(),
+        metavar="FOLDER",
+        help="the folder of theorems (default: `proofs/` of the source tree)",
+    )
+    parser.set_defaults(command=_command)
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    folders = _chosen(arguments.proofs, arguments.names)
+    update = arguments.update or os.environ.get("AEROS_UPDATE_GOLDEN") == "1"
+    if update and arguments.solver != "both":
+        raise UsageError("what is written is what both solvers say: `--update` goes with `--solver both`")
+    _solvers(arguments.solver)  # refused here where one is missing, and not by each process
+    found: list[dict[str, Any]] = []
+    exits: list[Exit] = []
+    for one in _proved(list(folders.values()), arguments.solver, update, arguments.jobs or processors()):
+        if arguments.format == "text":
+            print(one.text, flush=True)
+        found.append(one.shown)
+        exits.append(one.exit)
+    if arguments.format == "json":
+        print(json.dumps({"theorems": found}, indent=2))
+    return next((one for one in (Exit.REJECTED, Exit.UNDECIDED) if one in exits), Exit.PROVED)
+
+
+class _Proved(NamedTuple):
+    """What is to be said of a theorem."""
+
+    text: str
+    shown: dict[str, Any]
+    exit: Exit
+
+
+def _proved(folders: Sequence[Path], solver: str, update: bool, jobs: int) -> Iterator[_Proved]:
+    """Each in its turn; several are proved at a time by as many processes, which end with the caller."""
+    prove = partial(_prove, solver=solver, update=update)
+    if jobs == 1 or len(folders) == 1:
+        yield from map(prove, folders)
+        return
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
+    # Spawned and not forked, as what asks may have threads, whose locks a fork would take along.
+    pool = ProcessPoolExecutor(jobs, get_context("spawn"), _end_when_interrupted)
+    try:
+        running = [pool.submit(prove, folder) for folder in folders]
+        for number, (folder, one) in enumerate(zip(folders, running, strict=True), 1):
+            _progress(f"{number} of {len(folders)}, {folder.name}")
+            yield one.result()
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _end_when_interrupted() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # at once and without a word: nothing is lost with it
+
+
+def _prove(folder: Path, solver: str, update: bool) -> _Proved:
+    outcome = _outcome(folder, _solvers(solver))
+    rewritten = write(outcome, folder) if update else []
+    problems = [*_problems(outcome), *([] if update else stale(outcome, folder))]
+    shown = {
+        "name": folder.name,
+        "verdict": outcome.verdict.value,
+        **outcome.expected(),
+        "problems": problems,
+        "rewritten": rewritten,
+    }
+    return _Proved(_text(outcome, folder.name, problems, rewritten), shown, _exit(outcome, problems))
+
+
+def _chosen(proofs: Path, names: Sequence[str]) -> dict[str, Path]:
+    folders = theorem_folders(proofs)
+    if not folders:
+        raise UsageError(f"there are no theorems in `{proofs}`; they are in the source tree of AEROS")
+    unknown = [name for name in names if name not in folders]
+    if unknown:
+        raise UsageError(f"there is no theorem `{unknown[0]}`; there are {', '.join(folders)}")
+    return {name: folders[name] for name in names} if names else folders
+
+
+def _solvers(which: str) -> Solvers:
+    try:
+        second = None if which == "z3" else second_solver("cvc5")
+    except argparse.ArgumentTypeError as error:
+        raise UsageError(f"{error}, or `--solver z3`") from error
+    return Solvers(z3=which != "cvc5", second=second)
+
+
+def _progress(what: str) -> None:
+    if sys.stderr.isatty() and current_process().name == "MainProcess":
+        print(f"\r\x1b[Kproving {what} …", end="\r", file=sys.stderr, flush=True)
+
+
+def _outcome(folder: Path, solvers: Solvers) -> Outcome:
+    begun = time.monotonic()
+    theorem = load_theorem(folder)
+
+    def progress(what: str) -> None:
+        _progress(f"{folder.name}: {what}")
+
+    checked = check_theorem(theorem, Code(), solvers, progress)
+    mutants = check_mutants(theorem, solvers, progress)
+    return Outcome(theorem, solvers.names, tuple(checked), tuple(mutants), time.monotonic() - begun)
+
+
+def _problems(outcome: Outcome) -> list[str]:
+    """Why the theorem does not pass."""
+    problems = [
+        f"obligation {one.name} is {one.verdict.value}{f' ({one.reason})' if one.reason else ''}"
+        for one in outcome.obligations
+        if one.verdict is not Verdict.PROVED
+    ]
+    if not outcome.mutants:
+        problems.append("it has no mutant, so nothing shows that it could fail")
+    return problems + [f"it still holds of the mutant {name}" for name in outcome.surviving]
+
+
+def _exit(outcome: Outcome, problems: Sequence[str]) -> Exit:
+    if not problems:
+        return Exit.PROVED
+    return Exit.UNDECIDED if outcome.verdict is Verdict.UNKNOWN else Exit.REJECTED
+
+
+def _text(outcome: Outcome, name: str, problems: Sequence[str], rewritten: Sequence[str]) -> str:
+    verdict = "failed" if problems else outcome.verdict.value.lower()
+    count = len(outcome.obligations)
+    lines = [
+        f"{name:<24} {verdict:<8} {count} obligation{'' if count == 1 else 's'}, "
+        f"{len(outcome.mutants)} refuted mutant{'' if len(outcome.mutants) == 1 else 's'}: "
+        f"{outcome.theorem.title}"
+    ]
+    lines += [f"  {problem}" for problem in problems]
+    for one in outcome.obligations:
+        if one.witness is not None:
+            lines += [f"  {one.name} fails where"]
+            ways = shown_witness(one.witness)["ways"]
+            lines += [f"    {table}: {'; '.join(way)}" for table, way in ways.items()]
+    return "\n".join([*lines, *(f"  wrote {one}" for one in rewritten)])

@@ -1,0 +1,1 @@
+"""Commands about recorded runs: audit, report and explanation."""

@@ -1,0 +1,347 @@
+"""`aeros audit`: whether a run's record is whole, what it says, and whether it comes out the same again."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from aeros.cli.arguments import add_command, existing_path, writable_path
+from aeros.cli.records.show import add_filters, is_wanted, shown, why
+from aeros.exit_codes import EXIT_CODES, Exit
+from aeros.runtime.audit.check import AuditReport, Record, Watcher, verify_log
+from aeros.runtime.audit.checkpoints import CHECKPOINT, AnchorError, SignedReport, verify_signed
+from aeros.runtime.audit.format import explain_problem
+from aeros.runtime.audit.keys import KeyRefusedError, make_key, read_public_key
+from aeros.runtime.gate.configuration import Configurations, only
+from aeros.runtime.gate.gate import GateMode
+from aeros.runtime.proving import prove
+from aeros.runtime.records.replay import Disagreement, Replay
+from aeros.runtime.registry.past_configurations import Past
+from aeros.runtime.registry.registry import Registry
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.render import safe
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.model.model import Site
+from aeros.spec.text.discovery import reference_site
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_EXAMPLES = """\
+A run leaves its record in audit.jsonl.  With `aeros run --audit-key` it is signed, and with --anchor the
+newest signature is kept elsewhere too; docs/audit.md says what is noticed with which of them.
+
+examples:
+  aeros audit keygen --out .aeros/audit.key
+  aeros audit verify runs/demo/audit.jsonl --public-key .aeros/audit.key.pub --anchor /mnt/other/demo.anchor
+  aeros audit show runs/demo/audit.jsonl --verdict DENY
+  aeros audit replay runs/demo/audit.jsonl
+"""
+_VERIFY_EXAMPLES = """\
+Exits with 0 if the log is sound as far as was asked, 1 if not.
+
+without options   finds edited, deleted, inserted, moved and torn records; not a cut tail, nor a log of
+                  which all hashes were made anew
+--public-key      finds that too up to the newest checkpoint; not a log cut off right after an earlier
+                  checkpoint, nor one exchanged for another that the same key signed
+--anchor          finds these too, up to the checkpoint that the anchor holds
+
+examples:
+  aeros audit verify runs/demo/audit.jsonl
+  aeros audit verify runs/demo/audit.jsonl --public-key audit.key.pub --anchor /mnt/other/demo.anchor
+"""
+_SHOW_EXAMPLES = """\
+Below each decision that is no plain ALLOW stands why; with --site also where the rule is written, where it
+comes from, and the values it read.
+
+examples:
+  aeros audit show runs/demo/audit.jsonl --verdict DENY --site cell.yaml      why was this denied?
+  aeros audit show runs/demo/audit.jsonl --skill make_dumplings.boil --rule separation
+  aeros audit show runs/demo/audit.jsonl --event step-ended --format json
+"""
+_REPLAY_EXAMPLES = """\
+What governed is made and proved again, and must have the digest that the log names.  The registry in the
+agent's folder keeps whatever was in force on the robot, so a log is replayed across all changes of that.  A
+run with --site or --ecms is replayed with the same.  Exits with 0 if every decision comes out the same,
+else with 1.
+
+examples:
+  aeros audit replay runs/demo/audit.jsonl
+  aeros audit replay runs/demo/audit.jsonl --state /srv/robot7
+  aeros audit replay runs/demo/audit.jsonl --site cell.yaml --ecms ecms --gate shadow
+"""
+_KEYGEN_EXAMPLES = """\
+Writes the private key to FILE, readable by its owner alone, and the public key to FILE.pub.  Keep the
+public key where who can write the log cannot write: who can exchange it can sign a log of his own.
+
+examples:
+  aeros audit keygen --out .aeros/audit.key      where `aeros run` looks for it
+  aeros audit keygen --out /secure/cell7.key
+"""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command, its own commands and their arguments."""
+    parser = add_command(commands, "audit", __doc__, _EXAMPLES)
+    own = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+
+    verify = _add(own, "verify", "whether the log is whole", _VERIFY_EXAMPLES, _verify)
+    verify.add_argument("--public-key", type=existing_path, help="whose signatures there must be")
+    verify.add_argument("--anchor", type=existing_path, help="where the newest checkpoint was kept as well")
+
+    show = _add(own, "show", "records, and why actions were denied", _SHOW_EXAMPLES, _show)
+    show.add_argument(
+        "--site", type=existing_path, help="the site file that governed, to say more of its rules"
+    )
+    add_filters(show)
+
+    replay = _add(own, "replay", "decide everything again", _REPLAY_EXAMPLES, _replay)
+    replay.add_argument(
+        "--site",
+        type=existing_path,
+        help="the site file (default: whatever was in force on this robot, or else the reference site)",
+    )
+    replay.add_argument(
+        "--ecms",
+        type=existing_path,
+        help="the modules (default: whatever was active on this robot, or else `ecms`)",
+    )
+    replay.add_argument(
+        "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
+    )
+    replay.add_argument(
+        "--gate",
+        choices=[mode.value for mode in GateMode],
+        default=GateMode.COMPILED.value,
+        help="how conditions are decided (default: compiled)",
+    )
+
+    keygen = _add(own, "keygen", "make a key to sign with", _KEYGEN_EXAMPLES, _keygen, reads_log=False)
+    keygen.add_argument("--out", type=writable_path, required=True, metavar="FILE", help="the private key")
+
+
+def _add(
+    own: Subparsers,
+    name: str,
+    summary: str,
+    examples: str,
+    command: Callable[[argparse.Namespace], Exit],
+    *,
+    reads_log: bool = True,
+) -> argparse.ArgumentParser:
+    parser = own.add_parser(
+        name,
+        help=summary,
+        description=f"`aeros audit {name}`: {summary}.",
+        epilog=f"{examples}\n{EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    if reads_log:
+        parser.add_argument("log", type=existing_path, metavar="LOG", help="an audit.jsonl")
+        parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
+    parser.set_defaults(command=command)
+    return parser
+
+
+# verify
+
+
+def _verify(arguments: argparse.Namespace) -> Exit:
+    if arguments.anchor is not None and arguments.public_key is None:
+        print(
+            "aeros: --anchor needs --public-key: anybody can write an anchor without a signature",
+            file=sys.stderr,
+        )
+        return Exit.USAGE
+    signed: SignedReport | None = None
+    checkpoints = 0
+
+    def count(record: Record, own: str) -> None:
+        nonlocal checkpoints
+        checkpoints += record["event"] == CHECKPOINT
+
+    try:
+        if arguments.public_key is None:
+            chain = _checked(arguments.log, count)
+        else:
+            signed = verify_signed(arguments.log, read_public_key(arguments.public_key), arguments.anchor)
+            chain = _explained(arguments.log, signed.chain)
+    except (AnchorError, KeyRefusedError) as fault:
+        print(f"aeros: {fault}", file=sys.stderr)
+        return Exit.REJECTED
+    unnoticed = _unnoticed(chain, signed, anchored=arguments.anchor is not None)
+    if arguments.format == "json":
+        print(json.dumps(_verified_json(chain, signed, unnoticed), indent=2))
+    else:
+        print("\n".join(_verified(chain, signed, checkpoints, unnoticed)))
+    return Exit.PROVED if chain.sound else Exit.REJECTED
+
+
+def _unnoticed(chain: AuditReport, signed: SignedReport | None, *, anchored: bool) -> list[str]:
+    """What could have been done to this log that was not looked for, or that nobody could notice."""
+    if signed is None:
+        return ["a tail cut off", "a log or its end rewritten with new hashes"]
+    found = []
+    if not anchored:
+        found.append("a tail cut off right after an earlier checkpoint")
+        found.append("another log that the same key signed, in place of this one")
+    loose = chain.records - (signed.anchored if anchored else signed.signed)
+    if loose > 0:
+        after = "the anchored checkpoint" if anchored else "the newest checkpoint"
+        found.append(f"anything done after {after}, where {loose} records stand now")
+    return found
+
+
+def _verified(
+    chain: AuditReport, signed: SignedReport | None, checkpoints: int, unnoticed: list[str]
+) -> list[str]:
+    counts = chain.decisions
+    told = f"{counts.allowed} allowed, {counts.attenuated} attenuated, {counts.denied} denied"
+    if not chain.sound:
+        return [f"NOT SOUND: {chain.why}", f"before it    {chain.records} sound records: {told}"]
+    lines = [f"chain        sound, {chain.records} records: {told}", f"head         {chain.head}"]
+    if signed is None:
+        there = f", though {checkpoints} checkpoints are in the log" if checkpoints else ""
+        lines.append(f"signatures   not checked: no --public-key{there}")
+    else:
+        end = "closed by its writer" if signed.closed else "not closed: its writer is at work, or was killed"
+        lines.append(f"signatures   sound, of the first {signed.signed} records; the log is {end}")
+        lines.append(
+            f"anchor       the first {signed.anchored} records are all there"
+            if signed.anchored
+            else "anchor       not checked: no --anchor"
+        )
+    return [*lines, *(f"NOT NOTICED  {one}" for one in unnoticed)]
+
+
+def _verified_json(chain: AuditReport, signed: SignedReport | None, unnoticed: list[str]) -> dict[str, Any]:
+    counts = chain.decisions
+    return {
+        "sound": chain.sound,
+        "records": chain.records,
+        "head": chain.head,
+        "bad_record": chain.bad_record,
+        "why": chain.why,
+        "decisions": {"allowed": counts.allowed, "attenuated": counts.attenuated, "denied": counts.denied},
+        "signed_records": None if signed is None else signed.signed,
+        "anchored_records": None if signed is None else signed.anchored,
+        "closed": None if signed is None else signed.closed,
+        "not_noticed": unnoticed,
+    }
+
+
+# show
+
+
+def _show(arguments: argparse.Namespace) -> Exit:
+    site = None if arguments.site is None else _site(arguments.site)
+
+    def look(record: Record, own: str) -> None:
+        opened = (
+            record["details"].get("site")
+            if record["event"] in ("session-opened", "session-resumed")
+            else None
+        )
+        if site is not None and type(opened) is dict and opened.get("digest") != site.digest:
+            told = f"record {record['sequence']} opens a session that another site file governed"
+            print(f"aeros: {told}; what is said of rules may not fit", file=sys.stderr)
+        if not is_wanted(record, arguments):
+            return
+        if arguments.format == "json":
+            print(json.dumps({**record, "hash": own, "why": why(record, site)}))
+        else:
+            print(shown(record, site))
+
+    return _unless_unsound(_checked(arguments.log, look))
+
+
+def _site(path: Path) -> Site:
+    sink = Diagnostics()
+    site = load_site(path, sink)
+    sink.raise_if_errors()
+    assert site is not None  # noqa: S101 - otherwise an error was reported
+    return site
+
+
+def _checked(log: Path, watch: Watcher) -> AuditReport:
+    return _explained(log, verify_log(log, watch))
+
+
+def _explained(log: Path, chain: AuditReport) -> AuditReport:
+    return chain if chain.sound else replace(chain, why=explain_problem(log, chain.why))
+
+
+def _unless_unsound(chain: AuditReport) -> Exit:
+    if chain.sound:
+        return Exit.PROVED
+    print(f"aeros: the log is not sound, and was read up to there only: {chain.why}", file=sys.stderr)
+    return Exit.REJECTED
+
+
+# replay
+
+
+def _replay(arguments: argparse.Namespace) -> Exit:
+    registry = Registry(arguments.state)
+    if arguments.ecms is None and arguments.site is None and registry.exists:
+        known: Configurations = Past(registry)
+    else:
+        site = arguments.site or reference_site()
+        known = only(prove([arguments.ecms or Path("ecms")], site, certified=False)[0])
+    replay = Replay(known, GateMode(arguments.gate))
+
+    def take(record: Record, own: str) -> None:
+        replay.take(record)
+
+    chain = _checked(arguments.log, take)
+    if arguments.format == "json":
+        print(json.dumps(_replayed_json(replay, chain), indent=2))
+    else:
+        for one in replay.disagreements:
+            print("\n".join(map(safe, _disagreement(one))))
+        part = f", {replay.verdict_only} of them by verdict alone" if replay.verdict_only else ""
+        print(f"{replay.agreed} decisions come out the same{part}; {len(replay.disagreements)} do not")
+    sound = _unless_unsound(chain)
+    return Exit.REJECTED if replay.disagreements else sound
+
+
+def _disagreement(one: Disagreement) -> list[str]:
+    if one.again is None:
+        return [f"record {one.sequence} cannot be decided again: {one.why}"]
+    return [
+        f"record {one.sequence} does not come out the same",
+        f"   recorded: {json.dumps(one.recorded)}",
+        f"   again:    {json.dumps(one.again)}",
+    ]
+
+
+def _replayed_json(replay: Replay, chain: AuditReport) -> dict[str, Any]:
+    return {
+        "sound": chain.sound,
+        "why": chain.why,
+        "agreed": replay.agreed,
+        "verdict_only": replay.verdict_only,
+        "disagreements": [
+            {"sequence": one.sequence, "why": one.why, "recorded": one.recorded, "again": one.again}
+            for one in replay.disagreements
+        ],
+    }
+
+
+# keygen
+
+
+def _keygen(arguments: argparse.Namespace) -> Exit:
+    try:
+        public = make_key(arguments.out)
+    except KeyRefusedError as refusal:
+        print(f"aeros: {refusal}", file=sys.stderr)
+        return Exit.REJECTED
+    print(f"private key  {arguments.out}: `aeros run --audit-key` signs with it; nobody else should read it")
+    print(f"public key   {public}: `aeros audit verify --public-key` checks with it; keep a copy elsewhere")
+    return Exit.PROVED

@@ -1,0 +1,125 @@
+"""`aeros report`: a finished run as one HTML file, to be opened anywhere, without a network."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from aeros.apps.report_page.page import page_of
+from aeros.apps.report_page.run_data import AUDIT, Left, read_left
+from aeros.cli.arguments import add_command, existing_path, writable_path
+from aeros.exit_codes import Exit
+from aeros.files import replace_file
+from aeros.runtime.audit.checkpoints import AnchorError, verify_signed
+from aeros.runtime.audit.keys import KeyRefusedError, read_public_key
+from aeros.runtime.registry.change_log import adopted
+from aeros.runtime.registry.registry import Registry
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.model.model import Block, Site
+from aeros.spec.text.discovery import reference_site
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_EXAMPLES = """\
+The page shows what followed what, a timeline with faults and stops, what was measured against the bounds
+of the site's rules, every decision with its reasons, and whether the audit chain is sound.  Bounds are
+drawn where a site is at hand whose digest is the record's: the one of --site, those that were in force on
+this robot, or the reference site.  Exits with 1 where the record is not sound; the page says why.
+
+examples:
+  aeros report runs/demo
+  aeros report runs/demo -o demo.html --public-key audit.key.pub
+  aeros report runs/demo --site cell.yaml
+"""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = add_command(commands, "report", __doc__, _EXAMPLES)
+    parser.add_argument("folder", type=existing_path, help="the folder that the run left, as of `--out`")
+    parser.add_argument(
+        "-o", "--output", type=writable_path, metavar="FILE", help="default: report.html in that folder"
+    )
+    parser.add_argument("--site", type=existing_path, help="the site file that the run was under")
+    parser.add_argument(
+        "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
+    )
+    parser.add_argument("--public-key", type=existing_path, help="whose signatures there must be")
+    parser.add_argument("--anchor", type=existing_path, help="where the newest checkpoint was kept as well")
+    parser.set_defaults(command=_command)
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    if arguments.anchor is not None and arguments.public_key is None:
+        print("aeros: --anchor needs --public-key", file=sys.stderr)
+        return Exit.USAGE
+    if not (arguments.folder / AUDIT).is_file():
+        print(f"aeros: there is no {AUDIT} in `{arguments.folder}`", file=sys.stderr)
+        return Exit.REJECTED
+    given = None if arguments.site is None else _given(arguments.site)
+    left = read_left(arguments.folder)
+    try:
+        signed = _signed(left, arguments.folder / AUDIT, arguments.public_key, arguments.anchor)
+    except (AnchorError, KeyRefusedError) as fault:
+        print(f"aeros: {fault}", file=sys.stderr)
+        return Exit.REJECTED
+    wanted = {one.site for one in left.decisions}
+    if given is not None and wanted and given.digest not in wanted:
+        print(f"aeros: the run was not under `{arguments.site}`: its digest is not recorded", file=sys.stderr)
+        return Exit.REJECTED
+    at_hand = sites_at_hand(arguments.state, arguments.site)
+    sites = {site.digest: site for site in at_hand if site.digest in wanted}
+    return written(left, arguments.output or arguments.folder / "report.html", sites, signed)
+
+
+def written(left: Left, path: Path, sites: Mapping[str, Site], signed: str) -> Exit:
+    """Write the page about a run, and say so."""
+    page = page_of(left, path.resolve().parent.name, sites, signed)
+    try:
+        replace_file(path, page.encode("utf-8", "backslashreplace"))
+    except OSError as error:
+        print(f"aeros: cannot write `{path}`: {error.strerror}", file=sys.stderr)
+        return Exit.REJECTED
+    sound = "chain sound" if left.chain.sound else f"NOT SOUND: {left.chain.why}"
+    print(f"report     {path}, {len(page) // 1024} KB, {left.chain.records} records, {sound}")
+    return Exit.PROVED if left.chain.sound else Exit.REJECTED
+
+
+def _signed(left: Left, log: Path, key: Path | None, anchor: Path | None) -> str:
+    """What the signatures say; where they do not fit, the chain of `left` is not sound."""
+    if key is None:
+        return "not checked: no --public-key was given, so a log that was rewritten whole goes unnoticed"
+    found = verify_signed(log, read_public_key(key), anchor)
+    left.chain = found.chain
+    anchored = "" if anchor is None else f"; the anchor's first {found.anchored} records are all there"
+    return f"of the first {found.signed} records{anchored}"
+
+
+def _given(path: Path) -> Site:
+    sink = Diagnostics()
+    site = load_site(path, sink)
+    sink.raise_if_errors()
+    if site is None:
+        raise AssertionError("a site that was not read was not reported")
+    return site
+
+
+def sites_at_hand(state: Path, given: Path | None) -> Iterable[Site]:
+    """`given`, the reference site, and whatever was in force on this robot as far as it can still be read."""
+    if given is not None:
+        yield _given(given)
+    yield from _with_blocks(reference_site(), ())
+    registry = Registry(state)
+    if registry.exists:
+        for snapshot in adopted(registry.folder).values():
+            yield from _with_blocks(registry.folder / snapshot.site, tuple(snapshot.blocks.values()))
+
+
+def _with_blocks(path: Path, blocks: tuple[Block, ...]) -> Iterable[Site]:
+    site = load_site(path, Diagnostics()) if path.is_file() else None
+    return () if site is None else (site.with_blocks(blocks),)

@@ -1,0 +1,193 @@
+"""Records of the audit log for people: which of them, and why an action was denied or reduced."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Iterator, Mapping
+from datetime import datetime
+from fractions import Fraction
+from math import isfinite
+from typing import Any, TypeGuard
+
+from aeros.runtime.audit.check import Record
+from aeros.spec.diagnostics.codes import CODES
+from aeros.spec.diagnostics.render import safe
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.units import show_number, show_quantity
+from aeros.spec.model.model import Declared, Quota, Rule, Site
+
+_INDENT = " " * 8
+_LONGEST = 400
+
+
+def add_filters(parser: argparse.ArgumentParser) -> None:
+    """The options that say which records are shown."""
+    group = parser.add_argument_group("which records (of one option any, of several options all must fit)")
+    group.add_argument(
+        "--verdict", action="append", choices=("ALLOW", "ATTENUATE", "DENY"), help="decided so"
+    )
+    group.add_argument("--module", action="append", help="asked for, or run, by this module")
+    group.add_argument("--skill", action="append", help="by this skill, SKILL or MODULE.SKILL")
+    group.add_argument("--kind", action="append", help="asking for an action of this kind")
+    group.add_argument("--rule", action="append", help="with this rule, field or AE code among the reasons")
+    group.add_argument("--event", action="append", help="of this kind, as `decision`, `step-ended`, `note`")
+    group.add_argument("--from", type=int, dest="first", metavar="N", help="from this sequence number on")
+    group.add_argument("--to", type=int, dest="last", metavar="N", help="up to this sequence number")
+    group.add_argument("--since", type=_time, metavar="T", help="written at T or later, as 2026-11-21T05:16")
+    group.add_argument("--until", type=_time, metavar="T", help="written at T or earlier")
+
+
+def _time(text: str) -> float:
+    try:
+        return datetime.fromisoformat(text).timestamp()
+    except (ValueError, OverflowError, OSError):
+        raise argparse.ArgumentTypeError("expected a date and time, as 2026-11-21T05:16:28") from None
+
+
+def is_wanted(record: Record, wanted: argparse.Namespace) -> bool:
+    """Whether the options ask for this record."""
+    details = record["details"]
+    module, skill = details.get("module"), details.get("skill")
+    asked = details.get("asked")
+    kind = asked.get("kind") if type(asked) is dict else None
+    listed = [
+        (wanted.verdict, [details.get("verdict")] if record["event"] == "decision" else []),
+        (wanted.module, [module]),
+        (wanted.skill, [skill, f"{module}.{skill}"]),
+        (wanted.kind, [kind]),
+        (wanted.rule, [word for code, rule, _ in reasons_of(record) for word in (code, rule)]),
+        (wanted.event, [record["event"]]),
+    ]
+    ranges = [
+        (wanted.first, record["sequence"], wanted.last),
+        (wanted.since, record["written"], wanted.until),
+    ]
+    return all(some is None or any(one in there for one in some) for some, there in listed) and all(
+        (low is None or low <= value) and (high is None or value <= high) for low, value, high in ranges
+    )
+
+
+def reasons_of(record: Record) -> list[tuple[str, str, str]]:
+    """Code, rule and text of each reason of a decision; of other records none."""
+    reasons = record["details"].get("reasons") if record["event"] == "decision" else None
+    if type(reasons) is not list:
+        return []
+    triples = (one for one in reasons if type(one) is list and len(one) == 3)
+    return [(str(code), str(rule), str(text)) for code, rule, text in triples]
+
+
+def shown(record: Record, site: Site | None) -> str:
+    """The record in a line, and below it why, if an action was not allowed as it was asked for."""
+    try:
+        written = datetime.fromtimestamp(record["written"]).astimezone().isoformat(" ", "milliseconds")
+    except (ValueError, OverflowError, OSError):
+        written = "at no time"
+    line = f"{record['sequence']:6}  {written:29}  {record['event']:14}  {_summary(record)}"
+    return "\n".join([safe(line[:_LONGEST]), *(_INDENT + safe(one) for one in why(record, site))])
+
+
+def why(record: Record, site: Site | None) -> list[str]:
+    """Every reason of a decision in words; with a site also what the rule is, and what it read."""
+    lines: list[str] = []
+    for code, rule, text in reasons_of(record):
+        lines.append(f"{code} {rule}: {text}")
+        summary = CODES[code].summary if code in CODES else "not a code of this version"
+        lines.append(f"   {code} means: {summary}")
+        if site is not None:
+            lines += [f"   {line}" for line in _told_by_site(record, code, rule, site)]
+    beside = record["details"].get("beside")
+    if lines and type(beside) is list:
+        lines.append(f"it was asked for beside the actions of these records: {', '.join(map(str, beside))}")
+    if record["details"].get("verdict") == "ATTENUATE" and lines:
+        lines.append(f"so it was reduced to {_action(record['details'].get('decided'))}")
+    return lines
+
+
+def _told_by_site(record: Record, code: str, rule: str, site: Site) -> Iterator[str]:
+    details = record["details"]
+    match code:
+        case "AE750" | "AE790":
+            found = next((one for one in site.rules if one.id == rule), None)
+            if found is not None:
+                yield f"the rule is written at {found.require_span}, and comes from: {found.source}"
+                yield from _read_by(found, details, site)
+        case "AE751":
+            joint = next((one for one in site.joint if one.id == rule), None)
+            if joint is not None:
+                yield f"the joint rule is written at {joint.require_span}, and comes from: {joint.source}"
+                for name in sorted(t.variables_of(joint.term).keys() & site.observed.keys()):
+                    yield _measured(site.observed[name], details)
+        case "AE742" | "AE703" if any(quota.id == rule for quota in site.quotas):
+            quota = next(one for one in site.quotas if one.id == rule)
+            yield _used(quota, details)
+        case "AE710":
+            block = next((one for one in site.blocks if one.id == rule), None)
+            if block is not None and block.span is not None:
+                yield f"the operator override is written at {block.span}"
+        case _ if rule in site.observed:
+            declared = site.observed[rule]
+            yield f"it is declared at {declared.span}"
+            yield _measured(declared, details)
+
+
+def _read_by(rule: Rule, details: Mapping[str, Any], site: Site) -> Iterator[str]:
+    """What the rule reads: parameters as asked for, and state as measured."""
+    asked = details.get("asked")
+    if not _is_action(asked) or asked["kind"] not in rule.terms:
+        return
+    kind = site.kinds[asked["kind"]]
+    for name, variable in sorted(t.variables_of(rule.terms[kind.name]).items()):
+        if variable.role is t.Role.PARAMETER:
+            yield f"`{name}` was asked to be {_value(kind.parameters[name], asked['parameters'].get(name))}"
+        elif name in site.observed:
+            yield _measured(site.observed[name], details)
+
+
+def _measured(declared: Declared, details: Mapping[str, Any]) -> str:
+    name = declared.name
+    state, now = details.get("state"), details.get("time")
+    found = state.get(name) if type(state) is dict else None
+    if type(found) is not list or len(found) != 2:
+        return f"`{name}` was not measured"
+    value, at = found
+    age = f", measured {now - at:.3g} s before" if type(at) is float and type(now) is float else ""
+    return f"`{name}` was {_value(declared, value)}{age}"
+
+
+def _value(declared: Declared, value: Any) -> str:
+    if type(value) is float and isfinite(value):
+        return show_quantity(Fraction(repr(value)), declared.unit)
+    if type(value) is list:
+        return "[" + ", ".join(_value(declared, part) for part in value) + "]"
+    return json.dumps(value)
+
+
+def _used(quota: Quota, details: Mapping[str, Any]) -> str:
+    usage = details.get("usage")
+    used = usage.get(quota.id, "an unknown number") if type(usage) is dict else "an unknown number"
+    return f"of {quota.at_most} actions within {show_number(quota.within)} s, {used} had been executed"
+
+
+def _summary(record: Record) -> str:
+    details = record["details"]
+    who = f"{details.get('module')}.{details.get('skill')}"
+    if record["event"] == "decision":
+        time = details.get("time")
+        at = f"{time:.3f} s" if type(time) is float else json.dumps(time)
+        return f"{details.get('verdict'):9}  {who} asks for {_action(details.get('asked'))} at {at}"
+    words = [str(details[name]) for name in ("status", "reason", "event") if details.get(name)]
+    if "module" in details:
+        words.insert(0, who)
+    return ": ".join(words) or json.dumps(details)
+
+
+def _is_action(action: Any) -> TypeGuard[dict[str, Any]]:
+    return type(action) is dict and type(action.get("kind")) is str and type(action.get("parameters")) is dict
+
+
+def _action(action: Any) -> str:
+    if not _is_action(action):
+        return json.dumps(action)
+    given = ", ".join(f"{name}={json.dumps(value)}" for name, value in action["parameters"].items())
+    return f"{action['kind']}({given})"

@@ -1,0 +1,116 @@
+"""`aeros why`: why a run failed, a step was denied, a plan was rejected or the robot stopped."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Iterator
+from dataclasses import asdict
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from aeros.apps.why.causal_chain import Run, Tried, Why
+from aeros.cli.arguments import UsageError, add_command, existing_path
+from aeros.exit_codes import Exit
+from aeros.runtime.audit.check import Record, verify_log
+from aeros.spec.diagnostics.render import safe
+from aeros.spec.model.cause import Cause, told
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_EXAMPLES = """\
+From the audit log alone: a chain from the end back to the values that were measured, with each rule, where
+it is written, and what would have to be otherwise.  Exits with 1 where the log is not sound.
+
+examples:
+  aeros why                           the newest run in `runs`
+  aeros why runs/demo                 a run by its folder, or by its audit.jsonl
+  aeros why runs/demo --step 3        why the third step ended as it did
+  aeros why runs/demo --format json   for programs
+"""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = add_command(commands, "why", __doc__, _EXAMPLES)
+    parser.add_argument(
+        "run",
+        nargs="?",
+        type=existing_path,
+        metavar="FOLDER|LOG",
+        help="what a run has left (default: the newest in `runs`)",
+    )
+    parser.add_argument("--step", type=int, metavar="N", help="explain the N-th step, not the end of the run")
+    parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
+    parser.set_defaults(command=_command)
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    log = _log(arguments.run)
+    records: list[Record] = []
+    chain = verify_log(log, lambda record, own: records.append(record))
+    if not chain.sound:
+        print(f"aeros: the log explains nothing, as it is not sound: {chain.why}", file=sys.stderr)
+        return Exit.REJECTED
+    run = Run(records)
+    why = run.why_it_ended() if arguments.step is None else run.why_step(_step(run, arguments.step))
+    print(_as_json(log, why) if arguments.format == "json" else "\n".join(map(safe, _lines(why))))
+    return Exit.PROVED
+
+
+def _log(given: Path | None) -> Path:
+    if given is None:
+        found = sorted(Path("runs").glob("*/audit.jsonl"), key=lambda path: path.stat().st_mtime)
+        if not found:
+            raise UsageError("there is no run in `runs`: name the folder that `aeros run` has said")
+        return found[-1]
+    return given / "audit.jsonl" if given.is_dir() else given
+
+
+def _step(run: Run, number: int) -> Tried:
+    if not 1 <= number <= len(run.steps):
+        raise UsageError(f"there is no step {number}: the record has {len(run.steps)}")
+    return run.steps[number - 1]
+
+
+def _lines(why: Why) -> Iterator[str]:
+    yield why.headline
+    for link in why.chain:
+        yield f"  because   {link.said}  (record {link.record})"
+        for cause in link.causes:
+            yield from (f"            {line}" for line in _cause(cause))
+    for line in why.changes:
+        yield f"  to change {line}"
+    for link in why.broken:
+        yield f"  broken    {link.said}  (record {link.record})"
+    for (skill, reason), each in groupby(why.failed, lambda step: (step.skill, step.reason)):
+        first, *others = [step.number for step in each]
+        steps = f"steps {first} to {others[-1]}" if others else f"step {first}"
+        yield f"  failed    {steps}, {skill}: {reason}"
+
+
+def _cause(cause: Cause) -> Iterator[str]:
+    yield str(cause)
+    written = ", ".join(filter(None, (cause.source, cause.at)))
+    if written:
+        yield f"   {cause.kind} `{cause.text}`; {written}"
+
+
+def _as_json(log: Path, why: Why) -> str:
+    chain, broken = (
+        [{"record": link.record, "said": link.said, "causes": told(link.causes)} for link in links]
+        for links in (why.chain, why.broken)
+    )
+    failed = [asdict(step) for step in why.failed]
+    said: dict[str, Any] = {
+        "log": str(log),
+        "headline": why.headline,
+        "chain": chain,
+        "changes": why.changes,
+        "broken": broken,
+        "failed": failed,
+    }
+    return json.dumps(said, indent=2)

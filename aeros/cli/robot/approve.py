@@ -1,0 +1,74 @@
+"""`aeros approve`: what clients of `aeros mcp` ask for, and the operator's yes or no."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from aeros.apps.mcp.approvals import ApprovalError, approve, refuse, waiting_in
+from aeros.cli.arguments import add_command
+from aeros.exit_codes import Exit
+from aeros.spec.diagnostics.render import safe
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_EXAMPLES = """\
+An approval is for exactly what is listed, is used once, and holds for ten minutes.
+
+examples:
+  aeros approve                     list what waits
+  aeros approve 3f9c01aa
+  aeros approve 3f9c01aa --refuse
+"""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = add_command(commands, "approve", __doc__, _EXAMPLES)
+    parser.add_argument("id", nargs="?", help="what to approve, as it is listed (default: list what waits)")
+    parser.add_argument("--refuse", action="store_true", help="say no to it")
+    parser.add_argument(
+        "--format", choices=("text", "json"), default="text", help="of the list; default: text"
+    )
+    parser.add_argument(
+        "--state", type=Path, default=Path(".aeros"), help="the robot's own folder (default: .aeros)"
+    )
+    parser.set_defaults(command=_command)
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    if arguments.id is None:
+        if arguments.refuse:
+            print("aeros: --refuse needs what to refuse", file=sys.stderr)
+            return Exit.USAGE
+        waiting = waiting_in(arguments.state)
+        listed = "\n".join(map(_listed, waiting)) or "nothing waits for approval"
+        print(json.dumps(waiting, indent=1) if arguments.format == "json" else listed)
+        return Exit.PROVED
+    try:
+        (refuse if arguments.refuse else approve)(arguments.state, arguments.id)
+    except (ApprovalError, OSError) as error:
+        print(f"aeros: {safe(str(error))}", file=sys.stderr)
+        return Exit.REJECTED
+    print(f"{arguments.id} is {'refused' if arguments.refuse else 'approved, for once and for ten minutes'}")
+    return Exit.PROVED
+
+
+def _listed(one: Mapping[str, Any]) -> str:
+    asked = one.get("asked")
+    ago = f", {time.time() - asked:.0f} s ago" if type(asked) is float else ""
+    lines = [f"{one.get('id')}  {one.get('what')}, asked for by {one.get('client')}{ago}"]
+    steps = one.get("steps")
+    for step in steps if type(steps) is list else []:
+        given = step.get("inputs") if type(step) is dict else None
+        told = f" {json.dumps(given)}" if given else ""
+        lines.append(f"    {step.get('skill') if type(step) is dict else step}{told}")
+    if one.get("goal"):
+        lines.append(f"    until {one['goal']}")
+    return "\n".join(safe(line) for line in lines)

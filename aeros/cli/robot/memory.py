@@ -1,0 +1,218 @@
+"""`aeros memory`: what the agent remembers, shown, searched, exported, or forgotten at your word."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from aeros.agent.agent import MEMORY
+from aeros.agent.errors import RefusedError
+from aeros.agent.memory.deletion import before, forget, of_session, of_skill
+from aeros.agent.memory.posterior import Record
+from aeros.agent.memory.queries import SkillSummary, Wanted, recollection
+from aeros.cli.arguments import UsageError, add_command
+from aeros.exit_codes import EXIT_CODES, Exit
+from aeros.spec.diagnostics.render import safe
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+SCHEMA: Final = "aeros/memory/1"
+
+_EXAMPLES: Final = """\
+Memory is of the agent and decides nothing: the dispatcher chooses by it between skills that provide the
+same capability, and each action is decided by the gate, which does not know it.
+
+examples:
+  aeros memory show                                      of each skill its record, by context too
+  aeros memory show --skill make_dumplings.wrap --format json
+  aeros memory search sealed --failed                    failures in which the word occurs
+  aeros memory search --skill make_dumplings.wrap --outcome wrapped --limit 5
+  aeros memory export > memory.jsonl                     everything, a line of JSON each
+  aeros memory forget --skill make_dumplings.wrap        refuses; with --yes it is done
+  aeros memory forget --older-than 90 --yes              sessions that began more than 90 days ago
+"""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = add_command(commands, "memory", __doc__, _EXAMPLES)
+    actions = parser.add_subparsers(title="actions", required=True, metavar="ACTION")
+    show = _action(actions, "show", "Sum up what is remembered of each skill, and the facts.", _show)
+    show.add_argument("--skill", type=_skill, metavar="MODULE.SKILL", help="only this one")
+    search = _action(actions, "search", "List steps, the newest first.", _search)
+    search.add_argument("text", nargs="?", help="part of status, outcome, reason or inputs")
+    search.add_argument("--skill", type=_skill, metavar="MODULE.SKILL", help="of this skill")
+    search.add_argument("--task", metavar="MODULE.TASK", help="in this task")
+    search.add_argument("--outcome", help="that ended so")
+    search.add_argument("--failed", action="store_true", default=None, help="that failed")
+    search.add_argument("--session", type=_number, metavar="N", help="of this session, by its id")
+    search.add_argument("--limit", type=_number, default=20, metavar="N", help="at most (default: 20)")
+    for action in (show, search):
+        action.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
+    _action(actions, "export", "Print everything, a line of JSON each, with the table in `row`.", _export)
+    forgetting = _action(actions, "forget", "Remove what is remembered, for good.", _forget)
+    which = forgetting.add_mutually_exclusive_group(required=True)
+    which.add_argument(
+        "--skill", type=_skill, metavar="MODULE.SKILL", help="its steps, and events and facts that name it"
+    )
+    which.add_argument("--session", type=_number, metavar="N", help="all of a session, by its id")
+    which.add_argument(
+        "--older-than", type=_number, metavar="DAYS", help="all of sessions that began longer ago"
+    )
+    forgetting.add_argument("--yes", action="store_true", help="really; else nothing is done")
+
+
+def _action(
+    actions: Subparsers, name: str, description: str, command: Callable[[argparse.Namespace], Exit]
+) -> argparse.ArgumentParser:
+    parser = actions.add_parser(
+        name,
+        help=description,
+        description=description,
+        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
+    )
+    parser.set_defaults(command=_refusing(command))
+    return parser
+
+
+def _refusing(command: Callable[[argparse.Namespace], Exit]) -> Callable[[argparse.Namespace], Exit]:
+    def guarded(arguments: argparse.Namespace) -> Exit:
+        try:
+            return command(arguments)
+        except RefusedError as refusal:
+            print(f"aeros: {refusal}", file=sys.stderr)
+            return Exit.REJECTED
+
+    return guarded
+
+
+def _skill(text: str) -> str:
+    if re.fullmatch(r"\w+\.\w+", text) is None:
+        raise argparse.ArgumentTypeError("expected MODULE.SKILL, as in `make_dumplings.wrap`")
+    return text
+
+
+def _number(text: str) -> int:
+    if re.fullmatch(r"\d{1,6}", text, re.ASCII) is None or not int(text):
+        raise argparse.ArgumentTypeError("expected a whole number from 1 to 999999")
+    return int(text)
+
+
+def _show(arguments: argparse.Namespace) -> Exit:
+    with recollection(arguments.state / MEMORY) as remembered:
+        skills = list(remembered.skills(arguments.skill))
+        whole = arguments.skill is None
+        facts = remembered.facts() if whole else []
+        sessions = remembered.sessions() if whole else []
+    if not whole and not skills:
+        print(f"aeros: nothing is remembered of `{safe(arguments.skill)}`", file=sys.stderr)
+        return Exit.REJECTED
+    if arguments.format == "json":
+        listed = [_skill_data(one) for one in skills]
+        data = {"schema": SCHEMA, "skills": listed, "facts": facts, "sessions": sessions}
+        print(json.dumps(data, indent=1))
+    else:
+        print("\n".join(_shown(skills, facts, sessions)))
+    return Exit.PROVED
+
+
+def _skill_data(one: SkillSummary) -> dict[str, Any]:
+    return {
+        "skill": one.skill,
+        **_record_data(one.record),
+        "usual": None if one.usual is None else asdict(one.usual),
+        "contexts": [{"context": context, **_record_data(record)} for context, record in one.contexts],
+        "reasons": [{"reason": reason, "times": times} for reason, times in one.reasons],
+    }
+
+
+def _record_data(record: Record) -> dict[str, Any]:
+    return {"successes": record.successes, "failures": record.failures, "expected": round(record.mean, 6)}
+
+
+def _shown(
+    skills: list[SkillSummary], facts: list[dict[str, Any]], sessions: list[dict[str, Any]]
+) -> Iterator[str]:
+    for one in skills:
+        yield safe(f"{one.skill}: {_told(one.record)}")
+        if one.usual is not None:
+            yield f"  successes take {one.usual}"
+        for context, record in one.contexts:
+            yield safe(f"  {_told(record)} {_place(context)}")
+        for reason, times in one.reasons:
+            yield safe(f"  failed {times} times: {reason}")
+    for fact in facts:
+        yield safe(f"{fact['key']} ({fact['source']}): {json.dumps(fact['value'])}")
+    for session in sessions:
+        ended = "not ended" if session["ended"] is None else f"ended {session['ended']}"
+        yield safe(f"session {session['id']}: began {session['began']}, {ended}, {session['episodes']} steps")
+
+
+def _told(record: Record) -> str:
+    return f"{record} succeeded, next {record.mean:.0%}"
+
+
+def _place(context: Mapping[str, Any] | None) -> str:
+    if context is None:
+        return "in contexts that were not kept"
+    values = [f"{name} = {json.dumps(value)}" for name, value in context["predicates"].items()]
+    return f"in {context['task']}, by code {context['code'][:12]}" + (
+        f", {', '.join(values)}" if values else ""
+    )
+
+
+def _search(arguments: argparse.Namespace) -> Exit:
+    names = ("text", "skill", "task", "outcome", "failed", "session")
+    wanted = Wanted(**{name: getattr(arguments, name) for name in names})
+    with recollection(arguments.state / MEMORY) as remembered:
+        found = remembered.search(wanted, arguments.limit)
+    if arguments.format == "json":
+        print(json.dumps({"schema": SCHEMA, "episodes": found}, indent=1))
+    else:
+        print("\n".join(map(_line, found)) or "nothing that is remembered fits")
+    return Exit.PROVED
+
+
+def _line(episode: Mapping[str, Any]) -> str:
+    ended = episode["ended"]
+    took = "" if ended is None else f", {ended - episode['started']:.1f} s"
+    said = episode["reason"] or (
+        f"outcome `{episode['outcome']}`" if episode["outcome"] else "no ending is known"
+    )
+    where = f"{episode['id']} (session {episode['session']}, {episode['task']}{took})"
+    return safe(f"{where} {episode['role']} {episode['module']}.{episode['skill']}: {said}")
+
+
+def _export(arguments: argparse.Namespace) -> Exit:
+    with recollection(arguments.state / MEMORY) as remembered:
+        for row in remembered.everything():
+            print(json.dumps(row, sort_keys=True))
+    return Exit.PROVED
+
+
+def _forget(arguments: argparse.Namespace) -> Exit:
+    if arguments.skill is not None:
+        what, which = f"`{arguments.skill}`", of_skill(arguments.skill)
+    elif arguments.session is not None:
+        what, which = f"session {arguments.session}", of_session(arguments.session)
+    else:
+        since = datetime.now(UTC) - timedelta(days=arguments.older_than)
+        what, which = f"what is older than {since:%Y-%m-%d %H:%M} UTC", before(since)
+    if not arguments.yes:
+        raise UsageError(f"{what} would be forgotten for good; say so with --yes")
+    gone = forget(arguments.state, arguments.state / MEMORY, which)
+    counts = ", ".join(f"{count} {table}" for table, count in asdict(gone).items())
+    print(f"forgot {what}: {counts}")
+    return Exit.PROVED

@@ -1,0 +1,64 @@
+"""Where `aeros install` finds a module: a folder, a bundle, or an installed Python distribution."""
+
+from __future__ import annotations
+
+import importlib.util
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from typing import Final
+
+from aeros.runtime.registry.archive import unpack
+from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.diagnostics.errors import UserError
+
+BUNDLE: Final = ".ecm.zip"
+
+GROUP: Final = "aeros.ecms"
+"""The entry points under which an installed Python distribution offers its modules."""
+
+
+@contextmanager
+def module_source(given: str) -> Iterator[Path]:
+    """The folder of the module that `given` names, for as long as the block runs.
+
+    Raises `UserError` where there is none.  Nothing of a module is executed to find it.
+    """
+    path = Path(given)
+    if path.is_dir():
+        yield path
+    elif path.is_file():
+        with tempfile.TemporaryDirectory(prefix="aeros-") as unpacked:
+            folder = Path(unpacked) / path.name.removesuffix(BUNDLE)
+            folder.mkdir()
+            unpack(path, folder)
+            yield folder
+    else:
+        for found in entry_points(group=GROUP, name=given):
+            yield _package_folder(found)
+            return
+        raise _refused(f"`{given}` is no folder, no file, and no entry point of the group `{GROUP}`")
+
+
+def _package_folder(found: EntryPoint) -> Path:
+    """The folder of the package that the entry point names.
+
+    To load it would execute the package before any of it is proved; only where the outermost package
+    lies is asked for, which imports none of it.
+    """
+    outermost, *inner = found.value.split(".")
+    try:
+        spec = importlib.util.find_spec(outermost)
+    except (ImportError, ValueError):
+        spec = None
+    for folder in (spec.submodule_search_locations or ()) if spec else ():
+        path = Path(folder, *inner)
+        if path.is_dir():
+            return path
+    raise _refused(f"the entry point `{found.name}` is `{found.value}`, which is no folder of a package")
+
+
+def _refused(reason: str) -> UserError:
+    return UserError([Diagnostic("AE961", reason)])

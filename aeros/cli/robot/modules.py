@@ -1,0 +1,214 @@
+"""Commands about modules on this robot: bundle, install, configure, activate, deactivate, remove, list."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from aeros.agent.agent import MEMORY
+from aeros.agent.errors import RefusedError
+from aeros.agent.memory.queries import recollection
+from aeros.cli.arguments import add_command, existing_path, writable_path
+from aeros.cli.robot.module_source import BUNDLE, module_source
+from aeros.exit_codes import Exit
+from aeros.files import replace_file
+from aeros.runtime.registry.archive import packed
+from aeros.runtime.registry.bundle_store import bundle_digest, module_files
+from aeros.runtime.registry.registry import Registry
+from aeros.runtime.registry.store import Installed, Snapshot
+from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.text.discovery import MANIFEST
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_LIFE: Final = """\
+A module is installed, then configured, then activated; `deactivate` withdraws it and `activate` brings
+it back; `remove` forgets one that is not active.  Each change is proved for everything that is then
+installed, and refused with the reason otherwise; a refused change has changed nothing.
+"""
+_DESCRIPTIONS: Final = {
+    "bundle": "Pack a module's files into one, to be carried elsewhere and installed there by its digest.",
+    "install": "Keep a module on this robot.  Over another version of it, that version's state is kept.",
+    "configure": "Settle what a module needs around it.",
+    "activate": "Let a module's skills be dispatched.",
+    "deactivate": "Withdraw a module's skills; when this returns, none of them acts any more.",
+    "remove": "Forget a module that is not active.",
+    "list": "Show what is installed, in which state, and what it can do.",
+}
+_EXAMPLES: Final = {
+    "bundle": """\
+  aeros bundle ecms/make_dumplings                  writes make_dumplings.ecm.zip and says its digest
+  aeros install make_dumplings.ecm.zip --digest sha256:1234…
+                                                    elsewhere
+""",
+    "install": """\
+  aeros install ecms/make_dumplings                 the module in a folder
+  aeros install ecms/make_dumplings --digest sha256:1234…
+                                                    and only if its files are these
+  aeros install make_dumplings.ecm.zip              a bundle
+  aeros install make_dumplings                      of an installed Python distribution with an entry
+                                                    point of that name in the group `aeros.ecms`
+""",
+    "configure": "  aeros configure make_dumplings\n",
+    "activate": "  aeros activate make_dumplings\n",
+    "deactivate": "  aeros deactivate make_dumplings     also while one of its skills is under way\n",
+    "remove": "  aeros remove make_dumplings\n",
+    "list": """\
+  aeros list
+  aeros list --capability grasping                  who can grasp
+  aeros list --format json
+""",
+}
+
+
+def add_to(commands: Subparsers, name: str) -> None:
+    """Add the command `name` and its arguments."""
+    examples = f"{_LIFE}\nexamples:\n{_EXAMPLES[name]}"
+    parser = add_command(commands, name, _DESCRIPTIONS[name], examples)
+    if name == "install":
+        parser.add_argument("module", help="a folder, a bundle, or the name of an entry point")
+        parser.add_argument("--digest", metavar="sha256:HEX", help="what the module's files must be")
+    elif name == "bundle":
+        parser.add_argument("module", type=existing_path, help="the module's folder")
+        parser.add_argument(
+            "--out", type=writable_path, metavar="FILE", help="default: its name with .ecm.zip, here"
+        )
+        parser.set_defaults(command=_bundle)
+        return
+    elif name == "list":
+        parser.add_argument("--capability", help="only modules that provide it")
+        parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
+    else:
+        parser.add_argument("module", help="the module's name")
+    parser.add_argument(
+        "--state", type=Path, default=Path(".aeros"), help="the robot's own folder (default: .aeros)"
+    )
+    parser.set_defaults(command=_COMMANDS[name])
+
+
+def _bundle(arguments: argparse.Namespace) -> Exit:
+    folder: Path = arguments.module.resolve()
+    out: Path = arguments.out or Path(f"{folder.name}{BUNDLE}")
+    files = module_files(folder)
+    if MANIFEST not in files:
+        raise UserError(
+            [Diagnostic("AE961", f"`{arguments.module}` holds no module: it has no `{MANIFEST}`")]
+        )
+    try:
+        replace_file(out, packed(files))
+    except OSError as failure:
+        raise UserError([Diagnostic("AE961", f"`{out}` cannot be written: {failure.strerror}")]) from failure
+    print(f"{out}: {len(files)} files, sha256:{bundle_digest(files)}")
+    return Exit.PROVED
+
+
+def _install(arguments: argparse.Namespace) -> Exit:
+    with module_source(arguments.module) as source:
+        one = Registry(arguments.state).install(source, arguments.digest)
+    print(f"{one.name} {one.version} is {one.state.value}; sha256:{one.digest}")
+    return Exit.PROVED
+
+
+def _moving(verb: str) -> Callable[[argparse.Namespace], Exit]:
+    def command(arguments: argparse.Namespace) -> Exit:
+        one: Installed = getattr(Registry(arguments.state), verb)(arguments.module)
+        print(f"{one.name} {one.version} is {one.state.value}")
+        return Exit.PROVED
+
+    return command
+
+
+def _list(arguments: argparse.Namespace) -> Exit:
+    registry = Registry(arguments.state)
+    snapshot = registry.snapshot()
+    capable = registry.capabilities(snapshot)
+    shown = {
+        name: one
+        for name, one in snapshot.modules.items()
+        if arguments.capability is None or arguments.capability in capable[name]
+    }
+    broken = _broken_assumptions(arguments.state)
+    as_text = arguments.format == "text"
+    print((_text if as_text else _json)(shown, snapshot, capable, broken))
+    return Exit.PROVED if shown or arguments.capability is None else Exit.REJECTED
+
+
+_Broken = dict[tuple[str, str], list[dict[str, Any]]]
+"""What was measured that certificates exclude, by module and version."""
+
+
+def _broken_assumptions(state: Path) -> _Broken:
+    """As the agent of this robot remembers."""
+    found: _Broken = {}
+    if not (state / MEMORY).exists():
+        return found
+    try:
+        with recollection(state / MEMORY) as memory:
+            for one in memory.broken_assumptions():
+                found.setdefault((one["module"], one["version"]), []).append(one)
+    except RefusedError as refusal:
+        print(f"aeros: warning: which assumptions were broken is not known: {refusal}", file=sys.stderr)
+    return found
+
+
+def _told(broken: list[dict[str, Any]]) -> list[str]:
+    """A line for each skill, of its latest."""
+    lines = []
+    for skill in dict.fromkeys(one["skill"] for one in broken):
+        every = [one for one in broken if one["skill"] == skill]
+        last = every[-1]
+        declared = ", ".join(f"`{name}`" for name in last["declared"])
+        rests = f"{len(last['obligations'])} obligations of certificate {(last['certificate'] or '')[:12]}"
+        when = f"last in session {last['session']} at {last['time']:.2f} s"
+        lines.append(
+            f"broken: {skill} came to none of {declared}, {len(every)} times, {when}; {rests} rest on it"
+        )
+    return lines
+
+
+def _text(
+    shown: dict[str, Installed], snapshot: Snapshot, capable: dict[str, tuple[str, ...]], broken: _Broken
+) -> str:
+    if not shown:
+        return "nothing is installed that provides it" if snapshot.modules else "nothing is installed"
+    width = max(len(name) + len(one.version) + 1 for name, one in shown.items())
+    lines = [
+        f"{name + ' ' + one.version:<{width}}  {one.state.value:<10}  {', '.join(capable[name])}"
+        for name, one in shown.items()
+    ]
+    lines += [line for one in shown.values() for line in _told(broken.get((one.name, one.version), []))]
+    return "\n".join([*lines, *(f"blocked: {one.id}: {one.reason}" for one in snapshot.blocks.values())])
+
+
+def _json(
+    shown: dict[str, Installed], snapshot: Snapshot, capable: dict[str, tuple[str, ...]], broken: _Broken
+) -> str:
+    modules: list[dict[str, Any]] = [
+        {
+            "name": one.name,
+            "version": one.version,
+            "state": one.state.value,
+            "digest": f"sha256:{one.digest}",
+            "capabilities": list(capable[one.name]),
+            "broken_assumptions": broken.get((one.name, one.version), []),
+        }
+        for one in shown.values()
+    ]
+    blocks = [
+        {"id": b.id, "reason": b.reason, "module": b.module, "skill": b.skill, "action": b.action}
+        for b in snapshot.blocks.values()
+    ]
+    return json.dumps({"generation": snapshot.generation, "modules": modules, "blocks": blocks}, indent=2)
+
+
+_COMMANDS: Final = {
+    "install": _install,
+    "list": _list,
+    **{verb: _moving(verb) for verb in ("configure", "activate", "deactivate", "remove")},
+}

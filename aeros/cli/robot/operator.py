@@ -1,0 +1,120 @@
+"""Commands of the operator: policy, block, unblock, pause, resume, stop, release."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from aeros.agent.recovery.quarantine import Quarantine
+from aeros.cli.arguments import add_command, existing_path
+from aeros.exit_codes import Exit
+from aeros.runtime.execution.governor import Command
+from aeros.runtime.registry.control_page import StillMovingError, ask
+from aeros.runtime.registry.registry import Registry
+from aeros.spec.model.model import Block
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_DESCRIPTIONS: Final = {
+    "block": "Deny everything that a module, one of its skills or an action kind asks for, from now on.",
+    "unblock": "Take a block back.",
+    "policy": "Put a site file in force for everything that is installed, or say which one is.",
+    "pause": "Let nothing begin until `aeros resume`; what moves ends first.",
+    "resume": "Let actions begin again.",
+    "stop": "Bring what moves to rest, and end the run.",
+    "release": "Let an agent go on that kept crashing, and was left in quarantine.",
+}
+_EXAMPLES: Final = {
+    "block": """\
+  aeros block --id press-under-repair --reason "the press is open" --module make_dumplings --skill wrap
+  aeros block --id no-gripping --reason "a finger is worn" --action grip
+""",
+    "unblock": "  aeros unblock press-under-repair\n",
+    "policy": "  aeros policy cell.yaml\n  aeros policy\n",
+    "pause": "  aeros pause\n",
+    "resume": "  aeros resume\n",
+    "stop": "  aeros stop\n",
+    "release": "  aeros release\n  aeros run --resume --watchdog\n",
+}
+
+
+def add_to(commands: Subparsers, name: str) -> None:
+    """Add the command `name` and its arguments."""
+    parser = add_command(commands, name, _DESCRIPTIONS[name], f"examples:\n{_EXAMPLES[name]}")
+    if name == "block":
+        parser.add_argument("--id", required=True, help="a short name for it")
+        parser.add_argument("--reason", required=True, help="why, for whoever is refused")
+        parser.add_argument("--module", help="the module it blocks")
+        parser.add_argument("--skill", help="the skill of that module it blocks")
+        parser.add_argument("--action", help="the action kind it blocks")
+    elif name == "unblock":
+        parser.add_argument("id", help="the name of the block")
+    elif name == "policy":
+        parser.add_argument("site", nargs="?", type=existing_path, help="the site file")
+    parser.add_argument(
+        "--state", type=Path, default=Path(".aeros"), help="the robot's own folder (default: .aeros)"
+    )
+    parser.set_defaults(command=_COMMANDS[name])
+
+
+def _block(arguments: argparse.Namespace) -> Exit:
+    if arguments.module is None and arguments.action is None:
+        print("aeros: name what to block: --module, with or without --skill, or --action", file=sys.stderr)
+        return Exit.USAGE
+    parts = (arguments.module, arguments.skill, arguments.action)
+    Registry(arguments.state).block(Block(arguments.id, arguments.reason, *parts))
+    print(f"{arguments.id} is in force")
+    return Exit.PROVED
+
+
+def _unblock(arguments: argparse.Namespace) -> Exit:
+    Registry(arguments.state).unblock(arguments.id)
+    print(f"{arguments.id} is taken back")
+    return Exit.PROVED
+
+
+def _policy(arguments: argparse.Namespace) -> Exit:
+    registry = Registry(arguments.state)
+    if arguments.site is not None:
+        registry.policy(arguments.site)
+    configuration, _ = registry.configuration()
+    print(f"{configuration.site.id} is in force; sha256:{configuration.site.digest}")
+    return Exit.PROVED
+
+
+def _release(arguments: argparse.Namespace) -> Exit:
+    was = Quarantine(arguments.state).release()
+    print("released: it may be started again" if was else "it was in no quarantine")
+    return Exit.PROVED
+
+
+def _asking(command: Command, done: str) -> Callable[[argparse.Namespace], Exit]:
+    def ask_it(arguments: argparse.Namespace) -> Exit:
+        folder = Registry(arguments.state).folder
+        if not folder.is_dir():
+            print(f"aeros: no robot runs from `{arguments.state}`", file=sys.stderr)
+            return Exit.REJECTED
+        try:
+            ask(folder, command)
+        except StillMovingError as late:
+            print(f"aeros: something still moves {late}; use the robot's own stop", file=sys.stderr)
+            return Exit.REJECTED
+        print(done)
+        return Exit.PROVED
+
+    return ask_it
+
+
+_COMMANDS: Final = {
+    "block": _block,
+    "unblock": _unblock,
+    "policy": _policy,
+    "pause": _asking(Command.PAUSE, "paused: nothing begins until `aeros resume`"),
+    "resume": _asking(Command.RUN, "resumed"),
+    "stop": _asking(Command.STOP, "stopped"),
+    "release": _release,
+}

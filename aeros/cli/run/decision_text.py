@@ -1,0 +1,66 @@
+"""Decisions and their grounds as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from aeros.runtime.gate.decision import Decision
+from aeros.runtime.gate.explain import Clause, Explanation
+
+
+def decision_text(decision: Decision) -> str:
+    """The verdict, what may be executed, and every reason."""
+    return "\n".join(_decision_lines(decision))
+
+
+def explanation_text(explanation: Explanation) -> str:
+    """The decision, its layers, and each condition on the action with its grounds; ends with a blank line."""
+    lines = [*_decision_lines(explanation.decision), *_layer_lines(explanation)]
+    lines += _clause_lines(explanation.clauses)
+    if explanation.reduced:
+        lines += ["  decided again, as attenuated", *_clause_lines(explanation.reduced)]
+    return "\n".join([*lines, ""])
+
+
+def _decision_lines(decision: Decision) -> Iterator[str]:
+    action = decision.action
+    if action is None:
+        yield decision.verdict.value
+    else:
+        parameters = ", ".join(f"{name}={value}" for name, value in action.parameters.items())
+        yield f"{decision.verdict.value} {action.kind}({parameters})"
+    for reason in decision.reasons:
+        yield f"  {reason.code} {reason.rule}: {reason.text}"
+
+
+def _layer_lines(explanation: Explanation) -> Iterator[str]:
+    for label, wanted in (("passed", True), ("not passed", False), ("not known", None)):
+        names = [name for name, passed in explanation.layers.items() if passed is wanted]
+        if names:
+            yield f"  {label}: {'; '.join(names)}"
+
+
+def _clause_lines(clauses: Sequence[Clause]) -> Iterator[str]:
+    proved = [one for one in clauses if one.obligation and one.holds is None and not one.missing]
+    width = max((len(one.name) for one in clauses), default=0)
+    if proved:
+        yield "  proved at install, not evaluated"
+        for one in proved:
+            yield f"    {one.name:<{width}}  by {one.obligation}"
+    rest = [one for one in clauses if one not in proved]
+    if rest:
+        yield "  evaluated now"
+        for one in rest:
+            yield f"    {one.name:<{width}}  {_result(one):<7}  {one.text}{_at(one)}"
+
+
+def _result(clause: Clause) -> str:
+    return {True: "holds", False: "fails", None: "unknown"}[clause.holds]
+
+
+def _at(clause: Clause) -> str:
+    parts = [", ".join(f"{name} = {value}" for name, value in clause.values.items())]
+    parts += [f"no value of {', '.join(clause.missing)}"] if clause.missing else []
+    parts += [f"proved by {clause.obligation}"] if clause.obligation else []
+    said = "; ".join(part for part in parts if part)
+    return f"  [{said}]" if said else ""

@@ -1,0 +1,312 @@
+"""`aeros run`: one agent pursues an instruction on a plant, every action decided by the gate."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from aeros.agent.errors import RefusedError
+from aeros.agent.identity import exclusive
+from aeros.agent.recovery.checkpoint import Checkpoints
+from aeros.agent.recovery.quarantine import Quarantine
+from aeros.apps.goal import goal_of
+from aeros.apps.watchdog.resumable_run import keep, restore
+from aeros.apps.watchdog.watchdog import watch
+from aeros.cli.arguments import (
+    UsageError,
+    existing_path,
+    film_path,
+    find_key_file,
+    mcap_path,
+    parse_seed,
+    writable_path,
+)
+from aeros.cli.run.planners import LLM_KEY, planner_of
+from aeros.cli.run.run_plant import Staged, around_of, serve, watched
+from aeros.cli.run.run_task import Meant, run_task
+from aeros.exit_codes import EXIT_CODES, Exit
+from aeros.runtime.gate.gate import GateMode
+from aeros.runtime.registry.registry import Registry
+from aeros.runtime.registry.registry_governor import Steering
+from aeros.session.plant_factory import PLANTS, PlantSetupError
+from aeros.session.setup import (
+    SETUP_ERRORS,
+    build_signing,
+    create_output_folder,
+    open_governor,
+    select_task,
+)
+from aeros.sim.hosting.wire import LostError
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_EXAMPLES = """\
+All modules are proved before anything moves, and each `ecm.lock` must be the certificate that
+results.  The folder given by --out holds afterwards: run.webp (physics), trace.jsonl (what the agent
+did), measured.jsonl (what was measured, ten times a second), audit.jsonl (every decision, chained), and
+with --report a page about all of it.  The exit code is 0 when the goal is measured, 1 when not.
+A film, bag or MCAP file is whole or not there: after Ctrl-C, which stops the robot, it ends there.
+A person walks their own way and minds nothing; the robot slows down or stops as the site says.
+A composition is a graph of skills that the module declares; its branches run at the same time.
+The planner smt needs no planning rules: it plans by what skills declare, for any goal (`aeros plan`).
+
+examples:
+  aeros run "make dumplings"
+  aeros run "clean the table" --seed 7 --out runs/clean
+  aeros run "make dumplings" --plant symbolic --gate shadow
+  aeros run "fetch the object" --plant kinematic --seed 3
+  aeros run "fetch the object" --composition fetch_once --timeout 60
+  aeros run "make dumplings" --planner smt --plan-within 5
+  aeros run "make dumplings" --planner pddl --engine pyperplan
+  aeros run "make dumplings" --planner llm --llm-url http://localhost:11434/v1 --llm-model qwen3
+  aeros run "make dumplings" --goal "dumpling_wrapped and not dumpling_cooked"
+  aeros run "fetch the object" --person across_the_room
+  aeros run "make dumplings" --faults wrapper_bumped --seed 4
+  aeros run "make dumplings" --record dumplings.mp4 --mcap dumplings.mcap
+  aeros run "make dumplings" --view --no-record
+  aeros run "make dumplings" --person at_the_bench --report
+  aeros run "fetch the object" --scene shelf_behind
+  aeros run "make dumplings" --bag runs/demo-bag
+  aeros run "make dumplings" --watchdog
+  aeros run --resume
+  aeros run "make dumplings" --audit-key .aeros/audit.key --anchor /mnt/other/demo.anchor
+"""
+
+
+_PATIENCE: Final = 30.0
+"""Seconds for an earlier agent to end."""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = commands.add_parser(
+        "run",
+        description=__doc__,
+        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("instruction", nargs="?", help='what to do, as in "make dumplings"')
+    parser.add_argument("--seed", type=parse_seed, default=0, help="of everything random (default: 0)")
+    parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
+    parser.add_argument(
+        "--gate",
+        choices=[mode.value for mode in GateMode],
+        default=GateMode.COMPILED.value,
+        help="how conditions are decided; shadow does both and halts on a disagreement (default: compiled)",
+    )
+    parser.add_argument(
+        "--site",
+        type=existing_path,
+        help="the site file (default: the policy in force on this robot, or else the reference site)",
+    )
+    parser.add_argument(
+        "--ecms",
+        type=existing_path,
+        help="the modules to load (default: those that are active on this robot, or else `ecms`)",
+    )
+    parser.add_argument(
+        "--out", type=Path, help="a new folder for film, trace and audit log (default: in runs/)"
+    )
+    parser.add_argument(
+        "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
+    )
+    parser.add_argument(
+        "--composition", metavar="NAME", help="follow this composition of the module, not its planning rules"
+    )
+    parser.add_argument(
+        "--planner",
+        choices=("rules", "smt", "pddl", "llm"),
+        help="plan by the task's rules, by what skills declare with our own search or a classical planner's, "
+        "or as a language model proposes (default: rules; smt with --goal)",
+    )
+    parser.add_argument(
+        "--engine",
+        metavar="NAME",
+        help="the classical planner of --planner pddl, as unified-planning calls it (default: its choice)",
+    )
+    parser.add_argument(
+        "--llm-url",
+        metavar="URL",
+        help=f"the OpenAI-compatible API to ask, as in http://localhost:11434/v1; its key in {LLM_KEY}",
+    )
+    parser.add_argument("--llm-model", metavar="NAME", help="the language model to ask there")
+    parser.add_argument(
+        "--goal", metavar="EXPR", help="reach this in place of the task's goal, where the task takes place"
+    )
+    parser.add_argument(
+        "--plan-within",
+        type=_seconds,
+        metavar="SECONDS",
+        help="what a planner that searches or asks may take for a plan, while the plant's time goes on "
+        "(default, and at most: what the site allows)",
+    )
+    parser.add_argument(
+        "--timeout",
+        type=_seconds,
+        metavar="SECONDS",
+        help="cancel the task after this time on the plant's clock (default: only each skill has a time-out)",
+    )
+    kept = parser.add_mutually_exclusive_group()
+    kept.add_argument(
+        "--bag",
+        type=Path,
+        metavar="FOLDER",
+        help="keep decisions, joints, transforms and what is measured as a ROS 2 bag in this new folder",
+    )
+    kept.add_argument(
+        "--mcap", type=mcap_path, metavar="FILE", help="keep the same in this one new file, for Foxglove, say"
+    )
+    parser.add_argument(
+        "--person",
+        metavar="FILE|NAME",
+        help="let somebody walk about (physics): a people file, or one that comes with AEROS",
+    )
+    parser.add_argument(
+        "--faults",
+        metavar="FILE|NAME",
+        help="let things go wrong (physics): a faults file, or one that comes with AEROS",
+    )
+    parser.add_argument(
+        "--scene",
+        metavar="FILE|NAME",
+        help="let more stand and lie about (physics): a scene file, or one that comes with AEROS",
+    )
+    parser.add_argument(
+        "--report", action="store_true", help="write report.html there too, as `aeros report` does"
+    )
+    film = parser.add_mutually_exclusive_group()
+    film.add_argument(
+        "--record",
+        type=film_path,
+        metavar="FILE",
+        help="the film to write (physics): *.webp, *.gif or *.mp4 (default: run.webp in the folder of --out)",
+    )
+    film.add_argument("--no-record", action="store_true", help="take no film")
+    parser.add_argument(
+        "--view", action="store_true", help="show the run in a window (physics), where there is a display"
+    )
+    parser.add_argument(
+        "--audit-key",
+        type=existing_path,
+        metavar="FILE",
+        help="sign the audit log with this key (default: audit.key in the agent's folder, if there is one)",
+    )
+    parser.add_argument(
+        "--anchor", type=writable_path, metavar="FILE", help="keep the log's newest signature here as well"
+    )
+    surviving = parser.add_argument_group("survival", "docs/survival.md says what is held by what")
+    surviving.add_argument(
+        "--watchdog",
+        action="store_true",
+        help="let the plant outlive the agent, which is started anew where it crashes, and goes on",
+    )
+    surviving.add_argument(
+        "--resume",
+        action="store_true",
+        help="go on with the task that a crash interrupted",
+    )
+    surviving.add_argument(
+        "--crashes", type=_count, default=5, metavar="N", help="so many are a crash loop (default: 5) …"
+    )
+    surviving.add_argument(
+        "--within", type=_seconds, default=600.0, metavar="SECONDS", help="… within this time (default: 600)"
+    )
+    surviving.add_argument(
+        "--silence",
+        type=_seconds,
+        default=60.0,
+        metavar="SECONDS",
+        help="an agent without a sign of life for so long is killed (default: 60)",
+    )
+    surviving.add_argument("--serve-plant", action="store_true", help=argparse.SUPPRESS)
+    surviving.add_argument("--supervised", action="store_true", help=argparse.SUPPRESS)
+    parser.set_defaults(command=_command, plant_at=None)
+
+
+def _count(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or not 0 < int(text) < 2**31:
+        raise argparse.ArgumentTypeError("expected a whole number above 0")
+    return int(text)
+
+
+def _seconds(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = 0.0
+    if not 0.0 < seconds < inf:
+        raise argparse.ArgumentTypeError("expected a number of seconds above 0")
+    return seconds
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    is_going_on = arguments.resume or arguments.serve_plant
+    if is_going_on != (arguments.instruction is None):
+        raise UsageError("give an instruction, or --resume and none")
+    try:
+        if is_going_on:
+            arguments = restore(arguments)
+        if arguments.watchdog:
+            return _watch(arguments)
+        if not arguments.resume:
+            return _pursue(arguments)
+        # One process after the other, from the first to the last that it does: an agent whose watchdog was
+        # killed may still be about to end.
+        with exclusive(arguments.state / "task", arguments.instruction, _PATIENCE):
+            return _pursue(arguments)
+    except (RefusedError, PlantSetupError) as refusal:
+        print(f"aeros: {refusal}", file=sys.stderr)
+        return Exit.REJECTED
+
+
+def _watch(arguments: argparse.Namespace) -> Exit:
+    """Have the task pursued by an agent under a watchdog, of which there is one."""
+    if arguments.bag is not None or arguments.mcap is not None:
+        raise UsageError("--bag and --mcap are written by one process: they do not go with --watchdog")
+    with exclusive(arguments.state / "watchdog", arguments.instruction):
+        quarantined = Quarantine(arguments.state).reason()
+        if quarantined is not None:
+            raise RefusedError(quarantined)
+        if not arguments.resume:
+            with exclusive(arguments.state, arguments.instruction):
+                arguments.out = create_output_folder(arguments.out, "watched")
+                arguments.plant_at = Path(tempfile.mkdtemp(prefix="aeros-")) / "plant.sock"
+                # What an earlier task left is not this one's.
+                Checkpoints(arguments.state).forget()
+                # A stop ended an earlier run; from here on it is meant for this one.
+                Steering(Registry(arguments.state).folder, resumed=False).close()
+                keep(arguments)
+        return watch(arguments)
+
+
+def _pursue(arguments: argparse.Namespace) -> Exit:
+    key_file = find_key_file(arguments)
+    governor, configuration, proof = open_governor(
+        arguments.state,
+        arguments.ecms,
+        arguments.site,
+        resumed=arguments.resume or arguments.serve_plant,
+    )
+    try:
+        signing = build_signing(key_file, arguments.anchor)
+        routed = select_task(arguments.instruction, configuration, governor, arguments.state)
+        goal = None if arguments.goal is None else goal_of(arguments.goal, configuration.site)
+        planner = planner_of(arguments, configuration.modules[routed.module], configuration.site)
+        around = around_of(arguments, configuration, routed)
+        with watched(arguments, routed.task.id) as (out, spectators), governor:
+            staged = Staged(arguments, configuration, routed, around, spectators, out)
+            if arguments.serve_plant:
+                return serve(staged)
+            return run_task(staged, Meant(governor, proof, planner, goal, signing))
+    except SETUP_ERRORS as refusal:
+        print(f"aeros: {refusal}", file=sys.stderr)
+        return Exit.REJECTED
+    except LostError as lost:
+        # Whoever supervises this process may try it again.
+        print(f"aeros: the plant is lost: {lost}", file=sys.stderr)
+        return Exit.OUR_BUG

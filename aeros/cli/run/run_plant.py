@@ -1,0 +1,125 @@
+"""The plant of a run: what is in its scene, who looks on, and whether it is this process's or another's."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from aeros.agent.errors import RefusedError
+from aeros.agent.identity import exclusive
+from aeros.agent.planning.routing import Routed
+from aeros.exit_codes import Exit
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.ports import Plant
+from aeros.session.plant_factory import (
+    connect_plant,
+    load_bodies,
+    load_faults,
+    load_people,
+    open_plant,
+    open_video,
+    open_viewer,
+)
+from aeros.session.setup import create_output_folder
+from aeros.sim.hosting.host import Host, HostLog
+
+if TYPE_CHECKING:
+    from aeros.sim.bullet.bodies import Body
+    from aeros.sim.bullet.people import Person
+    from aeros.sim.faults.injector import Happening
+    from aeros.sim.faults.model import Fault
+    from aeros.sim.physics import Spectator
+
+
+class Around(NamedTuple):
+    """What is in a simulated scene besides the task's own things, and what goes wrong there."""
+
+    people: Sequence[Person]
+    faults: Sequence[Fault]
+    bodies: Sequence[Body]
+
+
+@dataclass(frozen=True)
+class Staged:
+    """All that a run needs of its plant.
+
+    out: the folder for what is left of the run.
+    """
+
+    arguments: argparse.Namespace
+    configuration: Configuration
+    routed: Routed
+    around: Around
+    spectators: Sequence[Spectator]
+    out: Path
+
+
+def is_elsewhere(arguments: argparse.Namespace) -> bool:
+    """Whether the plant is of another process, which serves it."""
+    return arguments.plant_at is not None and not arguments.serve_plant
+
+
+def around_of(arguments: argparse.Namespace, configuration: Configuration, routed: Routed) -> Around:
+    """What the arguments name; of a plant elsewhere nothing, as that has it."""
+    people = load_people(arguments.plant, arguments.person)
+    if is_elsewhere(arguments):
+        return Around((), (), ())
+    faults = load_faults(arguments.plant, arguments.faults, configuration, routed.task)
+    bodies = load_bodies(arguments.plant, arguments.scene, routed.task, arguments.seed)
+    return Around(people, faults, bodies)
+
+
+@contextmanager
+def watched(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Path, Sequence[Spectator]]]:
+    """The folder for what is left of the run, and who looks on: both are there before anything moves."""
+    with ExitStack() as stack:
+        spectators: list[Spectator] = []
+        if is_elsewhere(arguments):
+            yield arguments.out, spectators
+            return
+        if arguments.view:
+            spectators.append(open_viewer(arguments.plant))
+            stack.callback(spectators[0].close)
+        out = arguments.out if arguments.serve_plant else create_output_folder(arguments.out, task)
+        is_filmed = arguments.plant == "physics" and not arguments.no_record
+        if is_filmed or arguments.record is not None:
+            spectators.append(open_video(arguments.plant, arguments.record or out / "run.webp"))
+        yield out, spectators
+
+
+def staged_plant(staged: Staged, tell: Callable[[Happening], None]) -> AbstractContextManager[Plant]:
+    """The plant of this process, or of another that is served at `plant_at`."""
+    arguments, (people, faults, bodies) = staged.arguments, staged.around
+    if is_elsewhere(arguments):
+        return closing(connect_plant(arguments.plant_at))
+    return open_plant(
+        arguments.plant,
+        staged.configuration,
+        staged.routed.task,
+        arguments.seed,
+        staged.spectators,
+        people,
+        faults,
+        tell,
+        bodies,
+    )
+
+
+def serve(staged: Staged) -> Exit:
+    """Be the plant of a run whose agent is another process; nothing, where there is one already."""
+    arguments = staged.arguments
+    tell = HostLog(staged.out / "plant.jsonl")
+    with (
+        suppress(RefusedError),
+        exclusive(arguments.state / "plant", arguments.instruction),
+        staged_plant(staged, lambda one: tell(one._asdict())) as plant,
+    ):
+        arguments.plant_at.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        Host(plant, tell).serve(arguments.plant_at)
+        with suppress(OSError):
+            arguments.plant_at.parent.rmdir()
+    return Exit.PROVED

@@ -1,0 +1,36 @@
+"""The summary of a run, printed at its end."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from aeros.agent.execution.report import RunReport
+from aeros.spec.verification.reports import Report
+
+
+def summary(proof: Report, report: RunReport, plant: str, simulated: float, real: float) -> str:
+    """The end of a run in a few lines."""
+    measured = _measured(report.measured)
+    obligations = sum(module.obligation_count for module in proof.modules)
+    guarded = sum(module.guarded_count for module in proof.modules)
+    outcome = "goal reached" if report.reached else f"goal not reached: {report.reason}"
+    return "\n".join(
+        (
+            "",
+            f"{report.module}.{report.task}: {outcome}",
+            f"goal       {report.goal}; measured on the {plant} plant: {measured}",
+            f"modules    {len(proof.modules)} proved, {obligations} obligations, {guarded} left to the gate",
+            f"steps      {len(report.steps)} run, {report.retries} retries, {report.recoveries} recoveries, "
+            f"{report.replans} re-plans",
+            f"decisions  {report.allowed} allowed, {report.attenuated} attenuated, {report.denied} denied",
+            f"time       {simulated:.1f} s simulated, {real:.1f} s real",
+        )
+    )
+
+
+def _measured(values: Mapping[str, Any]) -> str:
+    return ", ".join(
+        f"{name} = {'unknown' if value is None else json.dumps(value)}" for name, value in values.items()
+    )

@@ -1,0 +1,275 @@
+"""`aeros top`: looks on at a run from another terminal; asks nothing of it, and changes nothing."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import signal
+import sys
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from aeros.apps.report_page.run_data import steps_of
+from aeros.apps.run_follower import Following
+from aeros.cli.arguments import add_command, existing_path
+from aeros.cli.latest_run import latest_run
+from aeros.cli.records.report import sites_at_hand
+from aeros.exit_codes import Exit
+from aeros.spec.diagnostics.render import safe
+from aeros.spec.model.model import Site
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+SCHEMA: Final = "aeros/top/1"
+
+_EXAMPLES = """\
+Shows the plan and where it is, the latest decisions with their reasons, what is measured and how old it
+is, quotas, and how near each rule is to being broken.  On a terminal it goes on until Ctrl-C, from run to
+run; elsewhere it says what has changed until the run has ended.  Exits with 1 where there is no run.
+
+examples:
+  aeros top
+  aeros top --once --format json
+  aeros top --run runs/demo --once
+"""
+_ENTER, _LEAVE = "\x1b[?1049h\x1b[?25l", "\x1b[?25h\x1b[?1049l"
+_HOME, _END_OF_LINE, _BELOW = "\x1b[H", "\x1b[K", "\x1b[J"
+_DECISIONS, _BOUNDS, _EVENTS = 8, 14, 4
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments."""
+    parser = add_command(commands, "top", __doc__, _EXAMPLES)
+    parser.add_argument(
+        "--run", type=existing_path, help="the folder of a run (default: the latest of --state)"
+    )
+    parser.add_argument(
+        "--state", type=Path, default=Path(".aeros"), help="the robot's own folder (default: .aeros)"
+    )
+    parser.add_argument("--site", type=existing_path, help="the site file (default: as of `aeros report`)")
+    parser.add_argument("--once", action="store_true", help="say how it is now, and end")
+    parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
+    parser.add_argument(
+        "--every", type=_seconds, default=0.5, metavar="SECONDS", help="how often to look (default: 0.5)"
+    )
+    parser.set_defaults(command=_command)
+
+
+def _seconds(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = 0.0
+    if not 0.05 <= seconds <= 3600:
+        raise argparse.ArgumentTypeError("expected a number of seconds from 0.05 to 3600")
+    return seconds
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    looking = _Looking(arguments.state, arguments.run, arguments.site)
+    if arguments.once:
+        return _say(looking.look(), arguments.format)
+    if arguments.format == "text" and sys.stdout.isatty():
+        return _look_on(looking, arguments.every)
+    said = looking.look()
+    code = _say(said, arguments.format)
+    while said is not None and said["is_running"]:
+        time.sleep(arguments.every)
+        view = looking.look()
+        if view is not None and view != said:
+            code, said = _say(view, arguments.format), view
+    return code
+
+
+def _look_on(looking: _Looking, every: float) -> Exit:
+    """Go on until Ctrl-C, which is how one leaves."""
+    try:
+        with _whole_screen():
+            while True:
+                _draw(looking.look())
+                time.sleep(every)
+    except KeyboardInterrupt:
+        return Exit.PROVED
+
+
+class _Looking:
+    """Follows the latest run, and the next one once that begins."""
+
+    def __init__(self, state: Path, folder: Path | None, site: Path | None) -> None:
+        self._state = state
+        self._given = folder
+        self._site = site
+        self._sites: dict[str, Site] = {}
+        self._following: Following | None = None
+
+    def look(self) -> dict[str, Any] | None:
+        """How things are now, as JSON; None where nothing was ever run."""
+        found = latest_run(self._state)
+        folder = self._given or (None if found is None else found[0])
+        if folder is None:
+            return None
+        if self._following is None or self._following.folder != folder:
+            self._following = Following(folder)
+        is_there = found is not None and found[1] and found[0] == folder.resolve()
+        self._following.read()
+        return view_of(self._following, self._governing(self._following.site), is_there=is_there)
+
+    def _governing(self, digest: str | None) -> Site | None:
+        if digest is not None and digest not in self._sites:
+            at_hand = sites_at_hand(self._state, self._site)
+            self._sites.update({site.digest: site for site in at_hand if site.digest == digest})
+        return None if digest is None else self._sites.get(digest)
+
+
+def view_of(run: Following, site: Site | None, *, is_there: bool) -> dict[str, Any]:
+    """How the run is, as JSON.  is_there: whether its process is."""
+    ended = run.ended
+    parts = () if run.plan is None else steps_of(run.plan, run.runs)
+    used = run.last[-1].usage if run.last else {}
+    most = {} if site is None else {quota.id: quota.at_most for quota in site.quotas}
+    single = [(name, told) for name, told in sorted(run.world.items()) if not isinstance(told[0], list)]
+    told = [one for one in run.events if one.text][-_EVENTS:]
+    return {
+        "schema": SCHEMA,
+        "folder": str(run.folder),
+        "is_running": is_there and ended is None,
+        "is_paused": run.is_paused,
+        "instruction": run.routed.get("instruction"),
+        "task": run.routed.get("task"),
+        "ended": None if ended is None else {name: ended.get(name) for name in ("reached", "reason")},
+        "time": run.now,
+        "plan": [{"step": step, "how": how} for step, how in parts],
+        "under_way": [{"skill": one.skill, "since": one.began} for one in run.runs if one.ended is None],
+        "events": [{"time": one.time, "text": one.text} for one in told],
+        "counts": {verdict: run.counts[verdict] for verdict in ("ALLOW", "ATTENUATE", "DENY")},
+        "decisions": [
+            {
+                "time": one.time,
+                "verdict": one.verdict,
+                "skill": one.skill,
+                "kind": one.kind,
+                "reasons": [list(reason) for reason in one.reasons],
+            }
+            for one in list(run.last)[-_DECISIONS:]
+        ],
+        "quotas": {name: {"used": count, "at_most": most.get(name)} for name, count in used.items()},
+        "bounds": [
+            {
+                "rule": one.rule,
+                "quantity": one.quantity,
+                "unit": one.unit,
+                "measured": one.measured,
+                "at_most" if one.is_upper else "at_least": one.bound,
+                "margin": one.margin,
+            }
+            for one in run.nearest(site)
+        ],
+        "world": {name: {"value": value, "age": max(run.now - at, 0.0)} for name, (value, at) in single},
+    }
+
+
+# Text.
+
+
+def _say(view: dict[str, Any] | None, form: str) -> Exit:
+    if view is None:
+        print("aeros: nothing was run from here yet", file=sys.stderr)
+        return Exit.REJECTED
+    print(json.dumps(view) if form == "json" else "\n".join(_lines(view)) + "\n", flush=True)
+    return Exit.PROVED
+
+
+_SIGNS: Final = {"under way": "▶", "done": "✓", "failed": "✗", "to come": "·"}
+
+
+def _lines(view: Mapping[str, Any]) -> Iterator[str]:
+    """The view as text, the most urgent first."""
+    for line in _unsafe_lines(view):
+        yield safe(line)
+
+
+def _unsafe_lines(view: Mapping[str, Any]) -> Iterator[str]:
+    ended, counts = view["ended"], view["counts"]
+    how = "paused" if view["is_paused"] else "runs"
+    if ended is not None:
+        how = "goal reached" if ended["reached"] is True else f"goal not reached: {ended['reason']}"
+    elif not view["is_running"]:
+        how = "its process is gone, and no end is recorded"
+    yield f"{view['task'] or 'no task yet'}  {view['time']:.2f} s  {how}"
+    yield (
+        f"decisions  {counts['ALLOW']} allowed, {counts['ATTENUATE']} attenuated, {counts['DENY']} denied"
+        + "".join(f"   quota {name} {_used(quota)}" for name, quota in view["quotas"].items())
+    )
+    yield from _section("plan", (f"{_SIGNS[part['how']]} {part['step']}" for part in view["plan"]))
+    yield from _section(
+        "under way", (f"{one['skill']}  {view['time'] - one['since']:.2f} s" for one in view["under_way"])
+    )
+    yield from _section("nearest to their bounds", map(_bound, view["bounds"][:_BOUNDS]))
+    yield from _section("latest decisions", map(_decision, reversed(view["decisions"])))
+    yield from _section("agent", (f"{one['time']:8.2f} s  {one['text']}" for one in reversed(view["events"])))
+    yield from _section("measured", _world(view["world"]))
+
+
+def _section(title: str, lines: Iterable[str]) -> Iterator[str]:
+    found = list(lines)
+    if found:
+        yield ""
+        yield title
+        yield from (f"  {line}" for line in found)
+
+
+def _used(quota: Mapping[str, Any]) -> str:
+    return str(quota["used"]) + ("" if quota["at_most"] is None else f"/{quota['at_most']}")
+
+
+def _bound(one: Mapping[str, Any]) -> str:
+    way, limit = ("at most", one["at_most"]) if "at_most" in one else ("at least", one["at_least"])
+    broken = "  BROKEN" if one["margin"] < 0 else ""
+    measured = f"{one['quantity']:28} {one['measured']:9.4g}"
+    return f"{measured}  {way} {limit:.4g} {one['unit']:5} {one['rule']}{broken}"
+
+
+def _decision(one: Mapping[str, Any]) -> str:
+    why = "; ".join(f"{code} {rule}: {text}" for code, rule, text in one["reasons"])
+    return f"{one['time']:8.2f} s  {one['verdict']:9} {one['skill']} {one['kind']}" + (
+        f"  {why}" if why else ""
+    )
+
+
+def _world(world: Mapping[str, Any]) -> Iterator[str]:
+    """Truth values and names first, then numbers; each with its age."""
+    for name, one in sorted(world.items(), key=lambda item: (type(item[1]["value"]) is float, item[0])):
+        value = one["value"]
+        shown = f"{value:.4g}" if type(value) is float else json.dumps(value)
+        yield f"{name:24} {shown:>10}  {one['age']:.2f} s ago"
+
+
+@contextmanager
+def _whole_screen() -> Iterator[None]:
+    """The terminal for us alone; however the block ends it is as it was."""
+
+    def leave(_number: int, _frame: object) -> None:
+        raise KeyboardInterrupt
+
+    former = {number: signal.signal(number, leave) for number in (signal.SIGTERM, signal.SIGHUP)}
+    sys.stdout.write(_ENTER)
+    try:
+        yield
+    finally:
+        sys.stdout.write(_LEAVE)
+        sys.stdout.flush()
+        for number, handler in former.items():
+            signal.signal(number, handler)
+
+
+def _draw(view: dict[str, Any] | None) -> None:
+    columns, rows = shutil.get_terminal_size()
+    lines = ["nothing was run from here yet"] if view is None else list(_lines(view))
+    shown = [line[: columns - 1] + _END_OF_LINE for line in lines[: rows - 1]]
+    sys.stdout.write(_HOME + "\n".join(shown) + "\n" + _BELOW)
+    sys.stdout.flush()

@@ -1,0 +1,32 @@
+"""What the exit code of every command means."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+from aeros.spec.obligations.verdicts import Conclusion
+
+
+class Exit(IntEnum):
+    """Documented in docs/exit-codes.md and in every `--help`."""
+
+    PROVED = 0  # or done, where a command proves nothing
+    REJECTED = 1
+    USAGE = 2
+    UNDECIDED = 3
+    OUR_BUG = 4
+    INTERRUPTED = 130
+
+
+def exit_for(conclusion: Conclusion) -> Exit:
+    """The exit code of a report."""
+    return {
+        Conclusion.PROVED: Exit.PROVED,
+        Conclusion.REJECTED: Exit.REJECTED,
+        Conclusion.UNDECIDED: Exit.UNDECIDED,
+    }[conclusion]
+
+
+EXIT_CODES = (
+    "exit codes: 0 proved or done, 1 rejected, 2 usage, 3 undecided, 4 a bug in aeros, 130 interrupted"
+)

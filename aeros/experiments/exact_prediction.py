@@ -1,0 +1,177 @@
+"""What an architecture comes to, exactly: its own code, run against every declared outcome there is.
+
+A trial is a Markov chain over the task's predicates whose moves are the architecture's.  Here it is
+unrolled: `pursue` is run again and again, each time with another sequence of outcomes, until every sequence
+has been had.  Each has the product of its outcomes' probabilities, and all together have 1, in fractions.  So
+what is predicted is what the code does, not what somebody says of it.
+
+Assumes what the shipped prediction does: outcomes are independent of each other and of the past, effects of
+an outcome happen and nothing else changes, everything is measured in time, and nothing is denied or halted.
+And that what an architecture does follows from what it is given; of one that differs from one time to the
+next nothing is predicted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from typing import Any, Final, NoReturn
+
+from aeros.agent.execution.supervisor import Judgement
+from aeros.agent.planning.base import RulePlanner
+from aeros.agent.planning.routing import Routed
+from aeros.agent.planning.task_graph import Step
+from aeros.agent.world.world import World
+from aeros.experiments.architecture import (
+    MOST_ASKED,
+    Architecture,
+    EndlessError,
+    Model,
+    Predicting,
+    Told,
+)
+from aeros.sim.symbolic.state import initial_values
+from aeros.spec.closed_loop.invocation import Invocation
+from aeros.spec.closed_loop.markov_chain import Prediction
+from aeros.spec.closed_loop.transition_system import NotExploredError, TransitionSystem
+from aeros.spec.expr.doubles import as_doubles
+
+MOST_SEQUENCES: Final = 20_000
+"""Sequences of outcomes that one prediction may take; a second or two."""
+
+
+def predicted(make: Callable[[], Architecture], model: Model) -> Prediction:
+    """The exact prediction of one trial; raises `NotExploredError` with the reason why there is none."""
+    architecture = make()
+    if isinstance(architecture, Predicting):
+        return architecture.predict(model)
+    total = _Total()
+    pending: list[tuple[int, ...]] = [()]
+    told = _Tables(model)
+    for _ in range(MOST_SEQUENCES):
+        if not pending:
+            return total.prediction()
+        prefix = pending.pop()
+        means = _Modelled(told, prefix)
+        try:
+            said = make().pursue(means)
+        except NotExploredError:
+            raise
+        except EndlessError as endless:
+            raise NotExploredError(str(endless)) from endless
+        except Exception as error:
+            raise NotExploredError(f"it raises {type(error).__name__}: {error}") from error
+        if len(means.widths) < len(prefix):
+            raise NotExploredError("it does not do the same where the same is measured")
+        for place in range(len(prefix), len(means.widths)):
+            taken = tuple(means.chosen[:place])
+            pending += [(*taken, other) for other in range(1, means.widths[place])]
+        total.add(means, said)
+    raise NotExploredError(f"it has more than {MOST_SEQUENCES} sequences of outcomes")
+
+
+class _Total:
+    """Expected counts, summed over sequences."""
+
+    def __init__(self) -> None:
+        self._sums = {name: Fraction(0) for name in Prediction.__dataclass_fields__}
+
+    def add(self, means: _Modelled, told: Told) -> None:
+        counts = {
+            "success": int(means.is_reached()),
+            "invocations": len(means.widths),
+            "retries": told.retries,
+            "recoveries": told.recoveries,
+            "replans": told.replans,
+        }
+        for name, count in counts.items():
+            self._sums[name] += means.probability * count
+
+    def prediction(self) -> Prediction:
+        return Prediction(**self._sums)
+
+
+class _Tables:
+    """What all sequences of one model share."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.system = TransitionSystem(model.ecm, model.task, model.site)
+        self.routed = Routed(model.ecm.id, model.task)
+        self.goal = self.system.condition(model.task.goal)
+        values = initial_values(model.site, as_doubles(model.task.initial))
+        self.start = tuple(values[name] for name in self.system.names)
+        self._invocations: dict[tuple[str, str], list[Invocation]] = {}
+
+    def invocations(self, step: Step) -> list[Invocation]:
+        """The skill of `step` with its inputs, or each that provides the capability."""
+        key = step.skill, repr(sorted(step.inputs.items()))
+        if key not in self._invocations:
+            providers = [self.model.ecm.skills[name] for name in self.model.ecm.providers_of(step.skill)]
+            self._invocations[key] = [Invocation(one, step.inputs, self.system.names) for one in providers]
+        return self._invocations[key]
+
+
+class _Modelled:
+    """The means of a trial in which skills have the outcomes that `prefix` says, and the first ones after.
+
+    widths: how many outcomes there were at each run; chosen: which was had.
+    """
+
+    def __init__(self, tables: _Tables, prefix: Sequence[int]) -> None:
+        self._tables = tables
+        self._prefix = prefix
+        self._state = tables.start
+        self._planner = RulePlanner()
+        self.probability = Fraction(1)
+        self.widths: list[int] = []
+        self.chosen: list[int] = []
+        self._asked = 0
+
+    @property
+    def seed(self) -> NoReturn:
+        raise NotExploredError("it chooses by its seed, and says not what is to be expected (`predict`)")
+
+    @property
+    def routed(self) -> Routed:
+        return self._tables.routed
+
+    @property
+    def runtime(self) -> NoReturn:
+        raise NotExploredError(
+            "it drives the runtime itself, and says not what is to be expected (`predict`)"
+        )
+
+    def world(self) -> World:
+        self._count()
+        known: dict[str, Any] = dict(zip(self._tables.system.names, self._state, strict=True))
+        return World(0.0, known, {}, known)
+
+    def is_reached(self) -> bool:
+        self._count()
+        return self._tables.goal(self._state)
+
+    def plan(self) -> tuple[Step, ...]:
+        modules = {self._tables.model.ecm.id: self._tables.model.ecm}
+        return self._planner.plan(self.routed, self.world(), modules).steps
+
+    def run(self, step: Step) -> Judgement:
+        self._count()
+        able = [one for one in self._tables.invocations(step) if one.can_start(self._state)]
+        if not able:
+            return Judgement(None, True, False, f"the precondition of `{step.skill}` is not measured")
+        found = [one for one in able[0].after(self._state) if one[2]]
+        place = len(self.widths)
+        chosen = self._prefix[place] if place < len(self._prefix) else 0
+        if chosen >= len(found):
+            raise NotExploredError("it does not do the same where the same is measured")
+        self.widths.append(len(found))
+        self.chosen.append(chosen)
+        self._state, outcome, probability = found[chosen]
+        self.probability *= probability
+        return Judgement(outcome.id, outcome.failure, False, f"outcome `{outcome.id}`" * outcome.failure)
+
+    def _count(self) -> None:
+        self._asked += 1
+        if self._asked > MOST_ASKED:
+            raise EndlessError

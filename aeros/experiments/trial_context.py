@@ -1,0 +1,163 @@
+"""The means of a real trial: skills run through executor and gate, and what is done is counted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import inf
+from typing import Any, cast
+
+from aeros.agent.execution.supervisor import Judgement, judge, start_problem
+from aeros.agent.planning.base import RulePlanner
+from aeros.agent.planning.routing import Routed
+from aeros.agent.planning.task_graph import Step
+from aeros.agent.world.values import Kept, exact
+from aeros.agent.world.world import World, measured_world
+from aeros.experiments.architecture import MOST_ASKED, EndlessError
+from aeros.runtime.ports import Ended, Readings, Runtime, StepHandle, StepRequest, StepResult
+from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.expr.semantics import Environment
+from aeros.spec.model.model import Ecm, Skill
+
+
+class CountingRuntime:
+    """A runtime that counts what is asked of it, whoever asks; in everything else the one that it is given.
+
+    watched: module and name of a skill whose tries are counted, too, and where they are `judged` those that
+        failed.
+    steps: skills that began; actions: those that the gate let begin; denied: those that it denied.
+    tries, failed_tries: of the skill that is watched; first_failed: whether its first failed.
+    """
+
+    def __init__(
+        self, runtime: Runtime, watched: tuple[str, str] | None = None, *, judged: bool = False
+    ) -> None:
+        self._runtime = runtime
+        self._watched = watched
+        self.judged = judged
+        self._under_way: set[StepHandle] = set()
+        self.steps = 0
+        self.actions = 0
+        self.denied = 0
+        self.tries = 0
+        self.failed_tries = 0
+        self.first_failed = False
+
+    def start(self, request: StepRequest) -> StepHandle | StepResult:
+        """See `ports.Runtime`."""
+        started = self._runtime.start(request)
+        if not isinstance(started, StepResult):
+            self.steps += 1
+            if (request.module, request.skill) == self._watched:
+                self._under_way.add(started)
+        return started
+
+    def wait(self, until: float = inf) -> Ended | None:
+        """See `ports.Runtime`."""
+        ended = self._runtime.wait(until)
+        if ended is not None:
+            self.actions += ended.result.allowed + ended.result.attenuated
+            self.denied += ended.result.denied
+            if ended.step in self._under_way:
+                self._under_way.remove(ended.step)
+                self.tries += 1
+                if self.judged:
+                    failed = self._has_failed(ended.result)
+                    self.failed_tries += failed
+                    self.first_failed = failed if self.tries == 1 else self.first_failed
+        return ended
+
+    def _has_failed(self, result: StepResult) -> bool:
+        """By what is measured now."""
+        assert self._watched is not None  # noqa: S101  only what is watched is under way
+        runtime, (module, name) = self._runtime, self._watched
+        world = measured_world(runtime.site.state, runtime.observe(), runtime.now())
+        return judge(module, runtime.active_modules()[module].skills[name], result, world).failed
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._runtime, name)
+
+
+class TrialMeans:
+    """See `architecture.Means`."""
+
+    def __init__(self, runtime: CountingRuntime, routed: Routed, seed: int) -> None:
+        self._runtime = cast(Runtime, runtime)
+        self._routed = routed
+        self._seed = seed
+        self._exactly = Kept()
+        self._planner = RulePlanner()
+        self._asked = 0
+        self._readings: Readings | None = None
+        self._world: World | None = None
+
+    @property
+    def routed(self) -> Routed:
+        """See `Means`."""
+        return self._routed
+
+    @property
+    def seed(self) -> int:
+        """See `Means`."""
+        return self._seed
+
+    @property
+    def runtime(self) -> Runtime:
+        """See `Means`."""
+        return self._runtime
+
+    def world(self) -> World:
+        """See `Means`."""
+        self._asked += 1
+        if self._asked > MOST_ASKED:
+            raise EndlessError
+        runtime = self._runtime
+        readings, now = runtime.observe(), runtime.now()
+        # Where the very same readings come again, as long as nothing happens, so does the world.
+        if self._world is None or readings is not self._readings or now != self._world.time:
+            self._readings = readings
+            self._world = measured_world(runtime.site.state, readings, now, self._exactly)
+        return self._world
+
+    def is_reached(self) -> bool:
+        """See `Means`."""
+        return self.world().evaluate(self._routed.task.goal) is True
+
+    def measures_the_goal(self) -> bool:
+        """The same for the harness, whatever the architecture has asked for."""
+        self._asked = 0
+        return self.is_reached()
+
+    def plan(self) -> tuple[Step, ...]:
+        """See `Means`."""
+        return self._planner.plan(self._routed, self.world(), self._runtime.active_modules()).steps
+
+    def run(self, step: Step) -> Judgement:
+        """See `Means`; of a capability the first provider is run that may start."""
+        world, module = self.world(), self._runtime.active_modules()[step.module]
+        providers = [module.skills[name] for name in module.providers_of(step.skill)]
+        if not providers:
+            raise MisuseError(f"`{step.module}` has no skill `{step.skill}`")
+        problems = [start_problem(step.module, one, world, _environment(one, step)) for one in providers]
+        able = [one for one, problem in zip(providers, problems, strict=True) if problem is None]
+        if not able:
+            return Judgement(None, True, False, "; ".join(str(problem) for problem in problems))
+        return self._run(module, able[0], step.inputs)
+
+    def _run(self, module: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> Judgement:
+        result = self._runtime.start(StepRequest(module.id, skill.id, _filled(skill, inputs)))
+        if not isinstance(result, StepResult):
+            ended = self._runtime.wait()
+            if ended is None:
+                raise MisuseError("nothing ended, without a time to wait until")
+            result = ended.result
+        return judge(module.id, skill, result, self.world())
+
+
+def _filled(skill: Skill, inputs: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: inputs.get(name, declared.default) for name, declared in skill.inputs.items()}
+
+
+def _environment(skill: Skill, step: Step) -> Environment:
+    """The skill's inputs, exact, as its conditions name them."""
+    filled = _filled(skill, step.inputs)
+    return {declared.name: exact(declared, filled[name]) for name, declared in skill.inputs.items()}

@@ -1,0 +1,168 @@
+"""Finished trials, kept: a line of JSON for each, appended whole, and read again after any interruption.
+
+A line is with the operating system as soon as its trials are there, in one write, so no end of this process
+loses it; what a power cut may take is the last second.  A last line that is torn is left out, and cut off
+before anything is appended.
+
+A worker that sees the folder keeps what it finishes in a file aside until all of it is taken from there, or
+handed over; who opens the folder next takes in what a kill has left there.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final, NamedTuple, Self
+
+from aeros.experiments.trial_kinds import Found
+from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.diagnostics.errors import MisuseError, UserError
+from aeros.spec.migrations.format import FormatVersionError
+from aeros.spec.migrations.formats import TRIALS
+
+FILE: Final = "trials.jsonl"
+
+_ASIDE: Final = "finished-"
+
+_APPEND: Final = os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
+
+_SYNC_EVERY: Final = 1.0  # s
+
+
+class Kept(NamedTuple):
+    """A finished trial: its condition's digest, its seed, and what it found."""
+
+    condition: str
+    seed: int
+    found: Found
+
+
+class Aside:
+    """Trials that a worker has finished and that are not kept yet, in a file whose path it was given.
+
+    Where there is no such folder, as on another machine, nothing is kept.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._file = os.open(path, _APPEND, 0o644) if path.parent.is_dir() else None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._file is not None:
+            os.close(self._file)
+
+    def keep(self, one: Kept) -> None:
+        """Append it; raises `OSError`."""
+        if self._file is not None:
+            _write(self._file, _line(one))
+
+
+class Store:
+    """The trials of one folder; one process at a time writes them.
+
+    Raises `MisuseError` where another does, or none can; `UserError` where a line is none of ours.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._path = folder / FILE
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._file = os.open(self._path, _APPEND, 0o644)
+        except OSError as error:
+            raise MisuseError(f"cannot write to `{folder}`: {error.strerror}") from error
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            os.close(self._file)
+            raise MisuseError(f"`{self._path}` is being written by another run") from error
+        self._synced = time.monotonic()
+        try:
+            self.trials: dict[tuple[str, int], Found] = dict(self._read())
+            for path in sorted(folder.glob(f"{_ASIDE}*.jsonl")):
+                self.take_in(path)
+        except BaseException:
+            os.close(self._file)
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        os.fsync(self._file)
+        os.close(self._file)
+
+    def aside(self, number: int) -> Path:
+        """The file for what a worker finishes of the chunk with that number."""
+        return self._path.parent.resolve() / f"{_ASIDE}{number}.jsonl"
+
+    def take_in(self, aside: Path) -> int:
+        """Append what a worker has kept there, of which nothing is needed there any more; how much it was.
+
+        Raises `OSError`; `UserError` where a line is none of ours.
+        """
+        found = list(_kept_in(aside, _whole(aside.read_bytes())))
+        self.keep([one for one in found if (one.condition, one.seed) not in self.trials], aside)
+        return len(found)
+
+    def keep(self, trials: Iterable[Kept], aside: Path | None = None) -> None:
+        """Append these, of which none is needed `aside` any more; raises `OSError`."""
+        made = list(trials)
+        _write(self._file, "".join(map(_line, made)))
+        self.trials.update({(one.condition, one.seed): one.found for one in made})
+        if aside is not None:
+            aside.unlink(missing_ok=True)
+        if time.monotonic() - self._synced > _SYNC_EVERY:
+            os.fsync(self._file)
+            self._synced = time.monotonic()
+
+    # Inside.
+
+    def _read(self) -> Iterable[tuple[tuple[str, int], Mapping[str, Any]]]:
+        content = self._path.read_bytes()
+        whole = _whole(content)
+        if len(whole) < len(content):
+            os.ftruncate(self._file, len(whole))
+        for one in _kept_in(self._path, whole):
+            yield (one.condition, one.seed), one.found
+
+
+def _line(one: Kept) -> str:
+    return (
+        json.dumps({"schema": TRIALS.schema, **one._asdict()}, sort_keys=True, separators=(",", ":")) + "\n"
+    )
+
+
+def _write(file: int, text: str) -> None:
+    content = text.encode()
+    while content:
+        content = content[os.write(file, content) :]
+
+
+def _whole(content: bytes) -> bytes:
+    """The lines that are not torn."""
+    return content[: content.rfind(b"\n") + 1]
+
+
+def _kept_in(path: Path, whole: bytes) -> Iterator[Kept]:
+    for number, line in enumerate(whole.splitlines(), 1):
+        try:
+            kept = json.loads(line)
+            TRIALS.require_current(kept, path)
+            yield Kept(**{key: value for key, value in kept.items() if key != "schema"})
+        except FormatVersionError as error:
+            raise UserError([Diagnostic("AE114", f"line {number}: {error}")]) from error
+        except (AttributeError, ValueError, TypeError) as error:
+            headline = f"`{path}`, line {number}, is no finished trial: {error}"
+            help_ = ("give another folder with --out",)
+            raise UserError([Diagnostic("AE002", headline, help=help_)]) from error

@@ -1,0 +1,48 @@
+"""Services by which the operator's commands reach a run: `/aeros/pause`, `/aeros/resume`, `/aeros/stop`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Final
+
+from aeros.runtime.bus.messages import TriggerRequest, TriggerResponse
+from aeros.runtime.bus.port import Bus
+from aeros.runtime.execution.governor import Command
+from aeros.runtime.registry.control_page import StillMovingError, ask
+
+TRIGGER: Final = (TriggerRequest, TriggerResponse)
+
+_SERVICES: Final = {
+    "/aeros/pause": (Command.PAUSE, "paused: nothing begins until `/aeros/resume`"),
+    "/aeros/resume": (Command.RUN, "resumed"),
+    "/aeros/stop": (Command.STOP, "stopped"),
+}
+
+
+@contextmanager
+def steered(bus: Bus, folder: Path) -> Iterator[None]:
+    """Offer them for whoever executes from the registry in `folder`, while the block runs.
+
+    Each does what the command of its name does, and answers when it is so: pause and stop when nothing
+    moves, or with failure when something does after some seconds.  The thread that asks waits, so it must
+    not be the one that executes.
+    """
+    with ExitStack() as offered:
+        for name, (command, done) in _SERVICES.items():
+            offered.callback(bus.serve(name, TRIGGER, _answering(folder, command, done)))
+        yield
+
+
+def _answering(folder: Path, command: Command, done: str) -> Callable[[TriggerRequest], TriggerResponse]:
+    def answer(request: TriggerRequest) -> TriggerResponse:
+        try:
+            ask(folder, command)
+        except StillMovingError as late:
+            return TriggerResponse(False, f"something still moves {late}; use the robot's own stop")
+        except OSError as failure:
+            return TriggerResponse(False, f"the run cannot be reached: {failure}")
+        return TriggerResponse(True, done)
+
+    return answer

@@ -1,0 +1,192 @@
+"""Why a decision is as it is: what was proved at install time, what was evaluated now, with which values.
+
+Beside the gate and not in it: the gate decides, and here each condition is read again by the exact
+semantics, which is what the gate's answer is by definition.  Pure.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.decision import Caller, Decision, Verdict
+from aeros.runtime.gate.gate import CompiledGate, GateMode
+from aeros.runtime.gate.request_check import request_fault, take_given, take_readings
+from aeros.runtime.gate.value_check import Scalars, check_now, forms_of
+from aeros.runtime.ports import Readings
+from aeros.skill import Action
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import lower, scalar_variables
+from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.types import FamilyType, VectorType
+from aeros.spec.model.model import Declared
+from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
+from aeros.spec.verification.witness import show_value
+
+LAYERS: Mapping[str, tuple[str, ...]] = {
+    "form": ("AE701", "AE702", "AE703", "AE704", "AE705", "AE706", "AE707"),
+    "overrides": ("AE710",),
+    "lifecycle": ("AE720",),
+    "access, risk and quotas": ("AE740", "AE741", "AE742"),
+    "envelope and permission": ("AE730", "AE731"),
+    "invariants": ("AE750", "AE790"),
+}
+"""The gate's layers, and the codes of their reasons."""
+
+
+@dataclass(frozen=True)
+class Clause:
+    """One condition on the action.
+
+    name: the invariant, or `envelope` or `permission`.
+    obligation: the one of the certificate that says it holds of every action in the envelope, if any.
+    holds: None where the proof stood in for evaluating it, or where `missing` names what it reads.
+    values: what it reads, in the units of the site, where it was evaluated.
+    """
+
+    name: str
+    text: str
+    obligation: str | None
+    holds: bool | None
+    values: Mapping[str, str]
+    missing: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """A decision with its grounds.
+
+    layers: by name, whether it was passed; None where that could not be found out.
+    clauses: of the action that was asked for.
+    reduced: of the action that an attenuation left, which was decided again.
+    """
+
+    decision: Decision
+    layers: Mapping[str, bool | None]
+    clauses: tuple[Clause, ...] = ()
+    reduced: tuple[Clause, ...] = ()
+
+
+class Explainer:
+    """Explains the decisions of the gate of one configuration."""
+
+    def __init__(self, configuration: Configuration, mode: GateMode) -> None:
+        self.gate = CompiledGate(configuration, mode)
+        self._configuration = configuration
+        self._relies_on_proof = mode is GateMode.COMPILED
+        self._state = forms_of(configuration.site.observed)
+
+    def explain(
+        self, caller: Caller, readings: Readings, action: Action, now: float, usage: Mapping[str, int]
+    ) -> Explanation:
+        """The decision on a request, and why; never raises but for what `Gate.decide` raises."""
+        decision = self.gate.decide(caller, readings, action, now, usage)
+        if request_fault(caller, readings, action, usage) or check_now(now):
+            return unreadable(decision)
+        allowed = decision.verdict is Verdict.ALLOW
+        clauses = tuple(self._clauses(caller, readings, action, now, allowed))
+        reduced: tuple[Clause, ...] = ()
+        if decision.verdict is Verdict.ATTENUATE and decision.action is not None:
+            reduced = tuple(self._clauses(caller, readings, decision.action, now, allowed=True))
+        return Explanation(decision, _layers(decision, clauses), clauses, reduced)
+
+    def _clauses(
+        self, caller: Caller, readings: Readings, action: Action, now: float, allowed: bool
+    ) -> Iterator[Clause]:
+        site, kind = self._configuration.site, self._configuration.site.kinds.get(action.kind)
+        ecm = self._configuration.modules.get(caller.module)
+        skill = ecm.skills.get(caller.skill) if ecm else None
+        if kind is None:
+            return
+        inputs = skill.inputs if skill else {}
+        declared = {one.name: one for one in (*site.observed.values(), *inputs.values())}
+        declared |= kind.parameters
+        values = self._values(caller, readings, action, now, inputs, kind.parameters)
+        conditions: list[tuple[str, str, ClaimId | None, t.Term]] = []
+        if skill is not None and kind.name in skill.envelope:
+            one = skill.envelope[kind.name]
+            conditions.append(("envelope", one.text, None, one.term))
+        if ecm is not None and kind.name in ecm.permission:
+            one = ecm.permission[kind.name]
+            claim_id = ClaimForm.ENVELOPE_PERMITTED(caller.skill, kind.name)
+            conditions.append(("permission", one.text, claim_id, one.term))
+        for rule in site.rules_on(kind.name):
+            claim_id = ClaimForm.ENVELOPE_OBEYS(caller.skill, kind.name, rule.id)
+            conditions.append((rule.id, rule.text, claim_id, rule.terms[kind.name]))
+        proved = self._configuration.proved(ecm.id) if ecm else frozenset()
+        for name, text, claim, term in conditions:
+            obligation = str(claim) if claim in proved else None
+            if obligation and allowed and self._relies_on_proof:
+                yield Clause(name, text, obligation, None, {})
+            else:
+                yield _evaluated(name, text, obligation, term, declared, values)
+
+    def _values(
+        self,
+        caller: Caller,
+        readings: Readings,
+        action: Action,
+        now: float,
+        inputs: Mapping[str, Declared],
+        parameters: Mapping[str, Declared],
+    ) -> Scalars:
+        """Every well-formed value of the request, exactly; what is wrong with others the gate has said."""
+        values: Scalars = {}
+        given = {f"inputs.{name}": value for name, value in caller.inputs.items()}
+        for faults in (
+            take_given(forms_of(parameters), action.parameters, "", values),
+            take_given(forms_of(inputs), given, "", values),
+            take_readings(self._state, readings, now, frozenset(self._state), values),
+        ):
+            deque(faults, maxlen=0)
+        return {name: Fraction(value) if type(value) is float else value for name, value in values.items()}
+
+
+def unreadable(decision: Decision) -> Explanation:
+    """The explanation of the denial of what is not even a request."""
+    return Explanation(decision, {**dict.fromkeys(LAYERS), "form": False})
+
+
+def _evaluated(
+    name: str,
+    text: str,
+    obligation: str | None,
+    term: t.Term,
+    declared: Mapping[str, Declared],
+    values: Mapping[str, Any],
+) -> Clause:
+    shown: dict[str, str] = {}
+    missing: list[str] = []
+    for read in t.variables_of(term):
+        value = _whole_value(declared[read], values)
+        if value is None:
+            missing.append(read)
+        else:
+            shown[read] = show_value(value, declared[read])
+    truth = None if missing else holds(lower(term), values)
+    return Clause(name, text, obligation, truth, shown, tuple(missing))
+
+
+def _whole_value(declared: Declared, values: Mapping[str, Any]) -> Any:
+    """The value of a variable from those of its scalars; None where one of them is not there."""
+    parts = [values.get(scalar.name) for scalar in scalar_variables(declared.variable)]
+    if None in parts:
+        return None
+    return tuple(parts) if isinstance(declared.variable.type, VectorType | FamilyType) else parts[0]
+
+
+def _layers(decision: Decision, clauses: tuple[Clause, ...]) -> dict[str, bool | None]:
+    objecting = {reason.code for reason in decision.reasons}
+    unknown = {
+        "envelope and permission" if clause.name in ("envelope", "permission") else "invariants"
+        for clause in clauses
+        if clause.missing
+    }
+    return {
+        name: False if objecting & set(codes) else None if name in unknown else True
+        for name, codes in LAYERS.items()
+    }

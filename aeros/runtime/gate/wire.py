@@ -1,0 +1,159 @@
+"""Requests and decisions as JSON lines: the gate's language outside Python.
+
+A request is read strictly: no duplicate key, no unknown field, nothing missing.  Whatever is wrong
+with it is a reason to deny, so a line that is no request gets a decision like any other.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from aeros.runtime.gate.decision import Caller, Decision, Reason, Verdict
+from aeros.runtime.gate.explain import Clause, Explainer, Explanation, unreadable
+from aeros.runtime.gate.port import Gate
+from aeros.runtime.ports import Reading
+from aeros.skill import Action
+
+MAX_LINE = 1 << 20
+"""Bytes of one request at most: far beyond any real one, far below what memory can hold."""
+
+_FIELDS = {"action": dict, "state": dict, "time": object, "usage": dict, "inputs": dict}
+_OPTIONAL = ("usage", "inputs")
+
+
+class _MalformedError(Exception):
+    """The line is not a request; carries the field and what is wrong with it."""
+
+    def __init__(self, field: str, text: str, code: str = "AE701") -> None:
+        super().__init__(text)
+        self.reason = Reason(code, field, text)
+
+
+def decide_line(gate: Gate, module: str, skill: str, line: bytes) -> Decision:
+    """The decision on one line of JSON; DENY, with the reason, where it is not a request."""
+    try:
+        request = _request(module, skill, line)
+    except _MalformedError as fault:
+        return Decision(Verdict.DENY, None, (fault.reason,))
+    return gate.decide(*request)
+
+
+def explain_line(explainer: Explainer, module: str, skill: str, line: bytes) -> Explanation:
+    """The decision on one line of JSON, and why."""
+    try:
+        request = _request(module, skill, line)
+    except _MalformedError as fault:
+        return unreadable(Decision(Verdict.DENY, None, (fault.reason,)))
+    return explainer.explain(*request)
+
+
+def decision_json(decision: Decision) -> dict[str, Any]:
+    """The decision as JSON: verdict, the action that may be executed, and every reason."""
+    action = decision.action
+    return {
+        "verdict": decision.verdict.value,
+        "action": None if action is None else {"kind": action.kind, "parameters": dict(action.parameters)},
+        "reasons": [{"code": one.code, "rule": one.rule, "text": one.text} for one in decision.reasons],
+    }
+
+
+def explanation_json(explanation: Explanation) -> dict[str, Any]:
+    """The decision as JSON, with the layers it passed and every condition on the action."""
+    found = {
+        **decision_json(explanation.decision),
+        "layers": dict(explanation.layers),
+        "conditions": [_clause_json(one) for one in explanation.clauses],
+    }
+    if explanation.reduced:
+        found["conditions_after_attenuation"] = [_clause_json(one) for one in explanation.reduced]
+    return found
+
+
+def _clause_json(clause: Clause) -> dict[str, Any]:
+    return {
+        "name": clause.name,
+        "text": clause.text,
+        "proved_by": clause.obligation,
+        "evaluated": clause.holds is not None,
+        "holds": clause.holds,
+        "values": dict(clause.values),
+        "missing": list(clause.missing),
+    }
+
+
+def request_json(action: Action, state: Mapping[str, Any], time: float, **rest: Any) -> dict[str, Any]:
+    """A request for `action` with every value of `state` measured at `time`."""
+    return {
+        "time": time,
+        "action": {"kind": action.kind, "parameters": dict(action.parameters)},
+        "state": {name: {"value": value, "time": time} for name, value in state.items()},
+        **rest,
+    }
+
+
+class _Request(NamedTuple):
+    """What `Gate.decide` takes, in its order."""
+
+    caller: Caller
+    readings: dict[str, Reading]
+    action: Action
+    now: Any
+    usage: Any
+
+
+def _request(module: str, skill: str, line: bytes) -> _Request:
+    request = _parse(line)
+    action = _action(request["action"])
+    state = {name: _reading(name, value) for name, value in request["state"].items()}
+    caller = Caller(module, skill, request.get("inputs", {}))
+    return _Request(caller, state, action, request["time"], request.get("usage", {}))
+
+
+def _parse(line: bytes) -> dict[str, Any]:
+    if len(line) > MAX_LINE:
+        raise _MalformedError("request", f"the request is longer than {MAX_LINE} bytes")
+    try:
+        request = json.loads(line.decode("utf-8"), object_pairs_hook=_unique)
+    except UnicodeDecodeError:
+        raise _MalformedError("request", "the request is not UTF-8") from None
+    except RecursionError:
+        raise _MalformedError("request", "the request is nested too deeply") from None
+    except ValueError as error:
+        raise _MalformedError("request", f"the request is not JSON: {str(error)[:200]}") from None
+    _check_fields(request, _FIELDS, _OPTIONAL, "request")
+    return dict(request)
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in found:
+            raise _MalformedError(key[:100], f"`{key[:100]}` is given twice")
+        found[key] = value
+    return found
+
+
+def _action(value: dict[str, Any]) -> Action:
+    _check_fields(value, {"kind": str, "parameters": dict}, (), "action")
+    return Action(value["kind"], value["parameters"])
+
+
+def _reading(name: str, value: Any) -> Reading:
+    _check_fields(value, {"value": object, "time": object}, (), name)
+    return Reading(value["value"], value["time"])
+
+
+def _check_fields(value: Any, fields: Mapping[str, type], optional: tuple[str, ...], where: str) -> None:
+    if type(value) is not dict:
+        raise _MalformedError(where, f"`{where}` is not an object with {', '.join(fields)}")
+    for name in value:
+        if name not in fields:
+            raise _MalformedError(name[:100], f"`{name[:100]}` is not a field of `{where}`", "AE702")
+    for name, type_ in fields.items():
+        if name not in value:
+            if name not in optional:
+                raise _MalformedError(name, f"`{where}` has no `{name}`", "AE703")
+        elif not isinstance(value[name], type_):
+            raise _MalformedError(name, f"`{name}` of `{where}` has the wrong type")

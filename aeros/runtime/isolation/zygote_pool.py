@@ -1,0 +1,249 @@
+"""The runtime's end of zygotes: starts them, has them fork workers, and sees every worker to its end."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import IO, Final
+
+from aeros.runtime.isolation.bubblewrap import find_bubblewrap, wrapped
+from aeros.runtime.isolation.layers import Layer
+
+_START: Final = 20.0
+"""Seconds in which a zygote must be ready; it takes about 0.1."""
+
+_END: Final = 5.0
+"""Seconds in which a zygote must have killed a worker; it takes about a millisecond."""
+
+_PACKAGES: Final = ("aeros", "msgspec")
+"""What a zygote needs beyond Python's own library."""
+
+_MOST_MESSAGE: Final = 64 * 1024
+
+
+class ZygoteError(Exception):
+    """No worker can be had; the message says why."""
+
+
+class Zygote:
+    """One zygote process.  Serves one worker at a time.
+
+    program: bubblewrap's path, or None to do without it.
+    """
+
+    def __init__(self, preload: Sequence[str], program: str | None) -> None:
+        self._channel, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._process: subprocess.Popen[bytes] | None = None
+        # A handle of the first process in the namespaces, where there are any.
+        self._first: int | None = None
+        with theirs, tempfile.TemporaryFile() as said:
+            try:
+                self._start(theirs.fileno(), preload, program, said)
+                theirs.close()
+                self._expect(b"ready", _START)
+            except (OSError, ZygoteError) as failure:
+                self.kill()
+                said.seek(0)
+                heard = said.read(2000).decode("utf-8", "replace").strip().splitlines()
+                raise ZygoteError(f"{failure}" + (f": {heard[-1]}" if heard else "")) from failure
+
+    def probe(self) -> dict[Layer, str | None]:
+        """For each layer why it is missing, or None: each is probed by what it does."""
+        address = f"aeros-{os.getpid()}-{os.urandom(8).hex()}"
+        with socket.socket(socket.AF_UNIX) as listening, tempfile.NamedTemporaryFile(prefix="aeros-") as file:
+            listening.bind(f"\0{address}")
+            listening.listen()
+            self._channel.send(f"probe {os.getpid()} {file.name} {address}".encode())
+            found = json.loads(self._receive(_START))
+        return {Layer(name): missing for name, missing in found.items()}
+
+    def spawn(self) -> socket.socket:
+        """A new worker, by the channel that it listens to.  The one before must be gone."""
+        ours, theirs = socket.socketpair()
+        with theirs:
+            try:
+                socket.send_fds(self._channel, [b"spawn"], [theirs.fileno()])
+            except OSError as failure:
+                ours.close()
+                raise ZygoteError(f"the zygote is gone: {failure}") from failure
+        return ours
+
+    def end_worker(self) -> int:
+        """Kill the worker and everything that it started; its exit code, negative for a signal.
+
+        Raises `ZygoteError` if that cannot be confirmed, after killing the zygote with all below it.
+        """
+        try:
+            self._channel.send(b"kill")
+            return int(self._expect(b"gone", _END))
+        except (OSError, ZygoteError, ValueError) as failure:
+            self.kill()
+            raise ZygoteError(f"the zygote was killed, as it did not end its worker: {failure}") from failure
+
+    def close(self) -> None:
+        """End the zygote, and with it every process below it; safe to call twice."""
+        self._channel.close()
+        if self._process is not None:
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(_END)
+        self.kill()
+
+    def kill(self) -> None:
+        """Kill everything at once; safe to call twice."""
+        self._channel.close()
+        if self._first is not None:
+            # Where there is a process namespace, the kernel takes everything in it along.
+            with suppress(ProcessLookupError):
+                signal.pidfd_send_signal(self._first, signal.SIGKILL)
+            os.close(self._first)
+            self._first = None
+        if self._process is not None and self._process.returncode is None:
+            with suppress(ProcessLookupError):
+                os.killpg(self._process.pid, signal.SIGKILL)
+            self._process.wait()
+
+    # Inside.
+
+    def _start(self, control: int, preload: Sequence[str], program: str | None, said: IO[bytes]) -> None:
+        roots = {name.partition(".")[0] for name in preload} - sys.stdlib_module_names
+        packages = [_folder_of(name) for name in sorted(roots.union(_PACKAGES))]
+        places = sorted({str(folder.parent) for folder in packages})
+        # -S: nothing that is installed beside Python (`.pth` files, `sitecustomize`) runs at start.
+        code = (
+            f"import sys; sys.path += {places!r}; import {_ZYGOTE} as z; z.main({control}, {list(preload)!r})"
+        )
+        executable = str(Path(sys.executable).resolve())
+        command = [executable, "-I", "-S", "-B", "-c", code]
+        if program is None:
+            self._popen(command, (control,), said)
+            return
+        readable = [sys.base_prefix, *(str(folder) for folder in packages), *_libraries_beside(packages)]
+        read_end, write_end = os.pipe()
+        try:
+            self._popen(wrapped(program, command, readable, write_end), (control, write_end), said)
+            os.close(write_end)
+            write_end = -1
+            self._first = _first_process(read_end)
+        finally:
+            for end in (read_end, write_end):
+                if end >= 0:
+                    os.close(end)
+
+    def _popen(self, command: Sequence[str], keep: tuple[int, ...], said: IO[bytes]) -> None:
+        self._process = subprocess.Popen(  # noqa: S603 - the interpreter itself, and bubblewrap
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=said,
+            env={"OPENBLAS_NUM_THREADS": "1"},
+            cwd="/",
+            pass_fds=keep,
+            # Of its own, so that Ctrl-C at the terminal reaches the runtime alone.
+            start_new_session=True,
+        )
+
+    def _expect(self, word: bytes, seconds: float) -> bytes:
+        message = self._receive(seconds)
+        found, _, rest = message.partition(b" ")
+        if found != word:
+            raise ZygoteError(f"the zygote says {message[:40]!r} for {word.decode()!r}")
+        return rest
+
+    def _receive(self, seconds: float) -> bytes:
+        self._channel.settimeout(seconds)
+        try:
+            message = self._channel.recv(_MOST_MESSAGE)
+        except OSError as failure:
+            raise ZygoteError(f"the zygote does not answer: {failure}") from failure
+        if not message:
+            raise ZygoteError("the zygote ended")
+        return message
+
+
+class Nursery:
+    """Zygotes to be had, as many as workers are in flight; probed once.
+
+    preload: modules that skill code may import.
+    bubblewrap: its path; by default where this host has it.
+    """
+
+    def __init__(self, preload: Sequence[str], bubblewrap: str | None = None) -> None:
+        self._preload = tuple(preload)
+        self._program = bubblewrap or find_bubblewrap()
+        self._idle: list[Zygote] = []
+        self._lock = threading.Lock()
+        why = "there is no program `bwrap`"
+        if self._program is not None:
+            try:
+                self._idle.append(Zygote(self._preload, self._program))
+            except ZygoteError as failure:
+                self._program, why = None, f"`{self._program}` does not work here: {failure}"
+        if not self._idle:
+            self._idle.append(Zygote(self._preload, None))
+        self.missing = self._idle[0].probe()
+        if self._program is None:
+            self.missing[Layer.BUBBLEWRAP] = why
+
+    def spawn(self) -> tuple[Zygote, socket.socket]:
+        """A new worker: the zygote that is lent for it, and its channel.  Raises `ZygoteError`."""
+        while (zygote := self._pop()) is not None:
+            try:
+                return zygote, zygote.spawn()
+            except ZygoteError:
+                zygote.kill()  # something else ended it
+        zygote = Zygote(self._preload, self._program)
+        return zygote, zygote.spawn()
+
+    def give_back(self, zygote: Zygote) -> None:
+        """Take back a zygote whose worker is gone."""
+        with self._lock:
+            self._idle.append(zygote)
+
+    def _pop(self) -> Zygote | None:
+        with self._lock:
+            return self._idle.pop() if self._idle else None
+
+    def close(self) -> None:
+        """End every zygote that is not lent; safe to call twice."""
+        with self._lock:
+            idle, self._idle = self._idle, []
+        for zygote in idle:
+            zygote.close()
+
+
+_ZYGOTE: Final = "aeros.runtime.isolation.zygote"
+
+
+def _folder_of(package: str) -> Path:
+    spec = importlib.util.find_spec(package)
+    if spec is None or not spec.submodule_search_locations:
+        raise ZygoteError(f"`{package}` is not installed")
+    return Path(next(iter(spec.submodule_search_locations))).resolve()
+
+
+def _libraries_beside(packages: Sequence[Path]) -> list[str]:
+    """Where wheels put shared libraries of theirs."""
+    return [str(folder.parent / f"{folder.name}.libs") for folder in packages]
+
+
+def _first_process(info: int) -> int:
+    """A handle of the first process in the namespaces, from the JSON that bubblewrap writes of it."""
+    told = b""
+    while not told.rstrip().endswith(b"}"):
+        readable, _, _ = select.select([info], [], [], _START)
+        part = os.read(info, 4096) if readable else b""
+        if not part:
+            raise ZygoteError("bubblewrap does not say what it started")
+        told += part
+    return os.pidfd_open(json.loads(told)["child-pid"])

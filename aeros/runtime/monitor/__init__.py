@@ -1,0 +1,1 @@
+"""The monitor: evaluates the site's rules at every control tick, with histories for past-time rules."""

@@ -1,0 +1,178 @@
+"""Upper bounds of speed, acceleration and jerk over a whole trajectory: of joints, of tool, of rotation.
+
+Timing.  s(u) = 10u³ − 15u⁴ + 6u⁵, u = t/T.  ds/du = 30u²(1−u)² is greatest at u = 1/2: 15/8.
+d²s/du² = 60u(1−u)(1−2u) at u = (1 ± 1/√3)/2: 10/√3.  d³s/du³ = 60 − 360u + 360u² at the ends: 60.
+So over a straight way d: 1.875·d/T, 5.7736·d/T², 60·d/T³ (T. Flash, N. Hogan, J. Neurosci. 5, 1985,
+is where the profile comes from; the peaks follow by setting the next derivative to zero).
+
+Along a path x(s):  ẋ = x'ṡ,  ẍ = x''ṡ² + x's̈,  x⃛ = x'''ṡ³ + 3x''ṡs̈ + x's⃛; each factor is replaced
+by its greatest magnitude.  A path's jerk is finite only where its second derivative has no jump, which
+`smooth` checks.
+
+Tool.  On a piece of path with parameter x in [0, 1], p' and p'' are exact in the middle m and
+|p'''| ≤ L on all of it, so |p'(x)| ≤ max |p'(m) ± p''(m)/2| + L/8 and |p''(x)| ≤ |p''(m)| + L/2 (Taylor).
+With A, B, C the greatest |q'|, |q''|, |q'''| and ρ as in `kinematics`,
+L = Σρ_i·C_i + 3·ΣΣρ_max(i,j)·B_i·A_j + ΣΣΣρ_max(i,j,k)·A_i·A_j·A_k.
+A piece whose bound is too large is halved, which quarters the excess.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import inf, sqrt
+from typing import Final, NamedTuple
+
+from aeros.runtime.motion.bezier import Derivatives, Piece, derivatives, halves, span_of
+from aeros.runtime.motion.kinematics import Posture, norm
+from aeros.runtime.ports import Body, Joints, Path, Triple
+
+TIMING: Final = (1.875, 10.0 / sqrt(3.0) * (1.0 + 1e-12), 60.0)
+"""Greatest |ds/du|, |d²s/du²| and |d³s/du³|."""
+
+_ROUNDING: Final = 1.0 + 1e-9
+"""More than what rounding takes from any bound here."""
+
+_JUMP: Final = 1e-9
+"""Difference of neighbouring pieces' derivatives that is rounding, rad."""
+
+_DEPTH: Final = 5
+"""How often a piece is halved at most."""
+
+
+class Rates(NamedTuple):
+    """Speed, acceleration and jerk."""
+
+    speed: float
+    acceleration: float
+    jerk: float
+
+
+def timed(first: float, second: float, third: float, duration: float) -> Rates:
+    """Bounds in time from bounds of the derivatives by s."""
+    v, a, j = TIMING[0] / duration, TIMING[1] / duration**2, TIMING[2] / duration**3
+    return Rates(
+        first * v * _ROUNDING,
+        (second * v * v + first * a) * _ROUNDING,
+        (third * v**3 + 3.0 * second * v * a + first * j) * _ROUNDING,
+    )
+
+
+def smooth(path: Path) -> bool:
+    """Whether the pieces meet with the same position, first and second derivative."""
+    for left, right in pairwise(path):
+        for _, b, c, d, e, f, g, _ in zip(*left, *right, strict=True):
+            slope, bend = (d - c) - (f - e), (b - 2.0 * c + d) - (e - 2.0 * f + g)
+            if not (abs(d - e) <= _JUMP and abs(slope) <= _JUMP and abs(bend) <= _JUMP):
+                return False
+    return True
+
+
+def joint_rates(path: Path, duration: float) -> list[Rates]:
+    """Of each joint."""
+    n = float(len(path))
+    known = [derivatives(piece) for piece in path]
+    columns = zip(
+        zip(*(one.most_first for one in known), strict=True),
+        zip(*(one.most_second for one in known), strict=True),
+        zip(*(one.third for one in known), strict=True),
+        strict=True,
+    )
+    return [timed(max(a) * n, max(b) * n**2, max(c) * n**3, duration) for a, b, c in columns]
+
+
+def way_rates(way: Triple, duration: float) -> Rates:
+    """Of a base along its way."""
+    return timed(norm(way), 0.0, 0.0, duration)
+
+
+def added(relative: Rates, carried: Rates) -> Rates:
+    """Of what moves at these relative to what moves at those and does not turn."""
+    return Rates(*(a + b for a, b in zip(relative, carried, strict=True)))
+
+
+def tool_rates(body: Body, path: Path, duration: float, speed_limit: float) -> tuple[Rates, Rates]:
+    """Of the tool point relative to the base, and of its rotation.
+
+    speed_limit: the tool's; pieces are halved until they are below it, or `_DEPTH` times, or not at all
+        where nothing could be.
+    """
+    n = float(len(path))
+    most = [0.0] * 6
+    allowed = speed_limit * duration / TIMING[0] / _ROUNDING / n if speed_limit > 0.0 else inf
+    for piece in path:
+        most = [max(pair) for pair in zip(most, _piece(body, piece, allowed, 0), strict=True)]
+    moving = timed(most[0] * n, most[1] * n**2, most[2] * n**3, duration)
+    return moving, timed(most[3] * n, most[4] * n**2, most[5] * n**3, duration)
+
+
+def _piece(body: Body, piece: Piece, allowed: float, depth: int) -> list[float]:
+    """Greatest |p'|, |p''|, |p'''| and the same of the rotation, by the parameter of the piece."""
+    found = _bounds(body, piece)
+    if found[0] <= allowed or depth == _DEPTH:
+        return found
+    # By the parameter of a half, which runs twice as fast.
+    parts = [_piece(body, half, allowed / 2.0, depth + 1) for half in halves(piece)]
+    scale = (2.0, 4.0, 8.0) * 2
+    halved = [max(pair) * factor for *pair, factor in zip(*parts, scale, strict=True)]
+    return [min(pair) for pair in zip(found, halved, strict=True)]
+
+
+def _bounds(body: Body, piece: Piece) -> list[float]:
+    known = derivatives(piece)
+    a, b, c, d = piece
+    at = tuple([(p + 3.0 * (q + r) + s) / 8.0 for p, q, r, s in zip(a, b, c, d, strict=True)])
+    posture = Posture(body, at)
+    tool = posture.frames[-1].place(body.tool)
+    box = span_of([piece])
+    # Everything in the box is within its width and its middle's distance of the posture in the middle.
+    width = [w + abs(m - q) for w, m, q in zip(box.width, box.middle, at, strict=True)]
+    _, reaches = posture.spread(len(at), tool, width)
+    third = _third(reaches, known)
+    first_at, second_at, turn_at = _motion(posture, tool, known.first, known.second)
+    ends = max(norm(_plus(first_at, second_at, 0.5)), norm(_plus(first_at, second_at, -0.5)))
+    sa, sb, sc = sum(known.most_first), sum(known.most_second), sum(known.third)
+    bend = sb + 0.5 * sa * sa
+    return [
+        ends + third / 8.0,
+        norm(second_at) + third / 2.0,
+        third,
+        norm(turn_at) + bend / 2.0,
+        bend,
+        sc + 3.0 * sa * sb + 1.5 * sa**3,
+    ]
+
+
+def _third(reaches: list[float], known: Derivatives) -> float:
+    """L: sums over all pairs and triples of joints, grouped by the outermost of them."""
+    total = sa = sb = 0.0
+    for reach, a, b, c in zip(reaches, known.most_first, known.most_second, known.third, strict=True):
+        pairs, triples = sa * sb, sa**3
+        sa += a
+        sb += b
+        total += reach * (c + 3.0 * (sa * sb - pairs) + (sa**3 - triples))
+    return total
+
+
+def _motion(posture: Posture, tool: Triple, first: Joints, second: Joints) -> tuple[Triple, Triple, Triple]:
+    """p', p'' and the rotation's rate where the joints' derivatives are these.
+
+    p'' = Σ_i J_i·q''_i + (2·Σ_{j<i} z_j·q'_j + z_i·q'_i) × J_i·q'_i, J_i = z_i × (p − o_i).
+    """
+    px, py, pz = tool
+    vx = vy = vz = cx = cy = cz = wx = wy = wz = 0.0
+    for ((ox, oy, oz), _, _, (zx, zy, zz)), rate, bend in zip(posture.frames[1:], first, second, strict=True):
+        dx, dy, dz = px - ox, py - oy, pz - oz
+        jx, jy, jz = zy * dz - zz * dy, zz * dx - zx * dz, zx * dy - zy * dx
+        ax, ay, az = jx * rate, jy * rate, jz * rate
+        zx, zy, zz = zx * rate, zy * rate, zz * rate
+        tx, ty, tz = 2.0 * wx + zx, 2.0 * wy + zy, 2.0 * wz + zz
+        cx += jx * bend + ty * az - tz * ay
+        cy += jy * bend + tz * ax - tx * az
+        cz += jz * bend + tx * ay - ty * ax
+        vx, vy, vz = vx + ax, vy + ay, vz + az
+        wx, wy, wz = wx + zx, wy + zy, wz + zz
+    return (vx, vy, vz), (cx, cy, cz), (wx, wy, wz)
+
+
+def _plus(a: Triple, b: Triple, factor: float) -> Triple:
+    return (a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2])

@@ -1,0 +1,55 @@
+"""Configurations that were in force on a robot, made again from what its registry keeps.
+
+The registry's log says what each was made of, by digest; all of that stays where it was kept, and is proved
+again.  What comes of it must have the digest that was asked for, so nothing here has to be believed.
+"""
+
+from __future__ import annotations
+
+from aeros.runtime.gate.configuration import Configuration, UnknownConfigurationError
+from aeros.runtime.registry.change_log import LOG, adopted
+from aeros.runtime.registry.registry import Registry
+from aeros.runtime.registry.store import Snapshot
+from aeros.spec.diagnostics.errors import UserError
+
+
+class Past:
+    """Implements `Configurations` over a registry."""
+
+    def __init__(self, registry: Registry) -> None:
+        self._registry = registry
+        self._adopted = adopted(registry.folder)
+
+    def __call__(self, digest: str) -> Configuration:
+        """The configuration of that digest.  Raises `UnknownConfigurationError`."""
+        snapshot = self._adopted.get(digest)
+        if snapshot is None:
+            log = self._registry.folder / LOG
+            raise UnknownConfigurationError(
+                f"no change that is recorded in `{log}` led to that; "
+                "a run with --site or --ecms is replayed with the same"
+            )
+        lost = self._lost(snapshot)
+        if lost:
+            raise UnknownConfigurationError(f"of what it was made of is not kept any more: {', '.join(lost)}")
+        try:
+            found, _ = self._registry.configuration(snapshot)
+        except UserError as refusal:
+            headlines = "; ".join(one.headline for one in refusal.diagnostics)
+            raise UnknownConfigurationError(f"what it was made of is refused now: {headlines}") from refusal
+        if found.digest != digest:
+            raise UnknownConfigurationError(
+                f"what it was made of is proved now to be {found.digest}: "
+                "another release of AEROS or of the solver, or what is kept has been changed"
+            )
+        return found
+
+    def _lost(self, snapshot: Snapshot) -> list[str]:
+        """What of it is not where it was kept, in words."""
+        folder = self._registry.folder
+        lost = [
+            f"`{one.name}` {one.version} sha256:{one.digest}"
+            for one in snapshot.modules.values()
+            if not (folder / one.folder).is_dir()
+        ]
+        return lost if (folder / snapshot.site).is_file() else [*lost, f"`{snapshot.site}`"]

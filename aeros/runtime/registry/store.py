@@ -1,0 +1,148 @@
+"""What the registry remembers, in one SQLite file; each change is one transaction.
+
+Rollback journal, `synchronous = EXTRA`: after kill -9 or a power cut at any instant, opening the file
+gives what was before the change or what is after it.  A refused change writes nothing.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from aeros.runtime.registry.lifecycle import State
+from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.migrations.formats import REGISTRY
+from aeros.spec.model.model import Block
+
+_VERSION: Final = REGISTRY.version
+_CURE: Final = "restore it from a backup, or remove its folder and install again"
+_SCHEMA: Final = (
+    "CREATE TABLE policy (only INTEGER PRIMARY KEY CHECK (only = 1), generation INTEGER NOT NULL, "
+    "site TEXT NOT NULL) STRICT",
+    "CREATE TABLE modules (name TEXT PRIMARY KEY, version TEXT NOT NULL, digest TEXT NOT NULL, "
+    "folder TEXT NOT NULL, state TEXT NOT NULL) STRICT",
+    "CREATE TABLE blocks (id TEXT PRIMARY KEY, reason TEXT NOT NULL, module TEXT, skill TEXT, "
+    "action TEXT) STRICT",
+    f"PRAGMA user_version = {_VERSION}",
+)
+
+
+@dataclass(frozen=True)
+class Installed:
+    """A module that is kept on this robot.
+
+    digest: of all its files; `folder` is where they are, relative to the registry's folder.
+    """
+
+    name: str
+    version: str
+    digest: str
+    folder: str
+    state: State
+
+    @classmethod
+    def kept(cls, name: str, version: str, digest: str, state: State) -> Installed:
+        """A module that is kept where its digest says."""
+        return cls(name, version, digest, f"modules/{digest}/{name}", state)
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Everything the registry says at one time.
+
+    generation: counts the changes; 0 where nothing was ever kept.
+    site: the policy's file, relative to the registry's folder; empty where there is none.
+    """
+
+    generation: int = 0
+    site: str = ""
+    modules: Mapping[str, Installed] = field(default_factory=dict)
+    blocks: Mapping[str, Block] = field(default_factory=dict)
+
+
+class Records:
+    """The registry's file in `folder`."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / "registry.sqlite3"
+
+    def read(self) -> Snapshot:
+        """What it says now; an empty snapshot where nothing was ever kept.  Raises `UserError`."""
+        with self._open() as database:
+            if database is None:
+                return Snapshot()
+            database.execute("BEGIN")  # what another process changes meanwhile is seen whole, or not at all
+            policy = database.execute("SELECT generation, site FROM policy").fetchone()
+            modules = database.execute(
+                "SELECT name, version, digest, folder, state FROM modules ORDER BY name"
+            ).fetchall()
+            blocks = database.execute(
+                "SELECT id, reason, module, skill, action FROM blocks ORDER BY id"
+            ).fetchall()
+        try:
+            generation, site = policy
+            kept = {row[0]: Installed(row[0], row[1], row[2], row[3], State(row[4])) for row in modules}
+        except (TypeError, ValueError) as failure:
+            raise self._damaged(str(failure)) from failure
+        return Snapshot(generation, site, kept, {row[0]: Block(*row) for row in blocks})
+
+    def replace(self, new: Snapshot) -> None:
+        """Make it say `new`, whole or not at all.  Raises `UserError`."""
+        with self._open(create=True) as database:
+            if database is None:
+                raise self._damaged("it cannot be created")
+            database.execute("BEGIN IMMEDIATE")
+            if _is_new(database):
+                for statement in _SCHEMA:
+                    database.execute(statement)
+            for table in ("policy", "modules", "blocks"):
+                database.execute(f"DELETE FROM {table}")  # noqa: S608
+            database.execute("INSERT INTO policy VALUES (1, ?, ?)", (new.generation, new.site))
+            modules = [(m.name, m.version, m.digest, m.folder, m.state.value) for m in new.modules.values()]
+            database.executemany("INSERT INTO modules VALUES (?, ?, ?, ?, ?)", modules)
+            blocks = [(b.id, b.reason, b.module, b.skill, b.action) for b in new.blocks.values()]
+            database.executemany("INSERT INTO blocks VALUES (?, ?, ?, ?, ?)", blocks)
+            database.execute("COMMIT")
+
+    @contextmanager
+    def _open(self, *, create: bool = False) -> Iterator[sqlite3.Connection | None]:
+        """The file, or None where there is nothing in it and it is not to be created."""
+        # For reading too it is opened for writing: what a killed change left must be rolled back first.
+        if not create and not self.path.exists():
+            yield None
+            return
+        try:
+            mode = "rwc" if create else "rw"
+            database = sqlite3.connect(
+                f"{self.path.absolute().as_uri()}?mode={mode}", uri=True, timeout=10.0, isolation_level=None
+            )
+        except sqlite3.Error as failure:
+            raise self._damaged(str(failure)) from failure
+        try:
+            database.execute("PRAGMA synchronous = EXTRA")
+            version = database.execute("PRAGMA user_version").fetchone()[0]
+            if version not in (_VERSION, 0) or (version == 0 and not _is_new(database)):
+                raise self._other_version(version)
+            yield database if create or version == _VERSION else None
+        except sqlite3.Error as failure:
+            raise self._damaged(str(failure)) from failure
+        finally:
+            database.close()
+
+    def _other_version(self, version: int) -> UserError:
+        if version == 0:
+            return self._damaged("it is a database of something else")
+        return self._damaged(*REGISTRY.refusal(version, self.path))
+
+    def _damaged(self, why: str, cure: str = _CURE) -> UserError:
+        headline = f"the registry `{self.path}` cannot be used: {why}"
+        return UserError([Diagnostic("AE965", headline, help=(cure,))])
+
+
+def _is_new(database: sqlite3.Connection) -> bool:
+    return bool(database.execute("SELECT count(*) = 0 FROM sqlite_schema").fetchone()[0])

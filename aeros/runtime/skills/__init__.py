@@ -1,0 +1,1 @@
+"""Skill code: loading, its contract, and skills that run in this process."""

@@ -1,0 +1,231 @@
+"""A Franka Panda with its hand in a `World`: motors in, measured values out.
+
+The arm stands fixed at W's origin or on a carriage, two force-limited prismatic joints along x and y.
+Motors: position control with feed-forward velocity, gain 0.3, torque limits of record.  Joints are
+placed once, when the robot is built, and from then on only motors move them.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from typing import Final
+
+from aeros.sim.bullet.client import DATA, bullet
+from aeros.sim.bullet.world import World, load_model
+from aeros.sim.geometry import Triple
+from aeros.sim.robot.kinematics import FLANGE_TO_TOOL
+from aeros.sim.robot.limits import FINGER_GAP_MAX, FINGER_SPEED, QD_MAX, TAU_MAX, Vector
+from aeros.sim.robot.robot import Robot, RobotOptions, RobotState
+from aeros.spec.text.files import read_source
+
+_GAIN: Final = 0.3
+"""Position gain of all arm and base motors (of 1): tracks within 0.006 rad."""
+
+_BASE_FORCE_MAX: Final = 600.0
+"""Greatest drive force of the carriage, N: a 60 kg base at 3 m/s² plus the arm's reaction."""
+
+
+class Panda(Robot):
+    """The robot in `world`."""
+
+    def __init__(self, world: World, options: RobotOptions) -> None:
+        super().__init__(options)
+        self._world = world
+        self.body = _load(world, options)
+        index = _joint_indices(self.body, world.client)
+        self._arm = [index[f"panda_joint{i}"] for i in range(1, 8)]
+        self.fingers = (index["panda_finger_joint1"], index["panda_finger_joint2"])
+        self._tool = index["panda_grasptarget_hand"]
+        self._wrist = index["panda_hand_joint"]
+        self._drive = [index["carriage_x"], index["carriage_y"]] if options.carriage else []
+        self._sensed = [*self._arm, *self.fingers, *self._drive]
+        x, y, z = self._base_start.tolist()
+        self._stand: Triple = (x, y, z)
+        self.grip_command = (FINGER_GAP_MAX, 10.0)
+        self.finger_friction = options.finger_friction
+        self._assemble()
+
+    def _assemble(self) -> None:
+        """Set friction and couplings and place the joints; the only place that resets joint states."""
+        client = self._world.client
+        for joint, q in zip(self._arm, self.q_command, strict=True):
+            bullet.resetJointState(self.body, joint, q, physicsClientId=client)
+        for finger in self.fingers:
+            bullet.resetJointState(self.body, finger, FINGER_GAP_MAX / 2, physicsClientId=client)
+        self.set_finger_friction(self.finger_friction)
+        # The hand drives both fingers with one motor; without the gear grasps are 15 mm off centre.
+        gear = bullet.createConstraint(
+            self.body,
+            self.fingers[0],
+            self.body,
+            self.fingers[1],
+            jointType=bullet.JOINT_GEAR,
+            jointAxis=[1, 0, 0],
+            parentFramePosition=[0, 0, 0],
+            childFramePosition=[0, 0, 0],
+            physicsClientId=client,
+        )
+        bullet.changeConstraint(gear, gearRatio=-1, erp=0.1, maxForce=50, physicsClientId=client)
+        bullet.enableJointForceTorqueSensor(self.body, self._wrist, True, physicsClientId=client)
+        self.grip(*self.grip_command)
+        self.hold()
+
+    # Motors.
+
+    def command(self, q: Vector, qd: Vector) -> None:
+        """Set the arm motors' set points, rad and rad/s, for the next tick."""
+        self.q_command, self.qd_command = q, qd
+        self.drive_arm(q, qd)
+
+    def drive_arm(self, q: Vector, qd: Vector, strength: float = 1.0) -> None:
+        """Let the arm motors follow q and qd with this share of their torque, whatever is commanded."""
+        bullet.setJointMotorControlArray(
+            self.body,
+            self._arm,
+            bullet.POSITION_CONTROL,
+            targetPositions=q.tolist(),
+            targetVelocities=qd.tolist(),
+            forces=_TORQUES if strength == 1.0 else [strength * torque for torque in _TORQUES],
+            positionGains=_GAINS,
+            velocityGains=_ONES,
+            physicsClientId=self._world.client,
+        )
+
+    def command_base(self, xy: Vector, speed: Vector) -> None:
+        """Set the carriage's set points relative to its start, m and m/s, for the next tick."""
+        self.base_command, self.base_speed_command = xy, speed
+        bullet.setJointMotorControlArray(
+            self.body,
+            self._drive,
+            bullet.POSITION_CONTROL,
+            targetPositions=xy.tolist(),
+            targetVelocities=speed.tolist(),
+            forces=[_BASE_FORCE_MAX] * 2,
+            positionGains=[_GAIN] * 2,
+            velocityGains=[1.0] * 2,
+            physicsClientId=self._world.client,
+        )
+
+    def grip(self, width: float, force: float) -> None:
+        """Drive the fingers to a gap of `width` (m) with at most `force` (N) on each."""
+        self.grip_command = (width, force)
+        self.drive_fingers(width, force)
+
+    def drive_fingers(self, width: float, force: float) -> None:
+        """Set the finger motors, whatever is commanded."""
+        for finger in self.fingers:
+            bullet.setJointMotorControl2(
+                self.body,
+                finger,
+                bullet.POSITION_CONTROL,
+                targetPosition=width / 2.0,
+                force=force,
+                maxVelocity=FINGER_SPEED,
+                physicsClientId=self._world.client,
+            )
+
+    def set_finger_friction(self, friction: float) -> None:
+        """Set the Coulomb coefficient of both finger pads."""
+        for finger in self.fingers:
+            self._world.set_friction(self.body, finger, friction)
+
+    # Sensors.
+
+    def sense(self) -> RobotState:
+        """Joint encoders and torques, and the tool's pose and speed, after the last tick."""
+        client = self._world.client
+        states = bullet.getJointStates(self.body, self._sensed, physicsClientId=client)
+        positions, rates, _, torques = zip(*states, strict=True)
+        tool = bullet.getLinkState(
+            self.body, self._tool, computeLinkVelocity=1, computeForwardKinematics=1, physicsClientId=client
+        )
+        vx, vy, vz = tool[6]
+        return RobotState(
+            q=positions[:7],
+            qd=rates[:7],
+            torque=torques[:7],
+            tool_position=tool[4],
+            tool_speed=float((vx * vx + vy * vy + vz * vz) ** 0.5),
+            # Closed fingers press each other a hair past 0, and nothing measures a negative gap.
+            finger_gap=max(0.0, positions[7] + positions[8]),
+            finger_speed=max(abs(rates[7]), abs(rates[8])),
+            base_position=self._base_position(positions[9:]),
+            base_velocity=(rates[9], rates[10], 0.0) if self._drive else _AT_REST,
+        )
+
+    def _base_position(self, drive: tuple[float, ...]) -> Triple:
+        if not drive:
+            return self._stand
+        x, y, z = self._stand
+        return (x + drive[0], y + drive[1], z)
+
+    def finger_forces(self) -> tuple[float, float]:
+        """Normal contact force on each finger, N: what tactile pads would read."""
+        left, right = self.fingers
+        forces = self._world.forces_by_link(self.body)
+        return forces.get(left, 0.0), forces.get(right, 0.0)
+
+    def contact_force(self) -> float:
+        """See `Robot`; of contacts, normal forces and friction."""
+        return self._world.external_force(self.body)
+
+    def wrist_load(self) -> float:
+        """Vertical force in W that the hand and what it touches exert on the wrist, N, up positive.
+
+        Includes the weight of hand and load: compare with a reading taken before contact.
+        """
+        client = self._world.client
+        reaction = bullet.getJointState(self.body, self._wrist, physicsClientId=client)[2]
+        # The hand points down, so the sensor's z is -z of W; the joint reacts to the load.
+        load: float = reaction[2]
+        return load
+
+
+_AT_REST: Final = (0.0, 0.0, 0.0)
+_TORQUES: Final = TAU_MAX.tolist()
+_GAINS: Final = [_GAIN] * len(QD_MAX)
+_ONES: Final = [1.0] * len(QD_MAX)
+
+_CARRIAGE: Final = """
+  <link name="rail"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
+  </inertial></link>
+  <link name="slider"><inertial><mass value="5"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
+  </inertial></link>
+  <link name="carriage"><inertial><mass value="55"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
+  </inertial><visual><origin xyz="0 0 {middle}"/><geometry><box size="0.5 0.45 {height}"/></geometry></visual>
+  <collision><origin xyz="0 0 {middle}"/><geometry><box size="0.5 0.45 {height}"/></geometry></collision>
+  </link>
+  <joint name="carriage_x" type="prismatic"><parent link="rail"/><child link="slider"/><axis xyz="1 0 0"/>
+  <limit lower="-10" upper="10" effort="600" velocity="2"/></joint>
+  <joint name="carriage_y" type="prismatic"><parent link="slider"/><child link="carriage"/><axis xyz="0 1 0"/>
+  <limit lower="-10" upper="10" effort="600" velocity="2"/></joint>
+  <joint name="carriage_top" type="fixed"><parent link="carriage"/><child link="panda_link0"/></joint>
+"""
+
+
+def _load(world: World, options: RobotOptions) -> int:
+    """Load the stock panda.urdf with three edits: no friction anchors, F_T_NE, and the carriage if asked.
+
+    The stock file glues what the fingers touch (`friction_anchor`) and puts the tool centre at 0.105 m.
+    Its soft finger pads (30 kN/m) stay: force control through rigid pads bounces.
+    """
+    folder = os.path.join(DATA, "franka_panda")
+    text = read_source(os.path.join(folder, "panda.urdf")).text
+    text = text.replace("package://", folder + "/").replace("<friction_anchor/>", "")
+    text = text.replace('xyz="0 0 0.105"', f'xyz="0 0 {FLANGE_TO_TOOL}"')
+    if options.carriage:
+        height = options.base[2] - 0.02
+        frame = _CARRIAGE.format(height=height, middle=-height / 2.0)
+        text = text.replace("</robot>", frame + "</robot>")
+    with tempfile.TemporaryDirectory() as scratch:
+        path = os.path.join(scratch, "panda.urdf")
+        with open(path, "w", encoding="utf-8") as edited:
+            edited.write(text)
+        return load_model(path, options.base, fixed=True, client=world.client)
+
+
+def _joint_indices(body: int, client: int) -> dict[str, int]:
+    count = bullet.getNumJoints(body, physicsClientId=client)
+    names = (bullet.getJointInfo(body, joint, physicsClientId=client)[1] for joint in range(count))
+    return {name.decode(): joint for joint, name in enumerate(names)}

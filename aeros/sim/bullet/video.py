@@ -1,0 +1,98 @@
+"""A film of a run: pictures at even steps of simulated time, written whole when the run is over."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from io import BytesIO
+from pathlib import Path
+from tempfile import TemporaryFile
+from typing import Final
+
+from PIL import Image as Picture
+
+from aeros.files import replace_file
+from aeros.sim.bullet.world import World
+from aeros.sim.geometry import Camera
+
+FRAMES_MAX: Final = 90
+"""Pictures kept; when there are more every second one goes and the step doubles."""
+
+FRAMES_PER_SECOND: Final = 8
+"""When played: six times as fast as it was, or faster where pictures had to go."""
+
+Encoder = Callable[[Sequence[Picture.Image]], bytes]
+"""From pictures to the bytes of a film."""
+
+
+class FilmError(Exception):
+    """There can be no such film; the message says why."""
+
+
+class Recorder:
+    """Takes a picture every `period` simulated seconds and writes the film on `close`.
+
+    path: its suffix says the format.  There is the whole film or, where the run is killed or nothing
+        moved, none.
+
+    Raises `FilmError` for a path at which no film can be.
+    """
+
+    def __init__(self, path: Path, period: float = 0.75) -> None:
+        _refuse(path)
+        self._path = path
+        self._encode = _encoder_for(path.suffix)
+        self._period = period
+        self._next = 0.0
+        self._frames: list[Picture.Image] = []
+
+    def tick(self, world: World, view: Camera) -> None:
+        """Take a picture of `world` from `view` when its time has come."""
+        if world.time < self._next:
+            return
+        self._frames.append(Picture.fromarray(world.render(view).rgb))
+        if len(self._frames) > FRAMES_MAX:
+            self._frames = self._frames[::2]
+            self._period *= 2.0
+        self._next = world.time + self._period
+
+    def close(self) -> None:
+        """Write the film; safe to call twice.  Raises `OSError`."""
+        frames, self._frames = self._frames, []
+        if frames:
+            replace_file(self._path, self._encode(frames))
+
+
+def _refuse(path: Path) -> None:
+    """Raise `FilmError` where no file can be made, or there is one; makes its folder."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if path.exists():
+            raise FilmError(f"`{path}` exists already")
+        with TemporaryFile(dir=path.parent):
+            pass
+    except OSError as failure:
+        raise FilmError(f"there can be no film `{path}`: {failure.strerror}") from failure
+
+
+def _encoder_for(suffix: str) -> Encoder:
+    """What writes films of that name."""
+    if suffix == ".mp4":
+        try:
+            from aeros.sim.bullet.mp4 import encoded
+        except ImportError as error:
+            missing = f"({error.name} is missing)"
+            raise FilmError(f"an .mp4 film needs `pip install 'aeros[video]'` {missing}") from error
+        return partial(encoded, per_second=FRAMES_PER_SECOND)
+    return partial(_animated, FORMATS[suffix])
+
+
+FORMATS: Final = {".webp": "WEBP", ".gif": "GIF"}
+"""What Pillow calls them."""
+
+
+def _animated(form: str, frames: Sequence[Picture.Image]) -> bytes:
+    film = BytesIO()
+    first, *rest = frames
+    first.save(film, form, save_all=True, append_images=rest, duration=1000 // FRAMES_PER_SECOND, loop=0)
+    return film.getvalue()

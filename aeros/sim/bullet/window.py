@@ -1,0 +1,149 @@
+"""A window on a run, by PyBullet, in a process of its own that is told what is where.
+
+The run's world is not the window's.  So the mouse moves nothing in it, and whoever closes the window, or a
+display that goes away, ends no run.  Pictures are shown as fast as the window draws them; the run waits for
+none.
+"""
+
+from __future__ import annotations
+
+import math
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from typing import Final, NamedTuple
+
+from aeros.sim.bullet.client import bullet
+from aeros.sim.bullet.mirror import Mirror, Shape, bodies_of, poses_of, shapes_of
+from aeros.sim.bullet.world import World
+from aeros.sim.geometry import Camera, Pose, Triple, minus
+
+_PATIENCE: Final = 30.0  # s, for the window to open
+_EVERY: Final = 8  # ticks: 30 pictures for each simulated second at most
+
+
+class WindowError(Exception):
+    """No window can be opened; the message says why."""
+
+
+class Picture(NamedTuple):
+    """What the window is told: from where to look, what is new, and where everything is."""
+
+    camera: Camera | None
+    new: list[Shape]
+    poses: list[Pose]
+
+
+# In the window's own process.
+
+
+def show(connection: Connection, opened: Callable[[], int]) -> None:
+    """Draw what comes through `connection` until its other end is closed, or the window.
+
+    An object goes back when the window is open, and one whenever the next picture can be drawn.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the run, which then closes the window
+    client = opened()
+    mirror = Mirror(client)
+    connection.send(None)
+    while bullet.isConnected(client):
+        try:
+            connection.send(None)
+            picture: Picture = connection.recv()
+        except (EOFError, OSError):
+            return
+        if picture.camera is not None:
+            bullet.resetDebugVisualizerCamera(*orbit(picture.camera), physicsClientId=client)
+        if picture.new:  # drawn once, not after each of them
+            bullet.configureDebugVisualizer(bullet.COV_ENABLE_RENDERING, 0, physicsClientId=client)
+        mirror.add(picture.new)
+        mirror.place(picture.poses)
+        if picture.new:
+            bullet.configureDebugVisualizer(bullet.COV_ENABLE_RENDERING, 1, physicsClientId=client)
+
+
+def open_window() -> int:
+    """A client with a window, in which the mouse moves the camera and nothing else.
+
+    PyBullet ends the process where it finds no X server, and talks to the terminal meanwhile.
+    """
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.dup2(nowhere, 2)
+    client: int = bullet.connect(bullet.GUI)
+    for flag in (
+        bullet.COV_ENABLE_GUI,
+        bullet.COV_ENABLE_MOUSE_PICKING,
+        bullet.COV_ENABLE_KEYBOARD_SHORTCUTS,
+    ):
+        bullet.configureDebugVisualizer(flag, 0, physicsClientId=client)
+    return client
+
+
+def orbit(camera: Camera) -> tuple[float, float, float, Triple]:
+    """A camera as PyBullet's window has it: distance (m), yaw, pitch (degrees), and what is looked at."""
+    x, y, z = minus(camera.eye, camera.target)
+    distance = math.hypot(x, y, z)
+    return distance, math.degrees(math.atan2(x, -y)), math.degrees(-math.asin(z / distance)), camera.target
+
+
+# In the process of the run.
+
+
+class Window:
+    """Shows a world in a window.  Raises `WindowError` where none opens.
+
+    opened: opens it, in its own process.
+    """
+
+    def __init__(self, opened: Callable[[], int] = open_window) -> None:
+        display = os.environ.get("DISPLAY")
+        if not display:
+            raise WindowError("there is no display: DISPLAY is not set")
+        context = multiprocessing.get_context("spawn")
+        self._connection, its_end = context.Pipe()
+        self._process = context.Process(target=show, args=(its_end, opened), daemon=True)
+        self._process.start()
+        its_end.close()
+        self._shapes: list[Shape] = []
+        self._known: set[int] = set()
+        self._is_open = self._is_ready(_PATIENCE)
+        if not self._is_open:
+            self.close()
+            raise WindowError(f"no window opens on display `{display}`, which needs an X server with OpenGL")
+
+    def tick(self, world: World, view: Camera) -> None:
+        """Show `world`, seen at first from `view`, if the window has drawn what it was given before."""
+        if world.ticks % _EVERY or not self._is_open or not self._is_ready(0.0):
+            return
+        fresh = [body for body in bodies_of(world) if body not in self._known]
+        new = shapes_of(world, fresh)
+        camera = None if self._known else view
+        self._known.update(fresh)
+        self._shapes += new
+        try:
+            self._connection.send(Picture(camera, new, poses_of(world, self._shapes)))
+        except OSError:
+            self._is_open = False
+
+    def close(self) -> None:
+        """Close the window; safe to call twice."""
+        self._is_open = False
+        self._connection.close()
+        self._process.join(1.0)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+
+    def _is_ready(self, patience: float) -> bool:
+        """Whether the window is open, or has drawn the last picture, within `patience`, s."""
+        try:
+            if not self._connection.poll(patience):
+                return False
+            self._connection.recv()
+        except (EOFError, OSError):
+            self._is_open = False
+            return False
+        return True

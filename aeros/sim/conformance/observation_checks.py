@@ -1,0 +1,136 @@
+"""Checks of clock and readings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+from math import isfinite
+from typing import Any, Final
+
+from aeros.runtime.ports import Plant
+from aeros.sim.conformance.plant_under_test import PATIENCE, Subject, Watch, begun, ended, require
+
+_REST: Final = 1.0  # s
+
+
+def the_clock_never_goes_back(subject: Subject) -> None:
+    """`now` is never less than before, whatever is called in between, nor is a time that the monitor sees."""
+    with subject.plant() as plant:
+        times = [plant.now()]
+
+        def note(_: object) -> None:
+            times.append(plant.now())
+
+        note(plant.observe())
+        note(plant.plan(subject.moving))
+        moving, watch = begun(plant, subject.moving), Watch()
+        note(moving)
+        for _ in range(3):
+            note(plant.advance(watch, plant.now() + 0.1))
+        plant.halt(moving)
+        note(ended(plant, moving, watch))
+        plant.stop()
+        note(None)
+    for sequence in (times, [time for time, _ in watch.seen]):
+        pairs = pairwise(sequence)
+        require(all(a <= b for a, b in pairs), f"the clock goes back: {sequence}")
+    require(all(map(isfinite, times)), "the clock shows no number of seconds")
+    require(times[-1] > times[0], "the clock stands still while something moves")
+
+
+def no_reading_is_of_the_future_and_each_is_taken_anew(subject: Subject) -> None:
+    """Each reading has its own time, at most `now`; it is taken again in motion, and while nothing moves."""
+    with subject.plant() as plant:
+        before = _timely(plant)
+        ended(plant, begun(plant, subject.moving), Watch())
+        after = _timely(plant)
+        plant.advance(Watch(), plant.now() + _REST)
+        rested = _timely(plant)
+    name = subject.joints
+    require(name in before and name in after and name in rested, f"`{name}` is not measured")
+    require(after[name] > before[name], f"`{name}` was moved, and its reading is still of {before[name]} s")
+    require(
+        rested[name] > after[name],
+        f"`{name}` is still of {after[name]} s though nothing moved for {_REST:g} s since",
+    )
+
+
+def _timely(plant: Plant) -> dict[str, float]:
+    times = {name: reading.time for name, reading in plant.observe().items()}
+    now = plant.now()
+    for name, time in times.items():
+        require(
+            isinstance(time, float) and isfinite(time), f"`{name}` was measured at {time!r}, which is no time"
+        )
+        require(time <= now, f"`{name}` was measured at {time} s, which is in the future: it is {now} s")
+    return times
+
+
+def readings_are_of_the_types_that_the_port_has(subject: Subject) -> None:
+    """bool, finite float, str, or a tuple of floats or of bools: exactly, as the gate compares types so."""
+    with subject.plant() as plant:
+        readings = [plant.observe()]
+        ended(plant, begun(plant, subject.moving), Watch())
+        readings.append(plant.observe())
+    for reading in readings:
+        for name, measured in reading.items():
+            parts = measured.value if type(measured.value) is tuple else (measured.value,)
+            require(all(map(_is_scalar, parts)), f"`{name}` is {measured.value!r}, which no gate takes")
+
+
+def _is_scalar(value: Any) -> bool:
+    return type(value) in (bool, str) or (type(value) is float and isfinite(value))
+
+
+def the_monitor_looks_before_the_first_tick_and_after_each(subject: Subject) -> None:
+    """Its times are one period apart, the first that of the beginning, the last that of the end.
+
+    It sees the joints, and last what is then measured of them.
+    """
+    with subject.plant() as plant:
+        motion, watch = begun(plant, subject.moving), Watch()
+        start = plant.now()
+        over = plant.advance(watch, start + PATIENCE)
+        end, measured = plant.now(), plant.observe()
+    require(motion in over, "nothing else was under way, and `advance` came back without it")
+    require(len(watch.seen) >= 2, f"the monitor looked {len(watch.seen)} times")
+    times = [time for time, _ in watch.seen]
+    rounding = 1e-9 * max(1.0, abs(end))
+    require(abs(times[0] - start) <= rounding, f"the monitor first looked at {times[0]} s, not at {start} s")
+    if subject.period is not None:
+        late = max(b - a for a, b in pairwise(times)) - subject.period
+        require(late <= rounding, f"the monitor did not look for {late + subject.period} s")
+        require(abs(end - times[-1]) <= rounding, f"the monitor last looked at {times[-1]} s of {end} s")
+    require(len(watch.of(subject.joints)) == len(watch.seen), f"the monitor does not see `{subject.joints}`")
+    last = watch.of(subject.joints)[-1]
+    require(last == measured[subject.joints].value, "the monitor's last look is not what is measured then")
+
+
+def the_monitor_may_observe_and_changes_nothing_by_it(subject: Subject) -> None:
+    """What it observes at a tick is of that time, and the motion ends as it does unobserved."""
+    ends = []
+    for observes in (False, True):
+        with subject.plant() as plant:
+            monitor = _Observing(plant) if observes else Watch()
+            ended(plant, begun(plant, subject.moving), monitor)
+            ends.append((plant.now(), plant.observe()[subject.joints].value))
+    require(ends[0] == ends[1], "a motion ends otherwise where the monitor observes")
+
+
+class _Observing(Watch):
+    """Observes at every look."""
+
+    def __init__(self, plant: Plant) -> None:
+        super().__init__()
+        self._plant = plant
+
+    def __call__(self, now: float, values: Mapping[str, Any]) -> str | None:
+        """Compare what is observed with what it is given."""
+        readings = self._plant.observe()
+        late = [name for name, one in readings.items() if one.time > now]
+        require(not late, f"`{late[:1]}` is observed at {now} s, and of later")
+        for name in values.keys() & readings.keys():
+            given, seen = values[name], readings[name]
+            time = getattr(given, "time", now)
+            require(time == seen.time, f"`{name}` is of {time} s for the monitor, of {seen.time} s to others")
+        return super().__call__(now, values)

@@ -1,0 +1,139 @@
+"""Checks of what is done before anything moves: plans, beginnings and refusals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from math import dist, inf, isfinite, nan
+from typing import Any, Final
+
+from aeros.runtime.ports import Completion, Motionless, Trajectory
+from aeros.sim.conformance.plant_under_test import (
+    ConformanceError,
+    Subject,
+    Watch,
+    begun,
+    ended,
+    require,
+    unchanged,
+    values_of,
+)
+from aeros.skill import Action
+
+
+def planning_moves_nothing(subject: Subject) -> None:
+    """`plan` says what would be done; nothing that is measured is different after it, or after some time."""
+    with subject.plant() as plant:
+        before = values_of(plant.observe())
+        for _ in range(2):
+            plan = plant.plan(subject.moving)
+            require(
+                isinstance(plan, Trajectory | Motionless), f"it cannot plan `{subject.moving.kind}`: {plan}"
+            )
+        unchanged(subject, before, values_of(plant.observe()), "after `plan`")
+        ended(plant, begun(plant, subject.beside), Watch())
+        unchanged(subject, before, values_of(plant.observe()), "some time after `plan`, nothing begun")
+
+
+def a_planned_motion_begins_where_the_robot_is(subject: Subject) -> None:
+    """A `Trajectory` takes time, its pieces join, and its first point is where the joints are measured."""
+    with subject.plant() as plant:
+        measured = values_of(plant.observe())
+        plan = plant.plan(subject.moving)
+    if isinstance(plan, Motionless):
+        require(bool(plan.why), "it says of an action that it moves nothing, and not why")
+        return
+    require(isinstance(plan, Trajectory), f"it cannot plan `{subject.moving.kind}`: {plan}")
+    assert isinstance(plan, Trajectory)  # noqa: S101  for the type checker
+    require(isfinite(plan.duration) and plan.duration > 0.0, f"a motion takes {plan.duration} s")
+    require(all(plan.paths) and bool(plan.paths), "a motion has a path without pieces")
+    for path in plan.paths:
+        joins = pairwise(path)
+        require(all(dist(a[3], b[0]) < 1e-9 for a, b in joins), "the pieces of a path do not join")
+    away = max(abs(a - b) for a, b in zip(plan.paths[0][0][0], measured[subject.joints], strict=True))
+    require(away <= subject.follows_within, f"a planned motion begins {away} rad from where the joints are")
+
+
+def nothing_moves_before_time_goes_on(subject: Subject) -> None:
+    """`begin` begins; nothing that is measured is different before `advance`."""
+    with subject.plant() as plant:
+        before = values_of(plant.observe())
+        begun(plant, subject.moving)
+        unchanged(subject, before, values_of(plant.observe()), "after `begin`")
+
+
+def a_stale_plan_is_refused(subject: Subject) -> None:
+    """What was planned elsewhere is not what can be done here: begun with it, an action is refused.
+
+    What moves nothing is the same everywhere.
+    """
+    with subject.plant() as plant:
+        stale = plant.plan(subject.moving)
+        ended(plant, begun(plant, subject.moving), Watch())
+        before = values_of(plant.observe())
+        begin = plant.begin(subject.moving, stale)
+        if isinstance(stale, Motionless):
+            return
+        require(isinstance(begin, Completion), "a plan from where the robot no longer is was begun")
+        _has_reason(begin, "a stale plan")
+        unchanged(subject, before, values_of(plant.observe()), "after a refusal")
+
+
+def bad_input_is_refused_with_a_reason_before_any_motion(subject: Subject) -> None:
+    """NaN, no number, nothing, too much, too few, what nobody heard of: `plan` and `begin` do not raise.
+
+    Each answers with a `Completion` that is not one, and says why; the plant still does what it can do.
+    """
+    with subject.plant() as plant:
+        before = values_of(plant.observe())
+        for what, action in bad_actions(subject):
+            for ask in (plant.plan, plant.begin):
+                try:
+                    answer = ask(action)
+                except Exception as error:
+                    raise ConformanceError(f"{what} makes it raise {error!r}") from error
+                _has_reason(answer, what)
+        unchanged(subject, before, values_of(plant.observe()), "after bad input")
+        over = ended(plant, begun(plant, subject.moving), Watch())
+        require(over.completed, f"after bad input it no longer does what it can do: {over.reason}")
+
+
+def _has_reason(answer: object, what: str) -> None:
+    require(isinstance(answer, Completion), f"{what} is not refused: {answer!r}")
+    assert isinstance(answer, Completion)  # noqa: S101  for the type checker
+    said = isinstance(answer.reason, str) and bool(answer.reason.strip())
+    require(not answer.completed and said, f"{what} is refused without a reason: {answer}")
+    require(
+        not str(answer.reason).startswith("monitor:"), f"{what} is refused in the monitor's name: {answer}"
+    )
+
+
+def bad_actions(subject: Subject) -> Iterator[tuple[str, Action]]:
+    """Actions that nobody can do, each with what is wrong with it: mutants of those that the plant can."""
+    yield "an unknown kind", Action("no such kind", {})
+    for kind, parameters in (subject.moving, subject.beside):
+        yield "an unknown parameter", Action(kind, {**parameters, "no_such_parameter": 1.0})
+        for name, value in parameters.items():
+            less = {other: one for other, one in parameters.items() if other != name}
+            yield f"`{kind}` without `{name}`", Action(kind, less)
+            for bad in _bad(value):
+                yield f"`{kind}` with `{name}` = {bad!r:.40}", Action(kind, {**parameters, name: bad})
+
+
+_NUMBERS: Final[tuple[Any, ...]] = (nan, inf, -inf, 10**400, True, None, "1", (), (1.0,), {})
+"""What is no finite number."""
+
+_OTHERS: Final[tuple[Any, ...]] = (None, nan, 1.0, (), "no such word")
+"""What is neither a known word nor a vector."""
+
+
+def _bad(value: Any) -> Iterator[Any]:
+    """What is not of the type or form of `value`."""
+    if isinstance(value, tuple):
+        yield from (*_OTHERS, value[:-1], (*value, 0.0))
+        for index in range(len(value)):
+            yield from ((*value[:index], bad, *value[index + 1 :]) for bad in _NUMBERS)
+    elif isinstance(value, str):
+        yield from _OTHERS
+    else:
+        yield from _NUMBERS

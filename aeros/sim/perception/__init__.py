@@ -1,0 +1,1 @@
+"""Perception: objects and surfaces found in rendered images."""

@@ -1,0 +1,162 @@
+"""Finding an object in a picture by its colour and depth, and room around it, without asking the simulator.
+
+A pixel's point: p_W = eye + depth · (forward + x·right + y·up), where x and y are the pixel's place on
+the image plane at distance 1.  Units: m.  Frame: W.
+"""
+
+from __future__ import annotations
+
+from math import atan2, cos, pi, radians, sin, tan
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aeros.sim.bullet.world import Image
+from aeros.sim.detected_object import Push, Sight
+from aeros.sim.geometry import Camera, Triple, plus
+
+PIXELS_MIN: Final = 25
+"""Fewest pixels of a detection: less is noise or an object mostly hidden."""
+
+DOMINANCE: Final = 2.0
+"""How many times red exceeds green and blue in a red pixel, whatever the light."""
+
+BRIGHTNESS: Final = 60
+"""Least red of a red pixel (of 255)."""
+
+YELLOW: Final = (0.6, 0.5)
+"""Of a yellow pixel's red, green is more than the first share and blue less than the second."""
+
+FACE: Final = 0.004
+"""Depth below the highest point that still belongs to the top face, m."""
+
+HAND: Final = (0.06, 0.115)
+"""Half of the room that hand and flange take, along and across the hand's x axis, m: and a centimetre."""
+
+OVER: Final = 0.02
+"""How far over what is gripped the hand passes, m; lower things are between or beside its fingers."""
+
+_PUSHING: Final = ((0.035, 0.11), (0.046, 0.046))
+"""The same of a hand that pushes, and of its wrist, which may touch what is beside it, m."""
+
+_BEHIND: Final = 0.08
+"""How far behind a can's middle fingers come down to push it, m: 40 mm from its end."""
+
+_ASIDE: Final = (0.0, 0.008, -0.008, 0.016, -0.016, 0.024, -0.024, 0.027, -0.027)
+"""How far off its axis they may, m: farther, they miss the end of a can of 22 mm radius."""
+
+_STEP: Final = 0.02
+"""Distance of the places at which room is looked for, m."""
+
+_FARTHEST: Final = 0.45
+"""How far from where something lies that is done, m: over half of a stand's length."""
+
+_WAYS: Final = (0.0, pi / 2.0)
+"""Headings of a hand for what can be gripped at any."""
+
+
+def find_red(image: Image, camera: Camera, size: tuple[float, float]) -> Sight | None:
+    """The one red cylinder of known `size` (radius and height, m) in `image`; None when not seen.
+
+    What is highest of it tells how it is: a disc, and it stands; a strip as long as it, and it lies.
+    That also gives the middle: the visible side is the camera's side, so the middle of all points would be
+    biased towards the camera.  Assumes that its upper side is in sight.
+    """
+    radius, height = size
+    rgb = image.rgb.astype(np.float64)
+    others = np.maximum(rgb[:, :, 1], rgb[:, :, 2])
+    red = (rgb[:, :, 0] > BRIGHTNESS) & (rgb[:, :, 0] > DOMINANCE * others)
+    if int(red.sum()) < PIXELS_MIN:
+        return None
+    everything = points_of(image.depth, camera)
+    points = everything[red]
+    top = float(points[:, 2].max())
+    face = points[points[:, 2] > top - FACE]
+    level = float(np.median(face[:, 2]))
+    along = _longest(face[:, :2])
+    low, high = _extent(face[:, :2], along)
+    lies = float((high - low)[0]) > (2.0 * radius + height) / 2.0
+    heading = atan2(along[1], along[0]) if lies else 0.0
+    if not lies:
+        along = np.array((1.0, 0.0))
+        low, high = _extent(face[:, :2], along)
+    u, v = (low + high) / 2.0
+    x, y = u * along + v * np.array((-along[1], along[0]))
+    place = (float(x), float(y), level - (radius if lies else height / 2.0))
+    axis = (heading + pi / 2.0) % pi - pi / 2.0 if lies else None
+    ways = (axis,) if axis is not None else _WAYS
+    # What a hand would meet, as far as it is seen.
+    higher = everything[everything[:, :, 2] > top + OVER]
+    grip = next((way for way in ways if _has_room(higher, place, way)), None)
+    is_stuck = axis is not None and grip is None
+    return Sight(place, axis, grip, _push_along(higher, place, heading) if is_stuck else None)
+
+
+def _longest(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The direction, of length 1, in which `points` (n, 2) spread most."""
+    away = points - points.mean(axis=0)
+    _, vectors = np.linalg.eigh(away.T @ away)
+    longest: NDArray[np.float64] = vectors[:, -1]
+    return longest
+
+
+def _extent(points: NDArray[np.float64], along: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Least and greatest of `points` (n, 2) along and across a direction: (2, 2)."""
+    turned = points @ np.array((along, (-along[1], along[0]))).T
+    return np.array((turned.min(axis=0), turned.max(axis=0)))
+
+
+def _has_room(
+    points: NDArray[np.float64], place: Triple, yaw: float, half: tuple[float, float] = HAND
+) -> bool:
+    """Whether none of `points` (n, 3) is where a hand at `yaw` over `place` would be."""
+    ahead = (cos(yaw), sin(yaw))
+    away = points[:, :2] - np.array(place[:2])
+    inside = (np.abs(away @ np.array(ahead)) < half[0]) & (
+        np.abs(away @ np.array((-ahead[1], ahead[0]))) < half[1]
+    )
+    return not bool(inside.any())
+
+
+def _push_along(points: NDArray[np.float64], place: Triple, axis: float) -> Push | None:
+    """The shortest push along `axis` to where a hand has room, from where a hand across it has room.
+
+    The fingers push as near to the axis as that leaves it.
+    """
+    x, y, z = place
+    for away in np.arange(_STEP, _FARTHEST, _STEP).tolist():
+        for u, v in ((cos(axis), sin(axis)), (-cos(axis), -sin(axis))):
+            way = (away * u, away * v, 0.0)
+            if not _has_room(points, plus(place, way), axis):
+                continue
+            for aside in _ASIDE:
+                start = (x - _BEHIND * u - aside * v, y - _BEHIND * v + aside * u, z)
+                if all(_has_room(points, start, axis + pi / 2.0, half) for half in _PUSHING):
+                    return Push(start, way)
+    return None
+
+
+def is_yellow(rgb: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which pixels of a picture (height, width, 3) are as yellow as a sponge."""
+    red, green, blue = (rgb[:, :, channel] for channel in range(3))
+    yellow: NDArray[np.bool_] = (red > BRIGHTNESS) & (green > YELLOW[0] * red) & (blue < YELLOW[1] * red)
+    return yellow
+
+
+def points_of(depth: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
+    """The point in W of every pixel, (height, width, 3)."""
+    eye = np.array(camera.eye)
+    forward = np.array(camera.target) - eye
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, np.array(camera.up))
+    right /= np.linalg.norm(right)
+    up = np.cross(right, forward)
+    half = tan(radians(camera.field_of_view) / 2.0)
+    aspect = camera.width / camera.height
+    # The TinyRenderer samples a pixel at its lower left corner: with middles all is half a pixel off.
+    x = (2.0 * np.arange(camera.width) / camera.width - 1.0) * half * aspect
+    y = (1.0 - 2.0 * (np.arange(camera.height) + 1.0) / camera.height) * half
+    rays = forward + x[None, :, None] * right + y[:, None, None] * up
+    points: NDArray[np.float64] = eye + depth[:, :, None] * rays
+    return points

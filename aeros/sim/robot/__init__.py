@@ -1,0 +1,1 @@
+"""The robot whatever simulates it: kinematics, limits, motion profiles and planned motions."""

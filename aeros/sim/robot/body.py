@@ -1,0 +1,72 @@
+"""The Panda's links as capsules, and as the balls that enclose them.
+
+Each capsule holds every vertex of the link's collision mesh (franka_ros, as PyBullet ships it), and so
+the mesh's convex hull; found by random search, checked by a test.  In the frame of the link's joint.
+"""
+
+from __future__ import annotations
+
+from math import ceil, dist, sqrt
+from typing import Final, NamedTuple
+
+from aeros.runtime.ports import Ball, Body, Triple
+from aeros.sim.robot.kinematics import FLANGE, LENGTHS, OFFSETS, TOOL_OFFSET, TWISTS
+
+
+class Capsule(NamedTuple):
+    """All points within `radius` of the segment from `a` to `b`, m."""
+
+    link: str
+    joint: int
+    a: Triple
+    b: Triple
+    radius: float
+
+
+def _hand(x: float, y: float, z: float) -> Triple:
+    """A point of the hand in the last joint's frame: the hand is mounted turned by −45°."""
+    c = sqrt(0.5)
+    return (c * (x + y), c * (y - x), FLANGE + z)
+
+
+CAPSULES: Final = (
+    Capsule("foot", 0, (-0.056, 0.0, 0.020), (-0.005, 0.0, 0.052), 0.107),
+    Capsule("link1", 1, (0.0, -0.054, 0.002), (0.0, 0.0, -0.140), 0.077),
+    Capsule("link2", 2, (0.0, -0.142, 0.0), (0.0, 0.002, 0.054), 0.077),
+    Capsule("link3", 3, (0.083, 0.043, 0.0), (0.001, 0.0, -0.080), 0.0705),
+    Capsule("link4", 4, (0.0, 0.0, 0.042), (-0.082, 0.082, 0.0), 0.0705),
+    Capsule("link5", 5, (0.0, 0.064, 0.002), (0.0, 0.010, -0.241), 0.0685),
+    Capsule("link6", 6, (0.087, 0.008, 0.0), (0.021, 0.012, 0.005), 0.0755),
+    Capsule("link7", 7, (-0.005, -0.005, 0.073), (0.033, 0.033, 0.080), 0.050),
+    Capsule("hand", 7, _hand(0.0, -0.079, 0.021), _hand(0.0, 0.062, 0.031), 0.050),
+    # Both fingers, however far apart: 66 mm to each side, from 58 to 113 mm beyond the flange.
+    Capsule("fingers", 7, _hand(0.0, -0.042, 0.086), _hand(0.0, 0.042, 0.086), 0.039),
+)
+
+
+def balls_of(capsule: Capsule) -> tuple[Ball, ...]:
+    """Balls that enclose the capsule: centres on its segment, both ends among them, ℓ ≤ r/2 apart.
+
+    The stretch of ℓ around a centre lies within √(r² + (ℓ/2)²) of it, and each end in that end's ball.
+    """
+    length, r = dist(capsule.a, capsule.b), capsule.radius
+    gaps = max(1, ceil(length / (r / 2.0)))
+    radius = sqrt(r * r + (length / gaps / 2.0) ** 2)
+    shares = [number / gaps for number in range(gaps + 1)]
+    (ax, ay, az), (bx, by, bz) = capsule.a, capsule.b
+    return tuple(
+        Ball(
+            capsule.link,
+            capsule.joint,
+            (ax + share * (bx - ax), ay + share * (by - ay), az + share * (bz - az)),
+            radius,
+        )
+        for share in shares
+    )
+
+
+PANDA: Final = Body(
+    rows=tuple(zip(LENGTHS, TWISTS, OFFSETS, strict=True)),
+    tool=(0.0, 0.0, TOOL_OFFSET),
+    balls=tuple(ball for capsule in CAPSULES for ball in balls_of(capsule)),
+)

@@ -1,0 +1,54 @@
+"""Speed of the fastest link, from joint positions and rates, and the base's velocity.
+
+Of each link both ends of the axis of its capsule are followed, and of the hand the tool point; as a link is
+rigid, no point of those axes is faster.  Not counted: a link's turning about its own axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import cos, sin, sqrt
+from typing import Final
+
+from aeros.kinematic_chain import Triple, mounting_of
+from aeros.sim.robot.body import CAPSULES, PANDA
+
+_POINTS: Final = tuple(
+    tuple(
+        dict.fromkeys(
+            (
+                *(end for one in CAPSULES if one.joint == joint for end in (one.a, one.b)),
+                *((PANDA.tool,) if joint == len(PANDA.rows) else ()),
+            )
+        )
+    )
+    for joint in range(1, len(PANDA.rows) + 1)
+)
+
+_CHAIN: Final = tuple((*mounting_of(row), points) for row, points in zip(PANDA.rows, _POINTS, strict=True))
+"""Of each joint: its `Mounting`, and the points that it carries, in its frame, m."""
+
+
+def link_speed(q: Sequence[float], rates: Sequence[float], base: Triple) -> float:
+    """Speed in W of the fastest of the followed points, m/s.
+
+    base: velocity of the arm's base, which does not turn, m/s.  Velocities go up the chain in each link's own
+    frame, where its points stay: v = v₋₁ + ω₋₁ × p, ω = ω₋₁ + z·q̇, both turned.
+    """
+    vx, vy, vz = base
+    wx = wy = wz = 0.0
+    fastest = vx * vx + vy * vy + vz * vz
+    for (x, y, z, ca, sa, points), position, rate in zip(_CHAIN, q, rates, strict=True):
+        vx, vy, vz = vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x
+        vy, vz = ca * vy + sa * vz, ca * vz - sa * vy
+        wy, wz = ca * wy + sa * wz, ca * wz - sa * wy
+        c, s = cos(position), sin(position)
+        vx, vy = c * vx + s * vy, c * vy - s * vx
+        wx, wy = c * wx + s * wy, c * wy - s * wx
+        wz += rate
+        for px, py, pz in points:
+            ux, uy, uz = vx + wy * pz - wz * py, vy + wz * px - wx * pz, vz + wx * py - wy * px
+            square = ux * ux + uy * uy + uz * uz
+            if square > fastest:
+                fastest = square
+    return sqrt(fastest)

@@ -1,0 +1,409 @@
+"""What each action kind does, tick by tick.
+
+Planning a motion refuses what cannot be done and moves nothing.  What it returns says what will be done
+and does that: the iterator sets the motors and yields once per tick.  Targets are in W; the tool points
+down.  `drive` is what was stated of a motion of the base that is under way: the tool comes to its target
+as the base comes to rest, and keeps its speed in W.
+"""
+
+# Frames live in names (p_WT, R_BT, J): house style (b).
+# ruff: noqa: N803, N806
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from math import ceil, hypot, pi, sqrt
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from aeros.runtime.ports import Motionless, Path, Plan, Servo, Trajectory
+from aeros.sim.clock import TICK
+from aeros.sim.geometry import Triple
+from aeros.sim.robot.body import PANDA
+from aeros.sim.robot.kinematics import track
+from aeros.sim.robot.limits import (
+    FINGER_GAP_MAX,
+    GRIP_FORCE_MAX,
+    Q_MAX,
+    Q_MIN,
+    QD_MAX,
+    QDD_MAX,
+    TOOL_SPEED_MAX,
+    Vector,
+)
+from aeros.sim.robot.parameters import Parameters, RefusedError
+from aeros.sim.robot.profile import (
+    ACCELERATION_TO_MEAN,
+    JERK_TO_MEAN,
+    PEAK_TO_MEAN,
+    JointProfile,
+    UnreachableError,
+    joint_profile,
+    minimum_jerk,
+    minimum_jerk_ticks,
+    straight_path,
+    straight_profile,
+)
+from aeros.sim.robot.robot import BASE_ACCELERATION_MAX, PARTS, Robot
+
+Motion = Iterator[None]
+
+
+class Planned(NamedTuple):
+    """What will be done, the motion that does just that, and which parts of the robot it moves."""
+
+    plan: Plan
+    motion: Motion
+    moves: frozenset[str] = frozenset()
+
+
+_ARM: Final = frozenset(("arm",))
+_BASE: Final = frozenset(("base",))
+
+
+SETTLE_TICKS: Final = 60
+"""Longest wait for the arm to come to rest after a profile, ticks (0.25 s)."""
+
+REST_SPEED: Final = 0.01
+"""Joint speed below which the arm rests, rad/s."""
+
+ARRIVAL: Final = 0.01
+"""Distance from the target beyond which a move did not arrive, m."""
+
+JOINT_ARRIVAL: Final = 0.01
+"""Distance of a joint from its target beyond which a move did not arrive, rad."""
+
+_DESCENT: Final = 0.006
+"""Speed of approach to a surface and greatest speed of force control, m/s."""
+
+_DESCENT_CHANGE: Final = 0.5 * TICK
+"""Greatest change of that speed per tick, m/s (0.5 m/s²)."""
+
+_SERVO_GAIN: Final = 0.6
+"""Share of the way to the servo target made per tick: smooth, and lags by about a tick."""
+
+_SERVO_RATE: Final = QD_MAX / 2.0
+_SERVO_CHANGE: Final = QDD_MAX * TICK / 2.0
+"""Greatest speed of a joint under feedback, rad/s, and change of it per tick."""
+
+_FORCE_GAIN: Final = 0.0005
+"""Integral force control: m/s of z per N of error."""
+
+_FORCE_FILTER: Final = 0.3
+"""Weight of a new reading of the wrist's force sensor per tick (14 Hz): it also feels the hand accelerate."""
+
+_SLOWEST: Final = 1e-3
+"""Least speed of a move, m/s."""
+
+_BASE_SHARE: Final = 0.999
+"""Share of the asked speed and of its acceleration limit that the base takes: rounding must pass neither."""
+
+_SEARCH: Final = 0.02
+"""How far below its target a slide looks for the surface, m."""
+
+
+_LANE_SPACING: Final = 0.005
+"""Distance in height of the paths that a slide is planned as, m."""
+
+_SLACK: Final = 0.01
+"""Distance from the nearest of them that a slide may servo a joint to, rad."""
+
+
+class BlockedError(Exception):
+    """The motion was under way and something holds the robot back; the message says where."""
+
+
+def plan_stop(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
+    """`stop {}`: come to rest and hold."""
+    parameters.done()
+    return Planned(Motionless("it brings to rest what moves"), robot.stopping(), PARTS)
+
+
+def plan_wait(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
+    """`wait {duration: s}`: hold for a while."""
+    duration = parameters.number("duration", 0.0, 600.0)
+    parameters.done()
+    return Planned(Motionless("it waits"), _wait(ceil(duration / TICK)))
+
+
+def _wait(ticks: int) -> Motion:
+    for _ in range(ticks):
+        yield
+
+
+def plan_move_tool(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
+    """`move_tool {target: m, yaw: rad, speed: m/s}`: straight, as seen from the base, peaking at `speed`."""
+    p_WT = parameters.triple("target")
+    yaw = parameters.number("yaw", -pi, pi)
+    speed = parameters.number("speed", _SLOWEST, TOOL_SPEED_MAX)
+    parameters.done()
+    p_BT, yaw_now = robot.tool_command()
+    yaw_now += 2.0 * pi * round((yaw - yaw_now) / (2.0 * pi))
+    base = robot.sense().base_position
+    target = np.array(p_WT) - np.array(base if drive is None else _end_of(drive))
+    try:
+        profile = straight_profile(robot.q_command, (p_BT, yaw_now), (target, yaw), _own_speed(speed, drive))
+    except UnreachableError as reason:
+        raise RefusedError(f"unreachable: {reason}") from reason
+    trajectory = Trajectory(PANDA, (profile.path,), base, _NOWHERE, profile.ticks * TICK)
+    return Planned(trajectory, _move_tool(robot, profile, p_WT), _ARM)
+
+
+_NOWHERE: Final = (0.0, 0.0, 0.0)
+
+
+def _own_speed(speed: float, drive: Trajectory | None) -> float:
+    """What is left for the arm's own motion of a speed in W, m/s, while the base drives."""
+    if drive is None:
+        return speed
+    carried = PEAK_TO_MEAN * hypot(*drive.way) / drive.duration
+    if speed - carried < _SLOWEST:
+        raise RefusedError(f"out of range: the base alone moves the tool at {carried:.3g} m/s")
+    return speed - carried
+
+
+def _end_of(drive: Trajectory) -> Triple:
+    """Where in W the base comes to rest."""
+    x, y, z = (b + w for b, w in zip(drive.base, drive.way, strict=True))
+    return (x, y, z)
+
+
+def _move_tool(robot: Robot, profile: JointProfile, p_WT: Triple) -> Motion:
+    yield from _along(robot, profile)
+    if robot.base_speed_command.any():
+        while robot.base_speed_command.any():
+            yield
+        yield from settle(robot)
+    _arrived(robot, p_WT)
+
+
+def _along(robot: Robot, profile: JointProfile) -> Motion:
+    for position, speed in zip(*profile.sample(), strict=True):
+        robot.command(position, speed)
+        yield
+    robot.hold_arm()
+    yield from settle(robot)
+
+
+def plan_move_joints(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
+    """`move_joints {q1 … q7: rad, speed: m/s}`: all joints in step, the tool nowhere faster than `speed`."""
+    limits = zip(Q_MIN.tolist(), Q_MAX.tolist(), strict=True)
+    target = np.array([parameters.number(f"q{i}", *limit) for i, limit in enumerate(limits, 1)])
+    speed = parameters.number("speed", _SLOWEST, TOOL_SPEED_MAX)
+    parameters.done()
+    base = robot.sense().base_position
+    try:
+        profile = joint_profile(robot.q_command, target, _own_speed(speed, drive))
+    except UnreachableError as reason:
+        raise RefusedError(f"unreachable: {reason}") from reason
+    trajectory = Trajectory(PANDA, (profile.path,), base, _NOWHERE, profile.ticks * TICK)
+    return Planned(trajectory, _move_joints(robot, profile, target), _ARM)
+
+
+def _move_joints(robot: Robot, profile: JointProfile, target: Vector) -> Motion:
+    yield from _along(robot, profile)
+    miss = float(np.abs(np.array(robot.sense().q) - target).max())
+    if miss > JOINT_ARRIVAL:
+        raise BlockedError(f"blocked: a joint rests {miss:.3f} rad from its target")
+
+
+def settle(robot: Robot) -> Motion:
+    """Wait until the arm rests, at most `SETTLE_TICKS`."""
+    for _ in range(SETTLE_TICKS):
+        yield
+        if max(map(abs, robot.sense().qd)) < REST_SPEED:
+            return
+
+
+def _arrived(robot: Robot, p_WT: Triple) -> None:
+    miss = float(np.linalg.norm(np.array(robot.sense().tool_position) - np.array(p_WT)))
+    if miss > ARRIVAL:
+        raise BlockedError(f"blocked: the tool rests {1000 * miss:.0f} mm from its target")
+
+
+def plan_grip(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
+    """`grip {width: m, force: N}`: move the fingers to `width`; ends when they rest."""
+    width = parameters.number("width", 0.0, FINGER_GAP_MAX)
+    force = parameters.number("force", 0.1, GRIP_FORCE_MAX)
+    parameters.done()
+    return Planned(Motionless("it moves the fingers alone"), _grip(robot, width, force))
+
+
+def _grip(robot: Robot, width: float, force: float) -> Motion:
+    robot.grip(width, force)
+    still = 0
+    for _ in range(480):
+        yield
+        still = still + 1 if robot.sense().finger_speed < 1e-3 else 0
+        if still >= 24:
+            return
+    raise BlockedError("blocked: the fingers do not come to rest")
+
+
+def plan_slide(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
+    """`slide {target: m, force: N, speed: m/s}`: along x and y, pressing down with `force`.
+
+    First descends until the wrist feels half the force, at most 20 mm below the target's z, then
+    moves while integral control on z holds the force, at least half a second.  The descent is slow
+    (6 mm/s, so that contact peaks near 10 N): start it close to the surface.
+    """
+    p_WT = parameters.triple("target")
+    force = parameters.number("force", 0.5, 60.0)
+    speed = parameters.number("speed", 1e-3, 0.5)
+    parameters.done()
+    if drive is not None:
+        raise RefusedError("the base drives: what is pressed on would be dragged along")
+    start, yaw = robot.tool_command()
+    base = robot.sense().base_position
+    target = np.array(p_WT) - np.array(base)
+    lowest = float(target[2]) - _SEARCH
+    q = robot.q_command
+    try:
+        # Along and down together are no faster than asked; slower than twice the descent is not worth it.
+        along = sqrt(max(speed * speed - _DESCENT * _DESCENT, speed * speed / 4.0))
+        ticks = straight_profile(q, (start, yaw), (_at(target, start[2]), yaw), along).ticks
+        # Wherever the surface is: down over the start, then along at that height.
+        paths = [straight_path(q, (start, yaw), (_at(start, lowest), yaw))]
+        heights = np.arange(lowest, max(start[2], lowest) + _LANE_SPACING, _LANE_SPACING)
+        paths += [straight_path(q, (_at(start, h), yaw), (_at(target, h), yaw)) for h in heights]
+    except UnreachableError as reason:
+        raise RefusedError(f"unreachable: {reason}") from reason
+    ticks = max(ticks, 120)
+    servo = _servo(float(np.linalg.norm((target - start)[:2])), ticks * TICK)
+    trajectory = Trajectory(PANDA, tuple(paths), base, _NOWHERE, ticks * TICK, servo)
+    return Planned(trajectory, _slide(robot, target, force, ticks, lowest, _Lanes(paths)), _ARM)
+
+
+def _at(p: Vector, height: float) -> Vector:
+    return np.array([p[0], p[1], height])
+
+
+def _servo(distance: float, duration: float) -> Servo:
+    """What `_follow` holds the joints to, and the set point's own rates: along, and in height."""
+    rise = _DESCENT_CHANGE / TICK
+    return Servo(
+        slack=(_SLACK,) * 7,
+        speed=tuple((QD_MAX / 2.0).tolist()),
+        acceleration=tuple((QDD_MAX / 2.0).tolist()),
+        jerk=tuple((QDD_MAX / TICK).tolist()),
+        tool_speed=hypot(PEAK_TO_MEAN * distance / duration, _DESCENT),
+        tool_acceleration=hypot(ACCELERATION_TO_MEAN * distance / duration**2, rise),
+        tool_jerk=hypot(JERK_TO_MEAN * distance / duration**3, 2.0 * rise / TICK),
+    )
+
+
+class _Lanes:
+    """The paths of a slide, sampled, so that leaving them is noticed."""
+
+    def __init__(self, paths: list[Path]) -> None:
+        corners = np.concatenate([np.array(path) for path in paths])
+        u = np.linspace(0.0, 1.0, 4)[None, :, None]
+        v = 1.0 - u
+        a, b, c, d = (corners[:, corner, None, :] for corner in range(4))
+        self._q = (v**3 * a + 3.0 * v * u * (v * b + u * c) + u**3 * d).reshape(-1, 7)
+        self._by_joint = np.ascontiguousarray(self._q.T)
+        self._away = np.empty_like(self._by_joint)
+        self._asked: tuple[Vector, Vector] | None = None
+
+    def nearest(self, q: Vector) -> Vector:
+        """The nearest point of them, by its farthest joint; BlockedError where it is beyond the slack."""
+        # Where a tick ends, the next begins: the same set points are asked about twice.
+        if self._asked is not None and self._asked[0] is q:
+            return self._asked[1]
+        away = np.abs(np.subtract(self._by_joint, q[:, None], out=self._away), out=self._away).max(axis=0)
+        index = int(away.argmin())
+        if away[index] > _SLACK:
+            raise BlockedError(f"blocked: the slide leaves its planned paths by {away[index]:.3f} rad")
+        nearest: Vector = self._q[index]
+        self._asked = (q, nearest)
+        return nearest
+
+
+def _slide(robot: Robot, target: Vector, force: float, ticks: int, lowest: float, lanes: _Lanes) -> Motion:
+    yield from settle(robot)
+    tare = robot.wrist_load()
+    start, yaw = robot.tool_command()
+    p_BT = start.copy()
+    pressed = pace = 0.0
+    while pressed < force / 2.0:
+        pace = min(_DESCENT, pace + _DESCENT_CHANGE)
+        p_BT[2] -= pace * TICK
+        if p_BT[2] < lowest:
+            raise BlockedError("no contact: the surface is not where the target says")
+        _follow(robot, p_BT, yaw, lanes)
+        yield
+        pressed += _FORCE_FILTER * (robot.wrist_load() - tare - pressed)
+    share, _, _ = minimum_jerk(np.arange(1, ticks + 1) / ticks)
+    for part in share:
+        pressed += _FORCE_FILTER * (robot.wrist_load() - tare - pressed)
+        wanted = min(_DESCENT, max(-_DESCENT, _FORCE_GAIN * (force - pressed)))
+        pace = min(pace + _DESCENT_CHANGE, max(pace - _DESCENT_CHANGE, wanted))
+        p_BT[2] -= pace * TICK
+        if p_BT[2] < lowest:
+            raise BlockedError("no contact: the surface fell away")
+        p_BT[:2] = start[:2] + part * (target[:2] - start[:2])
+        _follow(robot, p_BT, yaw, lanes)
+        yield
+    robot.hold_arm()
+    yield from settle(robot)
+
+
+def _follow(robot: Robot, p_BT: Vector, yaw: float, lanes: _Lanes) -> None:
+    """One tick of servoing, at most half of any joint's speed and acceleration limit."""
+    here = robot.q_command
+    rate = _SERVO_GAIN * (track(p_BT, yaw, here, lanes.nearest(here)) - here) / TICK
+    before = robot.qd_command
+    rate = np.minimum(np.maximum(rate, -_SERVO_RATE), _SERVO_RATE)
+    rate = np.minimum(np.maximum(rate, before - _SERVO_CHANGE), before + _SERVO_CHANGE)
+    q = here + rate * TICK
+    lanes.nearest(q)
+    robot.command(q, rate)
+
+
+def plan_move_base(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
+    """`move_base {x: m, y: m, speed: m/s}`: drive the carriage along a straight line, arm at rest."""
+    x = parameters.number("x", -10.0, 10.0)
+    y = parameters.number("y", -10.0, 10.0)
+    speed = parameters.number("speed", 1e-3, 1.0)
+    parameters.done()
+    if not robot.has_carriage:
+        raise RefusedError("unknown kind: `move_base` on a robot without a carriage")
+    target = np.array([x, y])
+    way = target - robot.base_origin - robot.base_command
+    distance = float(np.linalg.norm(way))
+    most = BASE_ACCELERATION_MAX * _BASE_SHARE
+    slowest = ceil((ACCELERATION_TO_MEAN * distance / most) ** 0.5 / TICK)
+    ticks = max(minimum_jerk_ticks(distance, speed * _BASE_SHARE), slowest, 1)
+    rest = robot.q_command.tolist()
+    at_rest = (tuple(rest),) * 4
+    px, py = (robot.base_origin + robot.base_command).tolist()
+    base = (px, py, robot.sense().base_position[2])
+    travel = (float(way[0]), float(way[1]), 0.0)
+    trajectory = Trajectory(PANDA, ((at_rest,),), base, travel, ticks * TICK)
+    return Planned(trajectory, _move_base(robot, target, way, ticks), _BASE)
+
+
+def _move_base(robot: Robot, target: Vector, way: Vector, ticks: int) -> Motion:
+    start = robot.base_command
+    share, rate, _ = minimum_jerk(np.arange(1, ticks + 1) / ticks)
+    for part, pace in zip(share, rate / (ticks * TICK), strict=True):
+        robot.command_base(start + part * way, pace * way)
+        yield
+    robot.hold_base()
+    yield from _wait(SETTLE_TICKS)
+    at = np.array(robot.sense().base_position[:2])
+    miss = float(np.linalg.norm(at - target))
+    if miss > ARRIVAL:
+        raise BlockedError(f"blocked: the base rests {1000 * miss:.0f} mm from its target")
+
+
+PLANNERS: Final[dict[str, Callable[[Robot, Parameters, Trajectory | None], Planned]]] = {
+    "stop": plan_stop,
+    "wait": plan_wait,
+    "move_tool": plan_move_tool,
+    "move_joints": plan_move_joints,
+    "grip": plan_grip,
+    "slide": plan_slide,
+    "move_base": plan_move_base,
+}
+"""Motion planners by action kind; `look` moves nothing and is the plant's own."""

@@ -1,0 +1,122 @@
+"""Whether a URDF file is one that a simulator can be given: it is read before anything is built of it.
+
+A simulator takes NaN for a length and says of a missing mesh only that something could not be loaded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import isfinite
+from pathlib import Path
+from typing import Final
+from xml.parsers import expat
+
+from aeros.spec.diagnostics.codes import Diagnostics, quoted
+from aeros.spec.diagnostics.source import Source, Span
+from aeros.spec.text.files import read_source
+
+_NUMBERS: Final[Mapping[str, Mapping[str, int]]] = {
+    "origin": {"xyz": 3, "rpy": 3},
+    "axis": {"xyz": 3},
+    "box": {"size": 3},
+    "sphere": {"radius": 1},
+    "cylinder": {"radius": 1, "length": 1},
+    "capsule": {"radius": 1, "length": 1},
+    "mesh": {"scale": 3},
+    "mass": {"value": 1},
+    "inertia": dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), 1),
+    "limit": dict.fromkeys(("lower", "upper", "effort", "velocity"), 1),
+    "dynamics": {"damping": 1, "friction": 1},
+    "color": {"rgba": 4},
+}
+"""How many numbers the attributes of an element hold."""
+
+_POSITIVE: Final = {"box", "sphere", "cylinder", "capsule"}
+"""Elements whose numbers are lengths of a body."""
+
+_LARGEST: Final = 1e6
+"""Beyond which no number of a thing in a cell has a meaning, SI."""
+
+
+def check_urdf(path: Path, sink: Diagnostics) -> None:
+    """Report what is wrong with a model; raises UserError where it cannot be read at all."""
+    source = read_source(path)
+    reader = _Reader(source, path.parent, sink)
+    parser = expat.ParserCreate("utf-8")
+    parser.StartElementHandler = lambda name, attributes: reader.element(
+        name, attributes, parser.CurrentByteIndex
+    )
+    parser.StartDoctypeDeclHandler = lambda *_: reader.doctype(parser.CurrentByteIndex)
+    try:
+        parser.Parse(source.text.encode(), True)
+    except expat.ExpatError as error:
+        at = reader.span(parser.ErrorByteIndex)
+        sink.error("AE141", f"this is no XML: {expat.ErrorString(error.code)}", at)
+        return
+    if not reader.links and not sink.has_errors:
+        sink.error("AE141", "a model has at least one `link`", reader.span(0))
+
+
+class _Reader:
+    """Looks at one element after the other."""
+
+    def __init__(self, source: Source, folder: Path, sink: Diagnostics) -> None:
+        self._source = source
+        self._bytes = source.text.encode()
+        self._folder = folder
+        self._sink = sink
+        self._is_first = True
+        self.links = 0
+
+    def span(self, at: int) -> Span:
+        """The tag that begins at byte `at`."""
+        start = len(self._bytes[:at].decode(errors="ignore"))
+        end = self._source.text.find(">", start)
+        return self._source.span(start, len(self._source.text) if end < 0 else end + 1)
+
+    def doctype(self, at: int) -> None:
+        """Entities can be made to grow without end; no model needs them."""
+        self._sink.error("AE141", "a model has no document type", self.span(at))
+
+    def element(self, name: str, attributes: Mapping[str, str], at: int) -> None:
+        """Check numbers and files of one element."""
+        if self._is_first and name != "robot":
+            self._sink.error("AE141", f"a model is a `robot`, and this is {quoted(name)}", self.span(at))
+        self._is_first = False
+        self.links += name == "link"
+        for attribute, count in _NUMBERS.get(name, {}).items():
+            if attribute in attributes:
+                self._numbers(name, attribute, attributes[attribute], count, at)
+        if name == "mesh":
+            self._mesh(attributes.get("filename", ""), at)
+
+    def _numbers(self, name: str, attribute: str, text: str, count: int, at: int) -> None:
+        least = 1e-6 if name in _POSITIVE else -_LARGEST
+        numbers = [_number(part) for part in text.split()]
+        if len(numbers) != count or not all(isfinite(number) for number in numbers):
+            wanted = "a finite number" if count == 1 else f"{count} finite numbers"
+            self._sink.error(
+                "AE108", f"`{attribute}` of `{name}` is {wanted}, and not {quoted(text)}", self.span(at)
+            )
+        elif not all(least <= number <= _LARGEST for number in numbers):
+            help_ = f"write a value from {least:g} to {_LARGEST:g}"
+            self._sink.error(
+                "AE111", f"`{attribute}` of `{name}` is outside its bounds", self.span(at), help=(help_,)
+            )
+
+    def _mesh(self, written: str, at: int) -> None:
+        file = self._folder / written.removeprefix("package://")
+        if not written or not file.is_file():
+            self._sink.error(
+                "AE002",
+                f"there is no file {quoted(str(file))}, the `mesh` of this link",
+                self.span(at),
+                help=("put it there; `filename` counts from the model's own folder",),
+            )
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return float("nan")

@@ -1,0 +1,158 @@
+"""What each action kind costs and changes on the symbolic plant.
+
+Positions in W, SI.  A move takes as long as a minimum-jerk profile that peaks at its speed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import dist, isfinite
+from typing import Any, Final, NamedTuple
+
+from aeros.sim.clock import TICK
+from aeros.sim.geometry import plus
+from aeros.skill import Action
+from aeros.spec.expr.types import BoolType, EnumType, RealType, VectorType
+from aeros.spec.model.model import ActionKind
+
+_PEAK_TO_MEAN: Final = 1.875
+"""Peak over mean speed of the minimum-jerk profile; as in `profile`, which needs NumPy."""
+
+_SLOWEST: Final = 1e-3
+"""Least speed of a move, m/s; as on the physics plant."""
+
+_LOOK: Final = 0.1
+"""Exposure and read-out of a camera, s; as on the physics plant."""
+
+_GRIP: Final = 0.5
+"""Time the fingers take to come to rest, s; measured on the physics plant: 0.3 to 0.7."""
+
+
+class UnableError(Exception):
+    """The plant cannot do this action; the message says why.  Raised before any motion."""
+
+
+class SymbolicMotion(NamedTuple):
+    """What an action does: how long it takes, s, and the values it sets under way and at its end."""
+
+    duration: float
+    under_way: Mapping[str, Any]
+    after: Mapping[str, Any]
+
+
+def motion_of(action: Action, values: Mapping[str, Any]) -> SymbolicMotion:
+    """The motion of `action` where `values` are measured; raises `UnableError`.
+
+    A kind this plant knows nothing of takes one tick and changes nothing.
+    """
+    planner = _PLANNERS.get(action.kind)
+    return SymbolicMotion(TICK, {}, {}) if planner is None else planner(action.parameters, values)
+
+
+def check_parameters(kind: ActionKind, parameters: Mapping[str, Any]) -> None:
+    """Raise `UnableError` unless these are the declared parameters of `kind`, each of its type."""
+    for name in kind.parameters:
+        if name not in parameters:
+            raise UnableError(f"missing parameter: `{name}`")
+    for name, value in parameters.items():
+        declared = kind.parameters.get(name)
+        if declared is None:
+            raise UnableError(f"unknown parameter: `{name}`")
+        match declared.variable.type:
+            case RealType():
+                _finite(name, value)
+            case VectorType():
+                _triple(parameters, name)
+            case EnumType(members=members):
+                if value not in members:
+                    raise UnableError(f"bad parameter: `{name}` is none of {', '.join(members)}")
+            case BoolType():
+                if not isinstance(value, bool):
+                    raise UnableError(f"bad parameter: `{name}` is not true or false")
+
+
+def _move_tool(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
+    target, speed = _triple(parameters, "target"), _speed(parameters)
+    duration = TICK + _PEAK_TO_MEAN * dist(values.get("tool_position", target), target) / speed
+    return SymbolicMotion(duration, {"tool_speed": speed}, {"tool_position": target, "tool_speed": 0.0})
+
+
+def _move_joints(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
+    """To where the chain has the tool, as if it went straight there: joints are not modelled."""
+    q, speed = tuple(_number(parameters, f"q{joint}") for joint in range(1, 8)), _speed(parameters)
+    # The chain has its numbers from where NumPy is imported.
+    from aeros.sim.kinematic.tool_kinematics import posture
+
+    target = plus(posture(q).place, values.get("base_position", (0.0, 0.0, 0.0)))
+    duration = TICK + _PEAK_TO_MEAN * dist(values.get("tool_position", target), target) / speed
+    return SymbolicMotion(duration, {"tool_speed": speed}, {"tool_position": target, "tool_speed": 0.0})
+
+
+def _move_base(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
+    x, y, speed = _number(parameters, "x"), _number(parameters, "y"), _speed(parameters)
+    before = values.get("base_position", (x, y, 0.0))
+    way = (x - before[0], y - before[1])
+    duration = TICK + _PEAK_TO_MEAN * dist((0.0, 0.0), way) / speed
+    changed: dict[str, Any] = {"base_position": (x, y, before[2])}
+    if "tool_position" in values:
+        # The arm rides along.
+        tool = values["tool_position"]
+        changed["tool_position"] = (tool[0] + way[0], tool[1] + way[1], tool[2])
+    return SymbolicMotion(duration, {}, changed)
+
+
+def _grip(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
+    width, _ = _number(parameters, "width"), _number(parameters, "force")
+    return SymbolicMotion(_GRIP, {}, {"finger_gap": width})
+
+
+def _wait(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
+    return SymbolicMotion(max(TICK, _number(parameters, "duration")), {}, {})
+
+
+def _look(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
+    return SymbolicMotion(_LOOK, {}, {})
+
+
+_PLANNERS: Final[dict[str, Callable[[Mapping[str, Any], Mapping[str, Any]], SymbolicMotion]]] = {
+    "move_tool": _move_tool,
+    "slide": _move_tool,
+    "move_joints": _move_joints,
+    "move_base": _move_base,
+    "grip": _grip,
+    "wait": _wait,
+    "look": _look,
+}
+
+
+def _number(parameters: Mapping[str, Any], name: str) -> float:
+    return _finite(name, parameters.get(name))
+
+
+def _triple(parameters: Mapping[str, Any], name: str) -> tuple[float, float, float]:
+    value = parameters.get(name)
+    if not isinstance(value, tuple) or len(value) != 3:
+        raise UnableError(f"bad parameter: `{name}` is not a 3-tuple")
+    x, y, z = value
+    if type(x) is type(y) is type(z) is float and isfinite(x) and isfinite(y) and isfinite(z):
+        return x, y, z
+    return (_finite(name, x), _finite(name, y), _finite(name, z))
+
+
+def _speed(parameters: Mapping[str, Any]) -> float:
+    speed = _number(parameters, "speed")
+    if speed < _SLOWEST:
+        raise UnableError(f"out of range: `speed` = {speed:g} is below {_SLOWEST:g}")
+    return speed
+
+
+def _finite(name: str, value: object) -> float:
+    try:
+        if type(value) is float:
+            if isfinite(value):
+                return value
+        elif isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value):
+            return float(value)
+    except OverflowError:
+        pass  # a whole number that is no double
+    raise UnableError(f"bad parameter: `{name}` is not a finite number")

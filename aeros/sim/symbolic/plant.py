@@ -1,0 +1,245 @@
+"""The symbolic plant: declared outcomes with declared probabilities, in microseconds.
+
+The lowest rung of the fidelity ladder.  Motions take effect at once and cost time on the plant's
+clock; predicates change only when a skill ends, by one of the outcomes its manifest declares.  It is
+what the closed-loop analysis assumes of the world, made to run.
+Not modelled: anything a manifest does not declare; where an interrupted motion stops; what goes on while
+a skill takes the rest of its declared duration after its last action.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple
+
+from aeros.runtime.ports import Completion, Moment, Monitor, Motion, Motionless, Names, Plan, Readings
+from aeros.sim.symbolic.motions import SymbolicMotion, UnableError, check_parameters, motion_of
+from aeros.sim.symbolic.outcomes import Bursts, Drawn, Draws, shares_by_skill
+from aeros.sim.symbolic.state import initial_values, measured
+from aeros.skill import Action
+from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.model.model import Ecm, Outcome, Site
+
+_DONE: Final = Completion(True)
+
+_BODILESS: Final = Motionless("this plant has no body")
+
+
+class _Planned(NamedTuple):
+    """What was said of an action, what it does, and the values that were measured then."""
+
+    action: Action
+    plan: Plan
+    motion: SymbolicMotion
+    measured: Mapping[str, Any]
+
+
+@dataclass(slots=True)
+class _UnderWay:
+    """An action, what it does where these values are measured, and when it ends."""
+
+    action: Action
+    motion: SymbolicMotion
+    measured: Mapping[str, Any]
+    ends: float
+    is_halted: bool = False
+
+
+def _its_end(under_way: tuple[Motion, _UnderWay]) -> float:
+    return under_way[1].ends
+
+
+class SymbolicPlant:
+    """Implements `aeros.runtime.ports.Plant` from declarations alone; readings are always fresh.
+
+    modules: whose skills may run, by name.
+    seed: the same seed and the same steps give the same run.
+    initial: values that differ from the harmless default, by vocabulary name, SI.
+    bursts: skills whose outcomes are not independent of each other, by `module.skill`.
+    """
+
+    def __init__(
+        self,
+        site: Site,
+        modules: Mapping[str, Ecm],
+        seed: int,
+        initial: Mapping[str, Any] | None = None,
+        bursts: Mapping[str, Bursts] | None = None,
+    ) -> None:
+        self._site = site
+        self._names = Names(site.state)
+        start = initial_values(site, initial or {})
+        self._initial = {name: start[name] for name in self._names.names}
+        self._shares = shares_by_skill(modules.values())
+        self._effects = {
+            (name, outcome.id): self._settled(name, outcome)
+            for name, shares in self._shares.items()
+            for outcome, _ in shares
+        }
+        self._bursts = bursts or {}
+        self._begin(seed)
+
+    def anew(self, seed: int) -> SymbolicPlant:
+        """A plant as this one was before anything happened, with another seed: for many trials alike."""
+        plant = copy(self)
+        plant._begin(seed)
+        return plant
+
+    def _begin(self, seed: int) -> None:
+        self._draws = Draws(self._shares, self._bursts, seed)
+        self._drawn: list[Drawn] = []
+        self._runs: dict[str, int] = dict.fromkeys(self._shares, 0)
+        self._time = 0.0
+        # What is measured now, until time goes on or something changes.
+        self._observed: Readings | None = None
+        # Never changed but replaced, so that what was computed of it can tell whether it still holds.
+        self._values: Mapping[str, Any] = self._initial
+        self._planned: _Planned | None = None
+        self._began: dict[str, float] = {}
+        self._under_way: dict[Motion, _UnderWay] = {}
+        self._begun = 0
+
+    def now(self) -> float:
+        """Seconds that motions, waits and declared durations have cost so far."""
+        return self._time
+
+    def observe(self) -> Readings:
+        """Every state variable of the vocabulary, measured now."""
+        if self._observed is None:
+            self._observed = Moment(self._names, tuple(self._values.values()), self._time)
+        return self._observed
+
+    def plan(self, action: Action) -> Plan:
+        """Nothing moves: there is no body that could move through anything."""
+        try:
+            motion = self._motion_of(action)
+        except UnableError as reason:
+            return Completion(False, str(reason))
+        self._planned = _Planned(action, _BODILESS, motion, self._values)
+        return self._planned.plan
+
+    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+        """Let `action` be under way from now on."""
+        planned, self._planned = self._planned, None
+        if (
+            planned is not None
+            and planned.action is action
+            and planned.plan is decided
+            and planned.measured is self._values
+        ):
+            motion = planned.motion
+        else:
+            try:
+                motion = self._motion_of(action)
+            except UnableError as reason:
+                return Completion(False, str(reason))
+        self._begun += 1
+        ends = self._time + motion.duration
+        if action.kind == "move_tool":
+            # The base may carry the tool to its target: it is there once that is.
+            for one in self._under_way.values():
+                if one.action.kind == "move_base":
+                    ends = max(ends, one.ends)
+        self._under_way[Motion(self._begun)] = _UnderWay(action, motion, self._values, ends)
+        return Motion(self._begun)
+
+    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+        """Let end what ends next; `monitor` sees all under way, and that end, before time passes."""
+        if not self._under_way:
+            self._time = max(self._time, until)
+            self._observed = None
+            return {}
+        first, one = min(self._under_way.items(), key=_its_end)
+        # Where it ends may depend on what another motion has changed since it began.
+        changed = (one.motion if one.measured is self._values else self._motion_of(one.action)).after
+        others = [other.motion.under_way for motion, other in self._under_way.items() if motion != first]
+        for last in (one.motion.under_way, changed):
+            values = self._with([*others, last])
+            rule = monitor(self._time, values)
+            if rule is not None:
+                return self._over(list(self._under_way), f"monitor:{rule}")
+        halted = [motion for motion, other in self._under_way.items() if other.is_halted]
+        if halted:
+            return self._over(halted, "halted")
+        if one.ends > until:
+            self._time = max(self._time, until)
+            self._observed = None
+            return {}
+        del self._under_way[first]
+        self._time = max(self._time, one.ends)
+        self._values = self._with([changed]) if others else values
+        self._observed = None
+        return {first: _DONE}
+
+    def halt(self, motion: Motion) -> None:
+        """It takes no time to come to rest."""
+        self._under_way[motion].is_halted = True
+
+    def stop(self) -> None:
+        """Whatever was under way is over."""
+        self._under_way.clear()
+
+    def skill_began(self, skill: str) -> None:
+        """Remember when; raises MisuseError for a skill of no module."""
+        if skill not in self._shares:
+            raise MisuseError(f"no module has the skill `{skill}`")
+        self._began[skill] = self._time
+
+    def skill_ended(self, skill: str, *, finished: bool) -> None:
+        """If it ran to its own end, draw one of its outcomes and let its effects be measured.
+
+        A skill that was halted has none of its declared outcomes: nothing changes.
+        """
+        if not finished:
+            return
+        run = self._runs[skill]
+        self._runs[skill] += 1
+        outcome = self._draws.outcome(skill, run)
+        self._drawn.append(Drawn(skill, run, outcome.id))
+        if outcome.duration is not None:
+            self._time = max(self._time, self._began[skill] + float(outcome.duration))
+        self._values = self._with([self._effects[skill, outcome.id]])
+        self._observed = None
+
+    def drawn(self) -> tuple[Drawn, ...]:
+        """All that has been left to chance so far, in order: with the same, all would have been the same."""
+        return tuple(self._drawn)
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    # Inside.
+
+    def _motion_of(self, action: Action) -> SymbolicMotion:
+        """What `action` would do; raises `UnableError`."""
+        kind = self._site.kinds.get(action.kind)
+        if kind is None:
+            raise UnableError(f"unknown kind: `{action.kind}`")
+        check_parameters(kind, action.parameters)
+        duration, under_way, after = motion_of(action, self._values)
+        return SymbolicMotion(duration, self._known(under_way), self._known(after))
+
+    def _with(self, changes: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+        values = dict(self._values)
+        for one in changes:
+            values.update(one)
+        return values
+
+    def _over(self, motions: Sequence[Motion], why: str) -> dict[Motion, Completion]:
+        for motion in motions:
+            del self._under_way[motion]
+        return dict.fromkeys(motions, Completion(False, why))
+
+    def _known(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Those that the site's vocabulary has."""
+        if values.keys() <= self._values.keys():
+            return values
+        return {name: value for name, value in values.items() if name in self._values}
+
+    def _settled(self, skill: str, outcome: Outcome) -> dict[str, Any]:
+        unknown = outcome.effects.keys() - self._site.state.keys()
+        if unknown:
+            raise MisuseError(f"an effect of `{skill}` is on `{min(unknown)}`, which is no state variable")
+        return {name: measured(value, self._site.state[name]) for name, value in outcome.effects.items()}

@@ -1,0 +1,80 @@
+"""What the symbolic plant measures before anything has happened: harmless, and inside every range."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from math import pi
+from typing import Any, Final
+
+from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.expr.doubles import double_within
+from aeros.spec.expr.types import BoolType, EnumType, FamilyType, RealType, VectorType
+from aeros.spec.expr.units import LENGTH
+from aeros.spec.model.model import Declared, Site
+
+_USUAL: Final[Mapping[str, tuple[float, ...]]] = {
+    # Franka's ready posture, and where the tool then is.
+    "joint_position": (0.0, -pi / 4, 0.0, -3 * pi / 4, 0.0, pi / 2, pi / 4),
+    "tool_position": (0.307, 0.0, 0.487),
+    "base_position": (0.0, 0.0, 0.0),
+    "finger_gap": (0.08,),
+    # The area scanner's reading when nobody is in range, as on the physics plant.
+    "human_distance": (20.0,),
+}
+"""Values by vocabulary name, SI, positions in W; others are 0, false, or an enum's first member."""
+
+_IN_REACH: Final = (0.45, 0.0, 0.15)
+"""Where anything else with a position is, m in W: before the arm, clear of its column and of the table."""
+
+
+def initial_values(site: Site, given: Mapping[str, Any]) -> dict[str, Any]:
+    """A value for every state variable: `given`, or its usual one moved into its range.
+
+    Raises MisuseError for a name that is not in the vocabulary.
+    """
+    unknown = given.keys() - site.state.keys()
+    if unknown:
+        raise MisuseError(f"`{min(unknown)}` is no state variable of the site")
+    return {
+        name: measured(given[name], declared) if name in given else _harmless(name, declared)
+        for name, declared in site.state.items()
+    }
+
+
+def measured(value: Any, declared: Declared) -> Any:
+    """An exact value, as elaborated, as a sensor would give it: reals as float inside their range."""
+    if isinstance(value, tuple):
+        return tuple(measured(part, declared) for part in value)
+    if isinstance(value, Fraction):
+        return double_within(value, declared.range)
+    return value
+
+
+def _harmless(name: str, declared: Declared) -> Any:
+    match declared.variable.type:
+        case BoolType():
+            return False
+        case EnumType(members=members):
+            return members[0]
+        case VectorType(dimension=dimension):
+            return _reals(name, declared, 3, _IN_REACH if dimension == LENGTH else ())
+        case FamilyType(index=index, element=RealType()):
+            return _reals(name, declared, len(index.members))
+        case FamilyType(index=index):
+            return (False,) * len(index.members)
+        case RealType():
+            return _reals(name, declared, 1)[0]
+
+
+def _reals(name: str, declared: Declared, count: int, other: tuple[float, ...] = ()) -> tuple[float, ...]:
+    usual = _USUAL.get(name, other)
+    values = usual if len(usual) == count else (0.0,) * count
+    return tuple(_into_range(Fraction(value), declared) for value in values)
+
+
+def _into_range(value: Fraction, declared: Declared) -> float:
+    if declared.range is not None:
+        lower, upper = declared.range
+        value = min(max(value, lower), upper)
+    return double_within(value, declared.range)

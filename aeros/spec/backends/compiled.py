@@ -1,0 +1,266 @@
+"""Term → generated Python function: the per-action path, identical to the exact semantics.
+
+A filtered exact predicate.  Reals are evaluated in doubles; every comparison carries a bound on
+the rounding error of its two sides, proved here, at compile time, from the variables' declared
+ranges.  Outside the bound the sign of the difference is certain and answers at once; inside it the
+exact interpreter decides.  So the answer never differs from `semantics.evaluate`.
+
+Error model (IEEE 754 double, round to nearest, no contraction: CPython performs each operation on
+its own): fl(a+b) = (a+b)(1+d), fl(ab) = ab(1+d) + e with |d| <= U, |e| <= ETA.
+Source: N. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., (2.4) and (2.8).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any, cast
+
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.doubles import neighbours
+from aeros.spec.expr.lower import lower
+from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.types import RealType
+
+U = Fraction(1, 2**53)
+ETA = Fraction(1, 2**1075)
+_LARGEST = Fraction(10) ** 300  # beyond it a double could overflow: such a comparison is always exact
+_NESTING = 30  # levels of the term, two brackets each at most; CPython's parser takes 200 brackets
+
+Ranges = Mapping[str, tuple[Fraction, Fraction]]
+"""Closed range in SI of each real scalar variable; the caller has checked that values are inside."""
+
+Predicate = Callable[[Mapping[str, Any]], bool]
+"""Decides one condition; takes float, bool or str by scalar variable name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Truths:
+    """Decides several conditions at once.
+
+    read: the scalar variables they depend on.
+    at: whether each holds, from float, bool or str of each variable in `read`, in that order.
+    """
+
+    read: tuple[str, ...]
+    at: Callable[..., tuple[bool, ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class _Real:
+    """Python code for a real: |computed| <= magnitude and |computed - exact| <= error.
+
+    peak: no intermediate result is larger; the bounds hold only where it is far from overflow.
+    """
+
+    code: str
+    magnitude: Fraction
+    error: Fraction
+    peak: Fraction
+
+
+def compile_condition(term: t.Term, ranges: Ranges) -> Predicate:
+    """A function that is true exactly where `term` holds, for all values inside `ranges`."""
+    generator = _Generator(ranges)
+    return cast("Predicate", generator.function("v", generator.condition(lower(term))))
+
+
+def compile_truths(terms: Iterable[t.Term], ranges: Ranges) -> Truths:
+    """A function that is true of each of `terms` exactly where it holds, for all values inside `ranges`."""
+    lowered = [lower(term) for term in terms]
+    read = tuple(dict.fromkeys(name for term in lowered for name in t.variables_of(term)))
+    local = {name: f"x{number}" for number, name in enumerate(read)}
+    generator = _Generator(ranges, local)
+    codes = [f"{generator.condition(term)}," for term in lowered]
+    return Truths(read, generator.function(", ".join(local.values()), f"({' '.join(codes)})"))
+
+
+def inline_conditions(
+    terms: Iterable[t.Term], ranges: Ranges, local: Mapping[str, str]
+) -> tuple[list[str], Mapping[str, Any]]:
+    """Code for each term, true exactly where it holds, and the names they need, for a generated function.
+
+    local: the local variable of that function that holds each scalar variable's value, inside its range.
+    """
+    generator = _Generator(ranges, local)
+    return [generator.condition(lower(term)) for term in terms], generator.names
+
+
+class _Generator:
+    """Writes code that finds the values in a mapping `v`, or in `local` variables."""
+
+    def __init__(self, ranges: Ranges, local: Mapping[str, str] | None = None) -> None:
+        self._ranges = ranges
+        self._local = local
+        self._heights: dict[int, int] = {}
+        # `repr` writes an infinite bound as `inf`.
+        self.names: dict[str, Any] = {
+            "__builtins__": {},
+            "abs": abs,
+            "inf": math.inf,
+            "max": max,
+            "min": min,
+        }
+
+    def function(self, parameters: str, code: str) -> Callable[..., Any]:
+        """`code` as a function of these parameters."""
+        # The source is built from typed terms alone: names are quoted, numbers are repr of floats.
+        return cast("Callable[..., Any]", eval(f"lambda {parameters}: {code}", self.names))  # noqa: S307
+
+    def condition(self, term: t.Term) -> str:
+        return self._apart(term, self._condition(term))
+
+    def _apart(self, term: t.Term, code: str) -> str:
+        """`code`, or a call of it as a function of its own at every `_NESTING`th level."""
+        if self._height(term) % _NESTING:
+            return code
+        part, values = f"part{len(self.names)}", self._values(term)
+        self.names[part] = self.function(values, code)
+        return f"{part}({values})"
+
+    def _value(self, name: str) -> str:
+        return f"v[{name!r}]" if self._local is None else self._local[name]
+
+    def _values(self, term: t.Term) -> str:
+        """What a function over the variables of `term` takes, and is given."""
+        return "v" if self._local is None else ", ".join(self._local[name] for name in t.variables_of(term))
+
+    def _height(self, term: t.Term) -> int:
+        if id(term) not in self._heights:
+            self._heights[id(term)] = 1 + max(map(self._height, t.children(term)), default=0)
+        return self._heights[id(term)]
+
+    def _condition(self, term: t.Term) -> str:
+        match term:
+            case t.Literal(value=value):
+                return repr(value)
+            case t.Variable(name=name):
+                return self._value(name)
+            case t.Not(operand=operand):
+                return f"(not {self.condition(operand)})"
+            case t.And(operands=operands):
+                return "(" + " and ".join(map(self.condition, operands)) + ")"
+            case t.Or(operands=operands):
+                return "(" + " or ".join(map(self.condition, operands)) + ")"
+            case t.Conditional(condition=condition, then=then, otherwise=otherwise):
+                parts = [self.condition(part) for part in (then, condition, otherwise)]
+                return f"({parts[0]} if {parts[1]} else {parts[2]})"
+            case t.Compare():
+                return self._comparison(term)
+            case _:
+                raise AssertionError(f"not a core condition: {term}")
+
+    def _comparison(self, term: t.Compare) -> str:
+        left, right = term.left, term.right
+        if not (_is_real(left) and _is_real(right)):
+            return f"({self.condition(left)} == {self.condition(right)})"
+        a, b = self._real(left), self._real(right)
+        if isinstance(right, t.Literal) and a.error == 0:
+            return _against_constant(a.code, term.op, cast("Fraction", right.value), flipped=False)
+        if isinstance(left, t.Literal) and b.error == 0:
+            return _against_constant(b.code, term.op, cast("Fraction", left.value), flipped=True)
+        if a.error == 0 and b.error == 0:
+            return f"({a.code} {term.op} {b.code})"
+        return self._filtered(term, a, b)
+
+    def _filtered(self, term: t.Compare, a: _Real, b: _Real) -> str:
+        """Answers from the computed difference where |difference| exceeds its error bound, else exactly."""
+        number = len(self.names)
+        exact = f"exact{number}({self._values(term)})"
+        names = tuple(t.variables_of(term))
+        if self._local is None:
+            self.names[f"exact{number}"] = lambda values: holds(term, _exact_values(names, values))
+        else:
+            self.names[f"exact{number}"] = lambda *values: holds(
+                term, _exact_values(names, dict(zip(names, values, strict=True)))
+            )
+        if max(a.peak, b.peak, a.magnitude + b.magnitude) > _LARGEST:
+            return exact
+        bound = _at_least(a.error + b.error + U * (a.magnitude + b.magnitude))
+        difference = f"(d{number} := {a.code} - {b.code})"
+        if term.op == "==":
+            return f"(-{bound!r} <= {difference} <= {bound!r} and {exact})"
+        return f"({difference} < -{bound!r} or (d{number} <= {bound!r} and {exact}))"
+
+    def _real(self, term: t.Term) -> _Real:
+        real = self._arithmetic(term)
+        return replace(real, code=self._apart(term, real.code))
+
+    def _arithmetic(self, term: t.Term) -> _Real:
+        match term:
+            case t.Literal(value=value):
+                exact = cast("Fraction", value)
+                if abs(exact) > _LARGEST:
+                    return _Real("0.0", Fraction(0), abs(exact), abs(exact))
+                computed = float(exact)
+                size = abs(Fraction(computed))
+                return _Real(f"({computed!r})", size, abs(Fraction(computed) - exact), size)
+            case t.Variable(name=name):
+                lower_, upper = self._ranges[name]
+                size = max(abs(lower_), abs(upper))
+                return _Real(self._value(name), size, Fraction(0), size)
+            case t.Add(left=left, right=right):
+                a, b = self._real(left), self._real(right)
+                total = a.magnitude + b.magnitude
+                error = a.error + b.error + U * total
+                return _joined(f"({a.code} + {b.code})", total * (1 + U), error, a, b)
+            case t.Multiply(left=left, right=right):
+                a, b = self._real(left), self._real(right)
+                total = a.magnitude * b.magnitude
+                carried = a.magnitude * b.error + b.magnitude * a.error + a.error * b.error
+                error = carried + U * total + ETA
+                return _joined(f"({a.code} * {b.code})", total * (1 + U) + ETA, error, a, b)
+            case t.Extremum(kind=kind, left=left, right=right):
+                a, b = self._real(left), self._real(right)
+                return _either(f"{kind}({a.code}, {b.code})", a, b)
+            case t.Absolute(operand=operand):
+                a = self._real(operand)
+                return replace(a, code=f"abs({a.code})")
+            case t.Conditional(condition=condition, then=then, otherwise=otherwise):
+                a, b = self._real(then), self._real(otherwise)
+                code = f"({a.code} if {self.condition(condition)} else {b.code})"
+                return _either(code, a, b)
+            case _:
+                raise AssertionError(f"not a core real: {term}")
+
+
+def _joined(code: str, magnitude: Fraction, error: Fraction, a: _Real, b: _Real) -> _Real:
+    return _Real(code, magnitude, error, max(a.peak, b.peak, magnitude))
+
+
+def _either(code: str, a: _Real, b: _Real) -> _Real:
+    """One of `a` and `b`, or so close to one as the worse of them is to its exact value."""
+    return _joined(code, max(a.magnitude, b.magnitude), max(a.error, b.error), a, b)
+
+
+def _against_constant(code: str, op: str, constant: Fraction, *, flipped: bool) -> str:
+    """A double against a rational, exactly: the rational is rounded so that the answer is the same."""
+    below, above = neighbours(constant)
+    if op == "==":
+        return f"({code} == {below!r})" if below == above else "False"
+    if op == "<=":
+        return f"({code} >= {above!r})" if flipped else f"({code} <= {below!r})"
+    return f"({code} > {below!r})" if flipped else f"({code} < {above!r})"
+
+
+def _at_least(value: Fraction) -> float:
+    return neighbours(value)[1]
+
+
+def _is_real(term: t.Term) -> bool:
+    match term:
+        case t.Literal(type=type_) | t.Variable(type=type_):
+            return isinstance(type_, RealType)
+        case t.Add() | t.Multiply() | t.Extremum() | t.Absolute():
+            return True
+        case t.Conditional(then=then):
+            return _is_real(then)
+        case _:
+            return False
+
+
+def _exact_values(names: tuple[str, ...], values: Mapping[str, Any]) -> dict[str, Any]:
+    given = ((name, values[name]) for name in names)
+    return {name: Fraction(value) if type(value) is float else value for name, value in given}

@@ -1,0 +1,88 @@
+"""Boxes: for each scalar variable, and for sums of some, the values that it may still have."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from fractions import Fraction
+from functools import reduce
+from typing import TypeAlias
+
+from aeros.spec.backends.interval.interval import End, Interval
+from aeros.spec.backends.solver_results import Scalar
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import BoolType, EnumType, IntegerType
+
+Sum: TypeAlias = tuple[tuple[str, Fraction], ...]
+"""Two or more scalar variables by name, each with a factor, the first of which is 1."""
+
+Values: TypeAlias = Interval | frozenset[bool] | frozenset[str]
+Box: TypeAlias = dict[str | Sum, Values]
+
+
+def values_of(scalar: t.Variable, ranges: Mapping[str, tuple[Fraction, Fraction]]) -> Values:
+    """What a variable may be before anything is asked of it."""
+    match scalar.type:
+        case BoolType():
+            return frozenset((False, True))
+        case EnumType(members=members):
+            return frozenset(members)
+        case _:
+            return Interval(*ranges.get(scalar.name, (None, None)))
+
+
+def first_of(scalar: t.Variable, values: Values, end: End = None) -> Scalar:
+    """One of the values, from the middle or near an end; a real where there is no whole number there."""
+    if isinstance(values, Interval):
+        return values.whole(end) if isinstance(scalar.type, IntegerType) else values.near(end)
+    if isinstance(scalar.type, EnumType):
+        return next(one for one in scalar.type.members if one in values)
+    return False not in values
+
+
+def propagated(box: Box) -> bool:
+    """Narrow each variable of a sum to what the others leave it; whether values are left."""
+    sums = [of for of in box if isinstance(of, tuple)]
+    occurs = Counter(name for of in sums for name, _ in of)
+    for _ in sums:  # so often at most: what one sum leaves of a variable may narrow those of another
+        again = False
+        for of in sums:
+            whole = box[of] = _interval(box[of]).meet(_total(of, box))
+            for place, (name, factor) in enumerate(of):
+                rest, before = _total((*of[:place], *of[place + 1 :]), box), box[name]
+                box[name] = meet(before, whole.minus(rest).times(factor if factor in (1, -1) else 1 / factor))
+                if is_empty(box[name]):
+                    return False
+                again |= occurs[name] > 1 and box[name] != before
+        if not again:
+            break
+    return True
+
+
+def meet(one: Values, other: Values) -> Values:
+    """What is in both."""
+    if isinstance(one, Interval):
+        return one.meet(_interval(other))
+    return one & other  # type: ignore[operator]
+
+
+def _interval(values: Values) -> Interval:
+    assert isinstance(values, Interval)  # noqa: S101  terms are well typed
+    return values
+
+
+def known(of: str | Sum, box: Box) -> Values:
+    """The values that a variable or a sum may have, as far as `box` tells."""
+    if isinstance(of, str):
+        return box[of]
+    kept = box.get(of)
+    return _total(of, box) if kept is None else kept
+
+
+def _total(of: Sum, box: Box) -> Interval:
+    return reduce(Interval.plus, (_interval(box[name]).times(factor) for name, factor in of))
+
+
+def is_empty(values: Values) -> bool:
+    """Whether no value is left."""
+    return values.is_empty if isinstance(values, Interval) else not values

@@ -1,0 +1,69 @@
+"""Interval arithmetic: two numbers between which a term lies, wherever in a box its variables are."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TypeAlias
+
+from aeros.spec.backends.interval.box import Box
+from aeros.spec.backends.interval.interval import Interval
+from aeros.spec.expr import terms as t
+
+_Bounds: TypeAlias = tuple[Fraction, Fraction] | None
+"""Two reals between which, both included, a term's value lies; None where no such two are known."""
+
+
+def comparison_holds(term: t.Compare, box: Box) -> bool | None:
+    """Whether a comparison holds in all of `box`, or in none of it; None where neither is known."""
+    left, right = bounds_of(term.left, box), bounds_of(term.right, box)
+    if left is None or right is None:
+        return None
+    if term.op == "==":
+        apart = left[1] < right[0] or right[1] < left[0]
+        return False if apart else True if left[0] == left[1] == right[0] == right[1] else None
+    if term.op == "<":
+        return True if left[1] < right[0] else False if left[0] >= right[1] else None
+    return True if left[1] <= right[0] else False if left[0] > right[1] else None
+
+
+def bounds_of(term: t.Term, box: Box) -> _Bounds:
+    """What a real term lies between in `box`, as far as is known."""
+    match term:
+        case t.Literal(value=Fraction() as value):
+            return value, value
+        case t.Variable(name=name):
+            values = box[name]
+            if not isinstance(values, Interval) or values.low is None or values.high is None:
+                return None
+            return values.low, values.high
+        case t.Absolute(operand=operand):
+            inner = bounds_of(operand, box)
+            if inner is None:
+                return None
+            ends = sorted(map(abs, inner))
+            return (ends[0] if inner[0] >= 0 or inner[1] <= 0 else Fraction(0)), ends[1]
+        case t.Add() | t.Multiply() | t.Extremum():
+            left, right = bounds_of(term.left, box), bounds_of(term.right, box)
+            return None if left is None or right is None else _combined(term, left, right)
+        case t.Conditional(then=then, otherwise=otherwise):
+            one, other = bounds_of(then, box), bounds_of(otherwise, box)
+            return None if one is None or other is None else (min(one[0], other[0]), max(one[1], other[1]))
+        case _:
+            return None
+
+
+def _combined(
+    term: t.Add | t.Multiply | t.Extremum, left: tuple[Fraction, Fraction], right: tuple[Fraction, Fraction]
+) -> _Bounds:
+    match term:
+        case t.Add():
+            return left[0] + right[0], left[1] + right[1]
+        case t.Multiply():
+            if term.left == term.right:
+                squares = sorted((left[0] ** 2, left[1] ** 2))
+                return (Fraction(0) if left[0] < 0 < left[1] else squares[0]), squares[1]
+            ends = [a * b for a in left for b in right]
+            return min(ends), max(ends)
+        case t.Extremum(kind=kind):
+            choose = min if kind == "min" else max
+            return choose(left[0], right[0]), choose(left[1], right[1])

@@ -1,0 +1,156 @@
+"""Terms as formulas about the values of variables and of sums; what else there is stays a term."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Final, TypeAlias
+
+from aeros.spec.backends.interval.box import Sum, Values
+from aeros.spec.backends.interval.interval import Interval
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import EnumType, RealType
+
+_ZERO: Final = Fraction(0)
+
+
+@dataclass(frozen=True, slots=True)
+class Within:
+    """A condition on one scalar variable, or on one sum of several: that its value is one of these."""
+
+    of: str | Sum
+    values: Values
+
+
+@dataclass(frozen=True, slots=True)
+class Other:
+    """A condition of any other kind: that the term is, or is not, true."""
+
+    term: t.Term
+    is_true: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Every:
+    """All of these hold."""
+
+    parts: tuple[Formula, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Some:
+    """One of these holds."""
+
+    parts: tuple[Formula, ...]
+
+
+Formula: TypeAlias = Within | Other | Every | Some
+
+
+def conjuncts_of(formula: Formula) -> list[Formula]:
+    """Formulas that hold together iff `formula` holds."""
+    return (
+        [one for part in formula.parts for one in conjuncts_of(part)]
+        if isinstance(formula, Every)
+        else [formula]
+    )
+
+
+def names_of(formula: Formula) -> frozenset[str]:
+    """The scalar variables that it speaks of."""
+    match formula:
+        case Within(of=of):
+            return frozenset((of,)) if isinstance(of, str) else frozenset(name for name, _ in of)
+        case Other(term=term):
+            return frozenset(t.variables_of(term))
+        case Every(parts=parts) | Some(parts=parts):
+            return frozenset[str]().union(*map(names_of, parts))
+
+
+def read_scalar(term: t.Term, *, is_true: bool) -> Formula:
+    """The formula that a condition of the scalar core is true, or that it is not."""
+    match term:
+        case t.Literal(value=value):
+            return Every(()) if value is is_true else Some(())
+        case t.Variable(name=name):
+            return Within(name, frozenset((is_true,)))
+        case t.Not(operand=operand):
+            return read_scalar(operand, is_true=not is_true)
+        case t.And(operands=operands) | t.Or(operands=operands):
+            parts = tuple(read_scalar(operand, is_true=is_true) for operand in operands)
+            return Every(parts) if isinstance(term, t.And) is is_true else Some(parts)
+        case t.Compare():
+            return _comparison(term, is_true=is_true)
+        case _:
+            return Other(term, is_true)
+
+
+def _comparison(term: t.Compare, *, is_true: bool) -> Formula:
+    match term.left, term.right:
+        case (t.Variable(name=name, type=EnumType(members=members)), t.Literal(value=value)) | (
+            t.Literal(value=value),
+            t.Variable(name=name, type=EnumType(members=members)),
+        ):
+            return Within(name, frozenset(one for one in members if (one == value) is is_true))
+        case t.Absolute(operand=inner), t.Literal(value=Fraction() as bound) if term.op != "==":
+            opposite = t.Literal(-bound, term.right.type)
+            sides = t.Compare(term.op, inner, term.right), t.Compare(term.op, opposite, inner)
+            parts = tuple(_comparison(side, is_true=is_true) for side in sides)
+            return Every(parts) if is_true else Some(parts)
+        case t.Literal(value=Fraction() as bound), t.Absolute(operand=inner) if term.op != "==":
+            opposite = t.Literal(-bound, term.left.type)
+            sides = t.Compare(term.op, term.left, inner), t.Compare(term.op, inner, opposite)
+            parts = tuple(_comparison(side, is_true=is_true) for side in sides)
+            return Some(parts) if is_true else Every(parts)
+    left, right = _linear(term.left), _linear(term.right)
+    if left is None or right is None:
+        return Other(term, is_true)
+    if term.op != "==":
+        # not (left < right) is right <= left
+        is_below = (term.op == "<") is is_true
+        return _at_most(left, right, is_below) if is_true else _at_most(right, left, is_below)
+    if is_true:
+        return Every((_at_most(left, right, is_below=False), _at_most(right, left, is_below=False)))
+    return Some((_at_most(left, right, is_below=True), _at_most(right, left, is_below=True)))
+
+
+def _at_most(left: _Linear, right: _Linear, is_below: bool) -> Formula:
+    """That `left` is at most `right`, or below it."""
+    slopes = {name: left[0].get(name, _ZERO) - right[0].get(name, _ZERO) for name in left[0] | right[0]}
+    factors = tuple((name, slope) for name, slope in sorted(slopes.items()) if slope)
+    most = right[1] - left[1]
+    if not factors:
+        return Every(()) if most > 0 or (most == 0 and not is_below) else Some(())
+    first = factors[0][1]
+    values = Interval(high=most, high_open=is_below).times(1 / first)
+    if len(factors) == 1:
+        return Within(factors[0][0], values)
+    return Within(tuple((name, slope / first) for name, slope in factors), values)
+
+
+_Linear: TypeAlias = tuple[dict[str, Fraction], Fraction]
+
+
+def _linear(term: t.Term) -> _Linear | None:
+    """Factors by variable, and the constant, of a real term that is linear as it is written."""
+    match term:
+        case t.Literal(value=Fraction() as value):
+            return {}, value
+        case t.Variable(name=name, type=RealType()):
+            return {name: Fraction(1)}, Fraction(0)
+        case t.Add():
+            left, right = _linear(term.left), _linear(term.right)
+            if left is None or right is None:
+                return None
+            slopes = dict(left[0])
+            for name, slope in right[0].items():
+                slopes[name] = slopes.get(name, Fraction(0)) + slope
+            return slopes, left[1] + right[1]
+        case t.Multiply():
+            left, right = _linear(term.left), _linear(term.right)
+            if left is None or right is None or (left[0] and right[0]):
+                return None
+            (slopes, constant), (_, factor) = (left, right) if left[0] else (right, left)
+            return {name: slope * factor for name, slope in slopes.items()}, constant * factor
+        case _:
+            return None

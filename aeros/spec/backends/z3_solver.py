@@ -1,0 +1,219 @@
+"""Term → Z3, over the reals.  Sole importer of z3.
+
+Doubles are the rationals they denote, so real arithmetic is exact here and agrees with
+`semantics.py`.  Budgets are `rlimit` with a fixed seed: the same query gives the same answer on
+every machine.  Enum members are integers by their order, constrained to the set.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+from typing import Any, cast
+
+import z3
+
+from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
+from aeros.spec.backends.solver_results import Answer, Result, Scalar, TextAnswer
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import lower, scalar_variables
+from aeros.spec.expr.types import BoolType, EnumType, IntegerType, RealType
+
+_DIGITS = 30  # an irrational model value is shown to this many decimals
+
+
+def solver_version() -> str:
+    """The solver's name and version, as certificates record it."""
+    return f"z3 {z3.get_version_string()}"
+
+
+def answer_text(script: str, rlimit: int = DEFAULT_RLIMIT) -> TextAnswer:
+    """Whether what `script`, SMT-LIB text that asks once, asserts can hold together."""
+    context = z3.Context()
+    solver = z3.Solver(ctx=context)
+    solver.set("random_seed", 0)
+    solver.set("rlimit", rlimit)
+    try:
+        for number, assertion in enumerate(z3.parse_smt2_string(script, ctx=context)):
+            solver.assert_and_track(assertion, f"assertion!{number}")
+        outcome = solver.check()
+    except z3.Z3Exception as error:
+        return TextAnswer(Result.UNKNOWN, {}, 0, 0, str(error))
+    statistics = solver.statistics()
+    spent = statistics.get_key_value("rlimit count") if "rlimit count" in statistics.keys() else 0  # noqa: SIM118
+    if outcome == z3.unsat:
+        return TextAnswer(Result.UNSAT, {}, len(solver.unsat_core()), spent)
+    if outcome == z3.unknown:
+        return TextAnswer(Result.UNKNOWN, {}, 0, spent, solver.reason_unknown())
+    model = solver.model()
+    # Z3 takes what is defined, and names of assertions, for constants of the model, too.
+    declared = set(_DECLARED.findall(script))
+    constants = [one for one in model.decls() if one.name() in declared]
+    return TextAnswer(Result.SAT, {one.name(): model[one].sexpr() for one in constants}, 0, spent)
+
+
+_DECLARED = re.compile(r"^\(declare-const (\S+) ", re.MULTILINE)
+
+
+class Session:
+    """A solver over declared variables; what is assumed stays, each question is asked alone.
+
+    ranges: closed range in SI of each real scalar variable; one without a range is unbounded.
+    beside: a session whose context, of some megabytes, is shared.  Models then depend on everything
+        that was asked before in it, so questions are asked without.
+    """
+
+    def __init__(
+        self,
+        variables: Iterable[t.Variable],
+        ranges: Mapping[str, tuple[Fraction, Fraction]],
+        rlimit: int = DEFAULT_RLIMIT,
+        beside: Session | None = None,
+    ) -> None:
+        self._context: Any = z3.Context() if beside is None else beside._context
+        self._solver = z3.Solver(ctx=self._context)
+        self._solver.set("random_seed", 0)
+        self._solver.set("rlimit", rlimit)
+        self._constants: dict[str, tuple[t.Variable, Any]] = {}
+        self._encoded: dict[int, tuple[t.Term, Any]] = {}
+        for variable in variables:
+            for scalar in scalar_variables(variable):
+                self._declare(scalar, ranges)
+
+    def _declare(self, scalar: t.Variable, ranges: Mapping[str, tuple[Fraction, Fraction]]) -> None:
+        match scalar.type:
+            case BoolType():
+                constant = z3.Bool(scalar.name, self._context)
+            case RealType():
+                constant = z3.Real(scalar.name, self._context)
+                if isinstance(scalar.type, IntegerType):
+                    self._solver.add(z3.IsInt(constant))
+                if scalar.name in ranges:
+                    low, high = (_rational(self._context, bound) for bound in ranges[scalar.name])
+                    self._solver.add(constant >= low, constant <= high)
+            case EnumType(members=members):
+                constant = z3.Int(scalar.name, self._context)
+                self._solver.add(constant >= 0, constant < len(members))
+            case _:
+                raise AssertionError(f"not a scalar: {scalar}")
+        self._constants[scalar.name] = (scalar, constant)
+
+    def assume(self, term: t.Term) -> None:
+        """Add `term` to what every later question assumes."""
+        self._solver.add(self._encode(lower(term)))
+
+    def ask(self, *terms: t.Term) -> Answer:
+        """Whether the assumptions and all `terms` can hold together."""
+        self._solver.push()
+        try:
+            self._solver.add(*(self._encode(lower(term)) for term in terms))
+            return self._check()
+        finally:
+            self._solver.pop()
+
+    def ask_given(self, values: Mapping[str, Scalar], term: t.Term) -> Answer:
+        """Whether the assumptions and `term` hold at the given values, by scalar variable; without a model.
+
+        `term` is encoded once: a session that is asked again and again is asked a few terms.
+        """
+        equalities = [
+            self._constants[name][1] == _value(self._context, self._constants[name][0], v)
+            for name, v in values.items()
+        ]
+        self._solver.push()
+        try:
+            self._solver.add(*equalities, self._encode_once(term))
+            return self._check(with_model=False)
+        finally:
+            self._solver.pop()
+
+    def script(self, *terms: t.Term) -> str:
+        """The question `ask(*terms)` as an SMT-LIB 2.6 script, for a solver that is not ours."""
+        solver = z3.Solver(ctx=self._context)
+        solver.add(self._solver.assertions(), *(self._encode(lower(term)) for term in terms))
+        return f"(set-logic ALL)\n{solver.to_smt2()}"
+
+    def _check(self, *, with_model: bool = True) -> Answer:
+        try:
+            outcome = self._solver.check()
+        except z3.Z3Exception as error:
+            return Answer(Result.UNKNOWN, {}, str(error))
+        if outcome == z3.unsat:
+            return Answer(Result.UNSAT, {})
+        if outcome == z3.unknown:
+            return Answer(Result.UNKNOWN, {}, self._solver.reason_unknown())
+        return Answer(Result.SAT, self._model() if with_model else {})
+
+    def _model(self) -> dict[str, Scalar]:
+        model = self._solver.model()
+        values: dict[str, Scalar] = {}
+        for name, (scalar, constant) in self._constants.items():
+            value = model.eval(constant, model_completion=True)
+            match scalar.type:
+                case BoolType():
+                    values[name] = z3.is_true(value)
+                case EnumType(members=members):
+                    values[name] = members[value.as_long()]
+                case _:
+                    values[name] = _fraction(value)
+        return values
+
+    def _encode_once(self, term: t.Term) -> Any:
+        """`term` encoded, remembered by identity: comparing terms costs as much as encoding them."""
+        if id(term) not in self._encoded:
+            self._encoded[id(term)] = (term, self._encode(lower(term)))
+        return self._encoded[id(term)][1]
+
+    def _encode(self, term: t.Term) -> Any:
+        match term:
+            case t.Literal(value=value, type=EnumType(members=members)):
+                return z3.IntVal(members.index(cast("str", value)), self._context)
+            case t.Literal(value=bool(value)):
+                return z3.BoolVal(value, self._context)
+            case t.Literal(value=value):
+                return _rational(self._context, cast("Fraction", value))
+            case t.Variable(name=name):
+                return self._constants[name][1]
+            case t.Not(operand=operand):
+                return z3.Not(self._encode(operand))
+            case t.And(operands=operands):
+                return z3.And(*map(self._encode, operands), self._context)
+            case t.Or(operands=operands):
+                return z3.Or(*map(self._encode, operands), self._context)
+            case t.Compare(op=op, left=left, right=right):
+                a, b = self._encode(left), self._encode(right)
+                return a < b if op == "<" else a <= b if op == "<=" else a == b
+            case t.Add(left=left, right=right):
+                return self._encode(left) + self._encode(right)
+            case t.Multiply(left=left, right=right):
+                return self._encode(left) * self._encode(right)
+            case t.Extremum(kind=kind, left=left, right=right):
+                a, b = self._encode(left), self._encode(right)
+                return z3.If(a <= b, a, b) if kind == "min" else z3.If(a <= b, b, a)
+            case t.Absolute(operand=operand):
+                a = self._encode(operand)
+                return z3.If(a >= 0, a, -a)
+            case t.Conditional(condition=condition, then=then, otherwise=otherwise):
+                return z3.If(*map(self._encode, (condition, then, otherwise)))
+            case _:
+                raise AssertionError(f"not in the scalar core: {term}")
+
+
+def _rational(context: Any, value: Fraction) -> Any:
+    return z3.RealVal(f"{value.numerator}/{value.denominator}", context)
+
+
+def _value(context: Any, scalar: t.Variable, value: Scalar) -> Any:
+    if isinstance(scalar.type, EnumType):
+        return z3.IntVal(scalar.type.members.index(cast("str", value)), context)
+    return (
+        z3.BoolVal(value, context) if isinstance(value, bool) else _rational(context, cast("Fraction", value))
+    )
+
+
+def _fraction(value: Any) -> Fraction:
+    """A model value; an irrational one is approximated, and replaying the witness notices."""
+    if z3.is_algebraic_value(value):
+        value = value.approx(_DIGITS)
+    return Fraction(value.numerator_as_long(), value.denominator_as_long())

@@ -1,0 +1,1 @@
+"""Diagnostics: codes, source spans, error families and their rendering for people."""

@@ -1,0 +1,245 @@
+"""A diagnostic becomes text for people or plain data for programs; neither changes what it says.
+
+Whatever a file holds is shown harmlessly: characters that move a cursor, reorder text or are
+invisible appear as escapes, so a hostile manifest cannot write to the terminal that reports it.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from itertools import groupby
+from typing import Any, Final
+
+from aeros.spec.diagnostics.codes import CODES, Diagnostic, Label, Severity
+from aeros.spec.diagnostics.source import Source, Span
+
+LONGEST_LINE: Final = 160
+"""Characters of a source line that are shown; a longer line is shown around its mark."""
+
+_BLOCK: Final = re.compile(r"[|>][-+0-9]*\s*(#.*)?")  # what stands above a text in a block
+_MOST_LINES: Final = 8  # of a text in a block that are shown
+_LEAD: Final = 40  # characters shown before the mark in a shortened line
+_LONGEST_TEXT: Final = 4000  # characters of a headline, label or note that are shown
+_ESCAPED: Final = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
+
+Paint = Callable[[str, str], str]
+
+_COLOURS: Final = {
+    "error": "1;31",
+    "warning": "1;33",
+    "note": "1;36",
+    "help": "1;32",
+    "gutter": "34",
+    "secondary": "34",
+}
+
+
+def render_all(diagnostics: Iterable[Diagnostic], *, colour: bool = False) -> str:
+    """Every diagnostic as text, in the order given, with an empty line between two."""
+    return "\n".join(render_text(diagnostic, colour=colour) for diagnostic in diagnostics)
+
+
+def render_text(diagnostic: Diagnostic, *, colour: bool = False) -> str:
+    """The diagnostic as lines for a terminal; ends with a line break."""
+    paint = _painted if colour else _plain
+    severity = diagnostic.severity.value
+    slug = CODES[diagnostic.code].slug
+    rows = [f"{paint(f'{severity}[{diagnostic.code}]', severity)} {slug}: {safe(diagnostic.headline)}"]
+    rows += _snippets(diagnostic, paint)
+    for word, texts in (("note", diagnostic.notes), ("help", diagnostic.help)):
+        for text in texts:
+            # Later lines are indented, so text cannot pose as the next diagnostic.
+            lines = [safe(line) for line in text.split("\n")]
+            rows.append(f"{paint(f'{word}:', word)} " + ("\n" + " " * 6).join(lines))
+    return "\n".join(rows) + "\n"
+
+
+def render_json(diagnostic: Diagnostic) -> dict[str, Any]:
+    """The diagnostic as data that `json.dumps` takes; texts as they are, escaping is JSON's work."""
+    return {
+        "code": diagnostic.code,
+        "slug": CODES[diagnostic.code].slug,
+        "group": CODES[diagnostic.code].group,
+        "severity": diagnostic.severity.value,
+        "headline": diagnostic.headline,
+        "primary": None if diagnostic.primary is None else _label_data(diagnostic.primary),
+        "secondary": [_label_data(label) for label in diagnostic.secondary],
+        "notes": list(diagnostic.notes),
+        "help": list(diagnostic.help),
+    }
+
+
+def safe(text: str) -> str:
+    """The text with every character that is not plainly visible written as an escape."""
+    shown = "".join(map(_safe_character, text[:_LONGEST_TEXT]))
+    return shown if len(text) <= _LONGEST_TEXT else shown + "…"
+
+
+def _safe_character(character: str) -> str:
+    if character == "\t":
+        return "    "
+    if unicodedata.category(character) not in _ESCAPED:
+        return character
+    return character.encode("unicode_escape").decode("ascii")
+
+
+def _label_data(label: Label) -> dict[str, Any]:
+    span = label.span
+    return {
+        "path": span.source.path,
+        "line": span.line,
+        "column": span.column,
+        "end_line": span.end_line,
+        "end_column": span.end_column,
+        "start": span.start,
+        "end": span.end,
+        "text": label.text,
+    }
+
+
+def _plain(text: str, role: str) -> str:
+    return text
+
+
+def _painted(text: str, role: str) -> str:
+    return f"\x1b[{_COLOURS[role]}m{text}\x1b[0m"
+
+
+@dataclass(frozen=True, slots=True)
+class _Mark:
+    """One label on its first line: offsets within the line, the sign drawn, its colour."""
+
+    start: int
+    end: int
+    sign: str
+    role: str
+    text: str
+
+
+class _Row:
+    """Cells of one row under a source line, each with the role that colours it."""
+
+    def __init__(self) -> None:
+        self._cells: list[tuple[str, str]] = []
+
+    def put(self, column: int, text: str, role: str) -> None:
+        self._cells += [(" ", "")] * (column + len(text) - len(self._cells))
+        self._cells[column : column + len(text)] = [(character, role) for character in text]
+
+    def shown(self, paint: Paint) -> str:
+        runs = groupby(self._cells, key=lambda cell: cell[1])
+        texts = ((role, "".join(character for character, _ in cells)) for role, cells in runs)
+        return "".join(paint(text, role) if role else text for role, text in texts)
+
+
+def _snippets(diagnostic: Diagnostic, paint: Paint) -> list[str]:
+    """The location line and the marked source lines, the primary label's file first."""
+    if diagnostic.primary is None:
+        labels = [(label, False) for label in diagnostic.secondary]
+    else:
+        labels = [(diagnostic.primary, True), *((label, False) for label in diagnostic.secondary)]
+    marks: dict[Source, dict[int, list[_Mark]]] = {}
+    places: dict[Source, Span] = {}
+    for label, is_primary in labels:
+        places.setdefault(label.span.source, label.span)
+        role = _role(diagnostic.severity, is_primary)
+        for line, mark in _marks(label, "^" if is_primary else "-", role):
+            marks.setdefault(label.span.source, {}).setdefault(line, []).extend(mark)
+    width = max((len(str(line)) for lines in marks.values() for line in lines), default=0)
+    rows: list[str] = []
+    for source, place in places.items():
+        rows.append(_location(place, ":::" if rows else "-->", width, paint))
+        rows += _marked_lines(source, marks[source], width, paint)
+    return rows
+
+
+def _role(severity: Severity, is_primary: bool) -> str:
+    return severity.value if is_primary else "secondary"
+
+
+def _location(span: Span, arrow: str, width: int, paint: Paint) -> str:
+    return f"{' ' * width}{paint(arrow, 'gutter')} {safe(span.source.path)}:{span.line}:{span.column}"
+
+
+def _marks(label: Label, sign: str, role: str) -> list[tuple[int, list[_Mark]]]:
+    """The label's part on its first line, by line; of a text in a block, its part on each line of that.
+
+    What else goes on below the first line is not drawn.
+    """
+    span = label.span
+    line_start = span.source.line_start(span.line)
+    first = span.source.line_text(span.line)
+    start, end = span.start - line_start, min(span.end - line_start, len(first))
+    if not _BLOCK.fullmatch(first, start):
+        return [(span.line, [_Mark(start, max(start, end), sign, role, safe(label.text))])]
+    marks: list[tuple[int, list[_Mark]]] = []
+    for line in range(span.line + 1, span.end_line + 1):
+        text = span.source.line_text(line).rstrip()
+        start, end = len(text) - len(text.lstrip()), span.end - span.source.line_start(line)
+        if start < min(len(text), end) and len(marks) < _MOST_LINES:
+            marks.append((line, [_Mark(start, min(len(text), end), sign, role, "")]))
+    if marks:
+        marks[-1][1][0] = replace(marks[-1][1][0], text=safe(label.text))
+    return [(span.line, []), *marks]
+
+
+def _marked_lines(source: Source, marks: dict[int, list[_Mark]], width: int, paint: Paint) -> list[str]:
+    rows: list[str] = []
+    previous = None
+    for line in sorted(marks):
+        if previous is not None and line > previous + 1:
+            rows.append(paint("...", "gutter"))
+        shown, columns = _window(source.line_text(line), marks[line])
+        rows.append(f"{paint(f'{line:>{width}} |', 'gutter')} {shown}".rstrip())
+        gutter = paint(f"{'':>{width}} |", "gutter")
+        if marks[line]:
+            rows += [f"{gutter} {row.shown(paint)}" for row in _rows_below(marks[line], columns)]
+        previous = line
+    return rows
+
+
+def _window(text: str, marks: list[_Mark]) -> tuple[str, Callable[[int], int]]:
+    """The part of a line to show, made safe, and where on the screen each offset of it lies."""
+    low, high = 0, len(text)
+    if high > LONGEST_LINE:
+        low = max(0, min((marks[0].start if marks else 0) - _LEAD, high - LONGEST_LINE))
+        high = low + LONGEST_LINE
+    before, after = "…" if low > 0 else "", "…" if high < len(text) else ""
+    parts = [_safe_character(character) for character in text[low:high]]
+    columns = [len(before)]
+    for part in parts:
+        columns.append(columns[-1] + sum(map(_width, part)))
+    return f"{before}{''.join(parts)}{after}", lambda offset: columns[min(max(offset, low), high) - low]
+
+
+def _width(character: str) -> int:
+    """Columns a terminal gives to one character that is already safe."""
+    if unicodedata.category(character) in ("Mn", "Me"):
+        return 0
+    return 2 if unicodedata.east_asian_width(character) in "WF" else 1
+
+
+def _rows_below(marks: list[_Mark], column_of: Callable[[int], int]) -> list[_Row]:
+    """The row of carets and dashes with the last label on it, then a row for each other label."""
+    placed = [(column_of(m.start), max(column_of(m.end), column_of(m.start) + 1), m) for m in marks]
+    first = _Row()
+    for start, end, mark in sorted(placed, key=lambda item: item[2].sign == "^"):  # carets over dashes
+        first.put(start, mark.sign * (end - start), mark.role)
+    waiting = sorted((item for item in placed if item[2].text), key=lambda item: item[0])
+    furthest = max(end for _, end, _ in placed)
+    if waiting and waiting[-1][1] == furthest:
+        _, end, mark = waiting.pop()
+        first.put(end + 1, mark.text, mark.role)
+    rows = [first]
+    while waiting:
+        start, _, mark = waiting.pop()
+        row = _Row()
+        for left, _, other in waiting:
+            if left < start:
+                row.put(left, "|", other.role)
+        row.put(start, mark.text, mark.role)
+        rows.append(row)
+    return rows

@@ -1,0 +1,105 @@
+r"""Text that was read, and places in it: offsets count characters, lines and columns start at 1.
+
+A line ends at "\n" and nowhere else, so a place is the same in every editor whatever other
+separators a file holds.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from aeros.spec.diagnostics.errors import MisuseError
+
+
+@dataclass(frozen=True, order=True)
+class Source:
+    """One text and the path it is shown under."""
+
+    path: str
+    text: str = field(repr=False)
+
+    @cached_property
+    def _starts(self) -> list[int]:
+        starts = [0]
+        at = self.text.find("\n")
+        while at >= 0:
+            starts.append(at + 1)
+            at = self.text.find("\n", at + 1)
+        return starts
+
+    @property
+    def line_count(self) -> int:
+        r"""How many lines there are; an empty text has one, as has a text without any "\n"."""
+        return len(self._starts)
+
+    def position(self, offset: int) -> tuple[int, int]:
+        """Line and column of `offset`, both from 1; the end of the text has a position too."""
+        if not 0 <= offset <= len(self.text):
+            raise MisuseError(f"offset {offset} is outside {self.path}")
+        line = bisect_right(self._starts, offset)
+        return line, offset - self._starts[line - 1] + 1
+
+    def line_start(self, line: int) -> int:
+        """Offset of the first character of `line`."""
+        if not 1 <= line <= self.line_count:
+            raise MisuseError(f"{self.path} has no line {line}")
+        return self._starts[line - 1]
+
+    def line_text(self, line: int) -> str:
+        r"""The characters of `line` without the line break, "\r\n" included."""
+        start = self.line_start(line)
+        end = self._starts[line] - 1 if line < self.line_count else len(self.text)
+        return self.text[start:end].removesuffix("\r")
+
+    def span(self, start: int, end: int) -> Span:
+        """The characters from `start` up to, not including, `end`."""
+        return Span(self, start, end)
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Span:
+    """The characters of `source` from `start` up to, not including, `end`; empty when equal."""
+
+    source: Source
+    start: int
+    end: int
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.start <= self.end <= len(self.source.text):
+            raise MisuseError(f"no span {self.start}..{self.end} in {self.source.path}")
+
+    @property
+    def text(self) -> str:
+        """The characters themselves."""
+        return self.source.text[self.start : self.end]
+
+    @property
+    def line(self) -> int:
+        """Line of the first character."""
+        return self.source.position(self.start)[0]
+
+    @property
+    def column(self) -> int:
+        """Column of the first character."""
+        return self.source.position(self.start)[1]
+
+    @property
+    def end_line(self) -> int:
+        """Line of the position just after the last character."""
+        return self.source.position(self.end)[0]
+
+    @property
+    def end_column(self) -> int:
+        """Column just after the last character."""
+        return self.source.position(self.end)[1]
+
+    def cover(self, other: Span) -> Span:
+        """The smallest span that holds both."""
+        if other.source != self.source:
+            raise MisuseError("spans of two sources have no common cover")
+        return Span(self.source, min(self.start, other.start), max(self.end, other.end))
+
+    def __str__(self) -> str:
+        return f"{self.source.path}:{self.line}:{self.column}"

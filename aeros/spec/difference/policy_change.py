@@ -1,0 +1,102 @@
+"""One entry of a difference: its relation, what to say of it, and the witnesses that show it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Set
+from dataclasses import dataclass, field
+from enum import Enum
+
+from aeros.spec.diagnostics.codes import Diagnostic, Label, Severity
+from aeros.spec.diagnostics.source import Span
+from aeros.spec.verification.witness import Witness
+
+
+class Relation(Enum):
+    """How what is allowed now relates to what was allowed before."""
+
+    EQUAL = "equal"
+    NEWLY_ALLOWED = "newly allowed"
+    NEWLY_DENIED = "newly denied"
+    INCOMPARABLE = "incomparable"  # some things newly allowed, others newly denied
+    OTHERWISE = "changed"  # allows and denies the same, and yet is not the same
+    NOT_COMPARABLE = "not comparable"  # the two speak of different things
+    UNDECIDED = "undecided"
+
+    @property
+    def allows_more(self) -> bool:
+        """Whether something is allowed that was not."""
+        return self in (Relation.NEWLY_ALLOWED, Relation.INCOMPARABLE)
+
+
+@dataclass(frozen=True)
+class Change:
+    """What became of one subject, such as `wrap/grip` or `policy/limits/retries`.
+
+    witnesses: by `newly allowed` or `newly denied`, a state and an action that show it.
+    """
+
+    subject: str
+    relation: Relation
+    diagnostics: tuple[Diagnostic, ...] = ()
+    witnesses: Mapping[str, Witness] = field(default_factory=dict)
+
+
+_CODES = {
+    Relation.NEWLY_ALLOWED: ("AE951", Severity.WARNING),
+    Relation.NEWLY_DENIED: ("AE952", Severity.NOTE),
+    Relation.NOT_COMPARABLE: ("AE953", Severity.ERROR),
+    Relation.OTHERWISE: ("AE954", Severity.NOTE),
+    Relation.UNDECIDED: ("AE509", Severity.ERROR),
+}
+
+
+def told(
+    relation: Relation,
+    headline: str,
+    old: tuple[Label, ...] = (),
+    new: tuple[Label, ...] = (),
+    notes: tuple[str, ...] = (),
+) -> Diagnostic:
+    """A change as a diagnostic: the new lines are primary, the old ones beside them."""
+    code, severity = _CODES[relation]
+    places = (*new, *old)
+    return Diagnostic(code, headline, places[0] if places else None, places[1:], notes, severity=severity)
+
+
+def finite(
+    subject: str,
+    relation: Relation,
+    headline: str,
+    old: Span | None = None,
+    new: Span | None = None,
+) -> Change:
+    """A change that no solver is needed for; INCOMPARABLE is told as both of its halves."""
+    halves = [] if relation is Relation.EQUAL else [relation]
+    if relation is Relation.INCOMPARABLE:
+        halves = [Relation.NEWLY_ALLOWED, Relation.NEWLY_DENIED]
+    before = () if old is None else (Label(old, "old"),)
+    after = () if new is None else (Label(new, "new"),)
+    return Change(subject, relation, tuple(told(half, headline, before, after) for half in halves))
+
+
+def sets_relation(old: Set[str], new: Set[str]) -> Relation:
+    """The relation of two sets of names of which more allows more."""
+    return bounds_relation(not new <= old, not old <= new)
+
+
+def bounds_relation(allows_more: bool, allows_less: bool) -> Relation:
+    """The relation by what was found in either direction."""
+    if allows_more:
+        return Relation.INCOMPARABLE if allows_less else Relation.NEWLY_ALLOWED
+    return Relation.NEWLY_DENIED if allows_less else Relation.EQUAL
+
+
+def listed_change(what: str, old: Set[str], new: Set[str]) -> str:
+    """A headline that names what was added to a set and what was taken away."""
+    parts = [f"with {_listed(new - old)}"] if new - old else []
+    parts += [f"without {_listed(old - new)}"] if old - new else []
+    return f"{what}: now {' and '.join(parts)}"
+
+
+def _listed(names: Set[str]) -> str:
+    return ", ".join(f"`{name}`" for name in sorted(names))

@@ -1,0 +1,192 @@
+"""Two sets of states, inputs and parameters: what is in one and not in the other, and a member of it.
+
+Something is newly allowed iff `new and not old` is satisfiable over everything that either side
+declares, and newly denied iff `old and not new` is; both questions go through `discharge`, so every
+witness has been replayed.  A state variable that one side does not know may have any value there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from aeros.spec.backends.oracle import Oracle
+from aeros.spec.diagnostics.codes import Diagnostic, Label
+from aeros.spec.diagnostics.source import Span
+from aeros.spec.difference.policy_change import Change, Relation, bounds_relation, told
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import FamilyType, RealType, VectorType
+from aeros.spec.model.model import Declared
+from aeros.spec.obligations.claim_id import ClaimForm
+from aeros.spec.obligations.obligation import Claim, Obligation, Space
+from aeros.spec.obligations.verdicts import Verdict
+from aeros.spec.verification.discharge import Finding, discharge
+from aeros.spec.verification.witness import Witness
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One condition that every member of a set meets, and where it is written, if anywhere."""
+
+    term: t.Term
+    span: Span | None
+
+
+@dataclass(frozen=True)
+class Side:
+    """One of the two sets: everything declared that meets all `conditions`.
+
+    declared: every variable that a condition may mention; all parameters of the action.
+    where: shown where no condition of this side is the reason for a difference.
+    """
+
+    declared: tuple[Declared, ...]
+    conditions: tuple[Condition, ...]
+    where: Span | None
+
+    def labels(self, word: str, conditions: Iterable[Condition] = ()) -> tuple[Label, ...]:
+        """Where `conditions` are written, or else where this side is."""
+        spans = [one.span for one in conditions if one.span is not None]
+        spans = spans or ([] if self.where is None else [self.where])
+        return tuple(Label(span, word) for span in dict.fromkeys(spans))
+
+
+def compare_sets(subject: str, what: str, old: Side, new: Side, rlimit: int) -> Change:
+    """How the set `new` relates to `old`.
+
+    what: names a member for people, as in ``a `grip` of `wrap` ``.
+    """
+    old, new = _emptied(old, new), _emptied(new, old)
+    clash = _clash(old, new)
+    if clash is not None:
+        headline = f"cannot compare {what}: {clash}"
+        diagnostic = told(Relation.NOT_COMPARABLE, headline, old.labels("old"), new.labels("new"))
+        return Change(subject, Relation.NOT_COMPARABLE, (diagnostic,))
+    declared = _merged(old, new)
+    before, after = _bounded(old, declared), _bounded(new, declared)
+    found = {
+        Relation.NEWLY_ALLOWED: _beyond(subject, Relation.NEWLY_ALLOWED, declared, after, before, rlimit),
+        Relation.NEWLY_DENIED: _beyond(subject, Relation.NEWLY_DENIED, declared, before, after, rlimit),
+    }
+    shown = {
+        relation: one.witness
+        for relation, one in found.items()
+        if one is not None and one.verdict is Verdict.REFUTED and one.witness is not None
+    }
+    diagnostics = [_diagnostic(relation, what, witness, old, new) for relation, witness in shown.items()]
+    witnesses = {direction.value: witness for direction, witness in shown.items()}
+    relation = bounds_relation(Relation.NEWLY_ALLOWED in shown, Relation.NEWLY_DENIED in shown)
+    unknown = [one for one in found.values() if one is not None and one.verdict is Verdict.UNKNOWN]
+    if unknown:
+        relation = Relation.UNDECIDED
+        headline = f"undecided: whether {what} is allowed as before"
+        note = f"the solver said: {unknown[0].reason}"
+        diagnostics.append(told(relation, headline, old.labels("old"), new.labels("new"), (note,)))
+    return Change(subject, relation, tuple(diagnostics), witnesses)
+
+
+def _emptied(side: Side, other: Side) -> Side:
+    """`side`, but where it has no members, of the same things as `other`: nothing compares with anything."""
+    never = tuple(one for one in side.conditions if one.term == t.FALSE)
+    return replace(side, declared=other.declared, conditions=never) if never else side
+
+
+def _beyond(
+    subject: str,
+    relation: Relation,
+    declared: tuple[Declared, ...],
+    more: tuple[Condition, ...],
+    less: tuple[Condition, ...],
+    rlimit: int,
+) -> Finding | None:
+    """Whether every member of `more` is one of `less`; None where `less` asks for nothing else."""
+    assumed = tuple(one.term for one in more)
+    further = [one.term for one in less if one.term not in assumed]
+    if not further:
+        return None
+    claim = Obligation(
+        id=ClaimForm.DIFFERENCE(subject, relation.value),
+        code="AE951" if relation is Relation.NEWLY_ALLOWED else "AE952",
+        claim=Claim.ALWAYS,
+        space=Space(declared, assumed),
+        conclusion=t.conjunction(*further),
+        headline=relation.value,
+        primary=Label(declared[0].span),
+    )
+    (finding,) = discharge([claim], Oracle(rlimit))
+    return finding
+
+
+def _diagnostic(relation: Relation, what: str, witness: Witness, old: Side, new: Side) -> Diagnostic:
+    """The witness by those of its values that the changed conditions depend on."""
+    before, after = ([one.term for one in side.conditions] for side in (old, new))
+    gone = [one for one in old.conditions if one.term not in after]
+    come = [one for one in new.conditions if one.term not in before]
+    depends = {name for one in (*gone, *come) for name in t.variables_of(one.term)}
+    lines = witness.lines()
+    changed = [line for one, line in zip(witness.declared, lines, strict=True) if one.name in depends]
+    changed = changed or lines
+    notes = ["for example, with\n" + "\n".join(changed)] if changed else []
+    if len(changed) < len(lines):
+        notes.append(f"`--format json` shows all {len(lines)} values of this witness")
+    headline = f"{what} is {relation.value}"
+    return told(relation, headline, old.labels("old", gone), new.labels("new", come), tuple(notes))
+
+
+def _clash(old: Side, new: Side) -> str | None:
+    """Why the two sets are not of the same things, if they are not."""
+    before, after = ({one.name: one for one in side.declared} for side in (old, new))
+    used = {name for side in (old, new) for one in side.conditions for name in t.variables_of(one.term)}
+    for name in (*before, *(name for name in after if name not in before)):
+        one, other = before.get(name), after.get(name)
+        role = (one or after[name]).variable.role
+        if one is None or other is None:
+            if role is t.Role.PARAMETER or (role is t.Role.INPUT and name in used):
+                return f"only the {'new' if one is None else 'old'} side has `{name}`"
+        elif one.variable != other.variable and (name in used or role is not t.Role.STATE):
+            return f"`{name}` was {one.variable.type} and is {other.variable.type}"
+    return None
+
+
+def _merged(old: Side, new: Side) -> tuple[Declared, ...]:
+    """Every variable of either side once, in a range that holds both of its ranges."""
+    merged = {one.name: one for one in old.declared}
+    for one in new.declared:
+        before = merged.get(one.name)
+        widest = one.range
+        if before is not None and before.range is not None and one.range is not None:
+            (low, high), (lower, higher) = before.range, one.range
+            widest = (min(low, lower), max(high, higher))
+        merged[one.name] = replace(one, range=widest)
+    return tuple(merged.values())
+
+
+def _bounded(side: Side, merged: Iterable[Declared]) -> tuple[Condition, ...]:
+    """The side's conditions, with its own range of each variable that may go beyond it now."""
+    whole = {one.name: one.range for one in merged}
+    used = {name for one in side.conditions for name in t.variables_of(one.term)}
+    narrower = [
+        Condition(_in_range(one), one.span)
+        for one in side.declared
+        if one.range != whole[one.name] and (one.name in used or one.variable.role is not t.Role.STATE)
+    ]
+    return (*side.conditions, *narrower)
+
+
+def _in_range(one: Declared) -> t.Term:
+    """Every part of the variable lies in its declared range."""
+    low, high = one.range or (Fraction(0), Fraction(0))
+    variable, parts = one.variable, list[t.Term]()
+    dimension = one.unit.dimension
+    match variable.type:
+        case VectorType():
+            parts += [t.Component(variable, axis) for axis in range(3)]
+        case FamilyType(index=index):
+            parts += [t.Select(variable, t.Literal(member, index)) for member in index.members]
+        case _:
+            parts.append(variable)
+    ends = (t.Literal(low, RealType(dimension)), t.Literal(high, RealType(dimension)))
+    return t.conjunction(
+        *(t.And((t.Compare("<=", ends[0], part), t.Compare("<=", part, ends[1]))) for part in parts)
+    )

@@ -1,0 +1,86 @@
+"""Files → models: the whole way from a path to a `Site` or an `Ecm`, reporting everything on it."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TypeVar
+
+from aeros.spec.declared import ecm as declared_ecm
+from aeros.spec.declared import site as declared_site
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.diagnostics.source import Source
+from aeros.spec.elaborate.ecm import elaborate_ecm
+from aeros.spec.elaborate.site import elaborate_site
+from aeros.spec.model.model import Ecm, Site
+from aeros.spec.text.decode import decode
+from aeros.spec.text.digests import code_digest, code_files, text_digest
+from aeros.spec.text.discovery import MANIFEST
+from aeros.spec.text.files import read_source
+from aeros.spec.text.yaml_reader import read_yaml
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True)
+class LoadedEcm:
+    """A module and the Python files it was digested from, by path relative to its folder."""
+
+    ecm: Ecm
+    code: dict[str, bytes]
+
+
+def load_site(path: str | os.PathLike[str], sink: Diagnostics) -> Site | None:
+    """The site at `path`, or None after reporting everything that stands in its way."""
+    source = _source(path, sink)
+    return None if source is None else site_of(source, sink)
+
+
+def site_of(source: Source, sink: Diagnostics) -> Site | None:
+    """The site that `source` declares, or None after reporting everything that stands in its way.
+
+    The same text under the same path is the same site, so that who asks again is not kept waiting.
+    """
+    site, said = _site_in(source)
+    sink.include(said)
+    return site
+
+
+@lru_cache(maxsize=8)
+def _site_in(source: Source) -> tuple[Site | None, Diagnostics]:
+    sink = Diagnostics()
+    declared = _declared(source, declared_site.Site, sink)
+    return None if declared is None else elaborate_site(declared, text_digest(source.text), sink), sink
+
+
+def load_ecm(folder: Path, site: Site, sink: Diagnostics) -> LoadedEcm | None:
+    """The module in `folder` under `site`, or None after reporting everything that stands in its way."""
+    source = _source(folder / MANIFEST, sink)
+    declared = None if source is None else _declared(source, declared_ecm.Ecm, sink)
+    if source is None or declared is None:
+        return None
+    try:
+        code = code_files(folder)
+    except OSError as error:
+        sink.error("AE002", f"cannot read the code in `{folder}`: {error.strerror}")
+        return None
+    ecm = elaborate_ecm(declared, site, str(folder), (text_digest(source.text), code_digest(code)), sink)
+    return None if ecm is None else LoadedEcm(ecm, code)
+
+
+def _source(path: str | os.PathLike[str], sink: Diagnostics) -> Source | None:
+    try:
+        return read_source(path)
+    except UserError as error:
+        for diagnostic in error.diagnostics:
+            sink.report(diagnostic)
+        return None
+
+
+def _declared(source: Source, schema: type[_T], sink: Diagnostics) -> _T | None:
+    node = read_yaml(source, sink)
+    declared = None if node is None else decode(node, schema, sink)
+    return None if declared is None or sink.has_errors else declared

@@ -1,0 +1,96 @@
+"""Past-time conditions of a site's rules → histories: variables that the runtime keeps up to date.
+
+What comes after sees conditions on one state only.  A proof takes a history as anything that its
+facts allow, so what is proved holds whatever happened before; a refutation may need a past that the
+rest of the world rules out, and then refuses what is safe, never the other way round.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from fractions import Fraction
+from functools import reduce
+from typing import Any, Final
+
+from aeros.spec.diagnostics.source import Span
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import BOOL, IntegerType, RealType
+from aeros.spec.expr.units import NUMBER
+from aeros.spec.expr.unparse import spell
+from aeros.spec.model.model import Declared, History
+
+MOST_COUNTED: Final = 4096
+"""Occurrences in one window that a runtime counts; of more it does not know how many."""
+
+_ONE, _ZERO = (t.Literal(Fraction(number), RealType(NUMBER)) for number in (1, 0))
+
+
+class Histories:
+    """Collects the histories of a site's rules, each of them once."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, History] = {}
+
+    @property
+    def kept(self) -> tuple[History, ...]:
+        """All of them; each stands after those that it depends on."""
+        return tuple(self._kept.values())
+
+    def flat(self, term: t.Term, span: Span) -> t.Term:
+        """`term` with a variable in place of each past-time condition; `span` is where it is written."""
+        if not _looks_back(term):
+            return term
+        if isinstance(term, t.Quantified | t.Aggregate):
+            return self.flat(_written_out(term), span)
+        name = spell(term) if isinstance(term, t.PastTerm) else ""
+        if name in self._kept:
+            return self._kept[name].declared.variable
+        changed: dict[str, Any] = {}
+        for field in fields(term):
+            value = getattr(term, field.name)
+            if isinstance(value, t.Term):
+                changed[field.name] = self.flat(value, span)
+            elif isinstance(value, tuple) and value and isinstance(value[0], t.Term):
+                changed[field.name] = tuple(self.flat(part, span) for part in value)
+        inner = replace(term, **changed)
+        if not isinstance(inner, t.PastTerm):
+            return inner
+        self._kept[name] = History(_declared(name, inner, span), inner)
+        return self._kept[name].declared.variable
+
+
+def _looks_back(term: t.Term) -> bool:
+    return isinstance(term, t.PastTerm) or any(map(_looks_back, t.children(term)))
+
+
+def _written_out(term: t.Quantified | t.Aggregate) -> t.Term:
+    """The same without the index: a past-time condition is kept for each member by itself."""
+    index = term.index
+    each = tuple(
+        t.substitute(term.body, {index.name: t.Literal(member, index.type)}) for member in index.type.members
+    )
+    match term.kind:
+        case "all":
+            return t.And(each)
+        case "any":
+            return t.Or(each)
+        case "count":
+            each = tuple(t.Conditional(part, _ONE, _ZERO) for part in each)
+    return reduce(t.Add, each)
+
+
+def _declared(name: str, term: t.PastTerm, span: Span) -> Declared:
+    """The variable of a history, with what is known of it in every state."""
+    now = Fraction(0)  # seconds: it is of the very moment it was kept up to
+    match term:
+        case t.Previously():
+            return Declared(t.Variable(name, BOOL, t.Role.STATE), span, max_age=now)
+        case t.Since(kept=kept, reset=reset):
+            held = t.Variable(name, BOOL, t.Role.STATE)
+            from_reset, kept_up = t.Implies(reset, held), t.Implies(held, t.Or((reset, kept)))
+            return Declared(held, span, max_age=now, facts=(from_reset, kept_up))
+        case t.Occurrences(operand=operand):
+            count = t.Variable(name, IntegerType(), t.Role.STATE)
+            most = (Fraction(0), Fraction(MOST_COUNTED))
+            counted = t.Implies(operand, t.Compare("<=", _ONE, count))
+            return Declared(count, span, range=most, max_age=now, facts=(counted,))

@@ -1,0 +1,95 @@
+"""What names mean where they stand: indices, variables, constants, members, inputs and parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from aeros.spec.diagnostics.codes import did_you_mean
+from aeros.spec.expr import syntax as s
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.scope import ExpressionTypeError, Scope
+from aeros.spec.expr.types import EnumType, IntegerType, RealType, Type, VectorType
+from aeros.spec.expr.units import NUMBER
+
+Bound = Mapping[str, t.BoundVariable]
+"""The indices of the quantifiers around, by name."""
+
+
+def resolve_name(node: s.Name, scope: Scope, bound: Bound, hint: Type | None) -> tuple[t.Term, Type]:
+    """What a name alone means, and its type; `hint` decides which enum a member is of."""
+    text = node.text
+    if text in bound:
+        return bound[text], bound[text].type
+    if text in scope.variables:
+        return scope.variables[text], read_type(scope.variables[text].type)
+    if text in scope.constants:
+        return scope.constants[text], _type_of_constant(scope.constants[text])
+    candidates = [enum for enum in scope.enums.values() if text in enum.members]
+    if isinstance(hint, EnumType) and text in hint.members:
+        return t.Literal(text, hint), hint
+    if len(candidates) == 1 and not isinstance(hint, EnumType):
+        return t.Literal(text, candidates[0]), candidates[0]
+    if isinstance(hint, EnumType):
+        raise not_a_member(node, hint)
+    if candidates:
+        several = " and of ".join(str(enum) for enum in candidates)
+        raise ExpressionTypeError(
+            "AE202",
+            f"`{text}` is a member of {several}",
+            node.extent,
+            cure="write it beside a variable, which decides: as in `variable == member`",
+        )
+    members = (member for enum in scope.enums.values() for member in enum.members)
+    known = [*bound, *scope.variables, *scope.constants, *members]
+    raise ExpressionTypeError(
+        "AE202",
+        f"`{text}` is not declared here",
+        node.extent,
+        cure=near(text, known)
+        or "declare it in the site's vocabulary, or use a parameter of the action kind",
+    )
+
+
+def resolve_attribute(node: s.Attribute, scope: Scope) -> tuple[t.Term, Type] | None:
+    """What `inputs.NAME` or `ROLE.PARAMETER` means, and its type; None if it is neither."""
+    if not isinstance(node.base, s.Name):
+        return None
+    base, text = node.base.text, node.name.text
+    if base == "inputs":
+        among, fault = scope.inputs, f"this skill has no input `{text}`"
+        otherwise: str | None = "declare it under `inputs`"
+    elif base in scope.roles:
+        among, fault = scope.roles[base], f"the action `{base}` has no parameter `{text}`"
+        otherwise = None
+    else:
+        return None
+    if text not in among:
+        raise ExpressionTypeError("AE202", fault, node.extent, cure=near(text, among) or otherwise)
+    return among[text], read_type(among[text].type)
+
+
+def read_type(type_: Type) -> Type:
+    """The type that a variable of `type_` is read as."""
+    return RealType(NUMBER) if isinstance(type_, IntegerType) else type_
+
+
+def not_a_member(name: s.Name, enum: EnumType) -> ExpressionTypeError:
+    """The fault of a name that is no member of `enum`."""
+    members = ", ".join(f"`{member}`" for member in enum.members)
+    cure = near(name.text, enum.members) or f"{enum} is one of {members}"
+    return ExpressionTypeError("AE202", f"`{name.text}` is not a member of {enum}", name.extent, cure=cure)
+
+
+def near(name: str, candidates: Iterable[str]) -> str | None:
+    """The cure of a name that is nearly one of `candidates`."""
+    candidate = did_you_mean(name, candidates)
+    return None if candidate is None else f"did you mean `{candidate}`?"
+
+
+def _type_of_constant(constant: t.Term) -> Type:
+    match constant:
+        case t.Literal(type=type_) | t.Table(type=type_):
+            return type_
+        case t.Vector(x=t.Literal(type=RealType(dimension=dimension))):
+            return VectorType(dimension)
+    raise AssertionError(f"not a constant: {constant}")

@@ -1,0 +1,92 @@
+"""A composition as a directed graph: what may come after what, for checks and for drawings."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from aeros.spec.model.composition import Composition, Part, Step
+from aeros.spec.model.step_graph import If, Par, Seq
+
+if TYPE_CHECKING:
+    import networkx as nx
+
+START: Final = "start"
+DONE: Final = "done"
+STOPPED: Final = "stopped"
+
+
+def graph_of(composition: Composition) -> nx.DiGraph[str]:
+    """The control flow of `composition`; an edge's `on` says when it is taken.
+
+    Nodes: `start`, `done` and `stopped`; each step by `step/NAME`, handler by `handler/NAME`,
+    condition by `if/TEXT@OFFSET`, and the two ends of a `par` by `fork@OFFSET` and `join@OFFSET`.
+    """
+    import networkx as nx  # 50 ms, which most modules need not pay
+
+    graph: nx.DiGraph[str] = nx.DiGraph()
+    graph.add_nodes_from((START, DONE, STOPPED))
+    for name, handler in composition.handlers.items():
+        graph.add_node(f"handler/{name}", part=handler)
+        _add_failure(graph, handler, f"handler/{name}")
+    for node, on in _add(graph, composition.body, [(START, "")]):
+        graph.add_edge(node, DONE, on=on)
+    return graph
+
+
+def handler_cycle(composition: Composition) -> list[str]:
+    """Handlers that lead back to each other, closed, or nothing."""
+    edges = [(name, one.handler) for name, one in composition.handlers.items() if one.handler is not None]
+    if not edges:
+        return []
+    import networkx as nx
+
+    graph: nx.DiGraph[str] = nx.DiGraph(edges)
+    try:
+        found = [source for source, _ in nx.find_cycle(graph)]
+    except nx.NetworkXNoCycle:
+        return []
+    return [*found, found[0]]
+
+
+_Loose = list[tuple[str, str]]
+"""Nodes without an edge to what comes next, and when that edge is taken."""
+
+
+def _add(graph: nx.DiGraph[str], part: Part, loose: _Loose) -> _Loose:
+    match part:
+        case Step(id=name):
+            node = f"step/{name}"
+            _join(graph, node, part, loose)
+            _add_failure(graph, part, node)
+            return [(node, "success")]
+        case Seq(parts=parts):
+            for inner in parts:
+                loose = _add(graph, inner, loose)
+            return loose
+        case Par(branches=branches, span=span):
+            fork, join = f"fork@{span.start}", f"join@{span.start}"
+            _join(graph, fork, part, loose)
+            ends = [end for branch in branches for end in _add(graph, branch, [(fork, "")])]
+            _join(graph, join, part, ends)
+            return [(join, "")]
+        case If(text=text, span=span, then=then, otherwise=otherwise):
+            node = f"if/{text}@{span.start}"
+            _join(graph, node, part, loose)
+            taken = _add(graph, then, [(node, "then")])
+            return taken if otherwise is None else taken + _add(graph, otherwise, [(node, "else")])
+
+
+def _join(graph: nx.DiGraph[str], node: str, part: Part, loose: _Loose) -> None:
+    graph.add_node(node, part=part)
+    for before, on in loose:
+        graph.add_edge(before, node, on=on)
+
+
+def _add_failure(graph: nx.DiGraph[str], step: Step, node: str) -> None:
+    """Where a failed step leads: to its handler and back, and to the end."""
+    graph.add_edge(node, STOPPED, on="failure")
+    if step.handler is not None:
+        graph.add_edge(node, f"handler/{step.handler}", on="failure")
+        graph.add_edge(f"handler/{step.handler}", node, on="success")
+    elif step.retry:
+        graph.add_edge(node, node, on="failure")

@@ -1,0 +1,45 @@
+"""Why something was not done or was broken off, as data: for planners, for memory, and for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from aeros.spec.diagnostics.source import Span
+from aeros.spec.expr.shortfall import Shortfall
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """One reason.
+
+    kind: what stood in the way, as in `rule`, `hold` or `precondition`; `docs/supervision.md` lists them.
+    rule: what it is called: an invariant, a skill, or what the reason is about.
+    text: the condition as it is written, or the reason in words.
+    source: on whose authority, where it is a rule of the site; at: the file and line where it is written.
+    shortfalls: the parts of the condition that were not as required, with what was measured.
+    code: of the gate's reason.
+    """
+
+    kind: str
+    rule: str
+    text: str
+    source: str = ""
+    at: str = ""
+    shortfalls: tuple[Shortfall, ...] = ()
+    code: str = ""
+
+    def __str__(self) -> str:
+        """As in `separation: human_distance is 0.41 m (at least 0.5 m)`."""
+        return f"{self.rule}: " + (", ".join(map(str, self.shortfalls)) or self.text)
+
+
+def place(span: Span) -> str:
+    """The file and line of something that is written."""
+    return f"{span.source.path}:{span.line}"
+
+
+def told(causes: Iterable[Cause]) -> list[dict[str, Any]]:
+    """As JSON values, for records."""
+    return [{name: value for name, value in asdict(one).items() if value != ""} for one in causes]

@@ -1,0 +1,97 @@
+"""What graphs of steps are put together with, whatever a step is.
+
+Σ ::= step | Σ ; Σ | Σ ∥ Σ | if c then Σ else Σ
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Generic, TypeAlias, TypeVar
+
+from aeros.spec.diagnostics.source import Span
+from aeros.spec.expr import terms as t
+
+S = TypeVar("S")
+R = TypeVar("R")
+
+
+@dataclass(frozen=True, slots=True)
+class Seq(Generic[S]):
+    """Parts one after the other; nothing at all when empty."""
+
+    parts: tuple[Part[S], ...]
+
+    def __str__(self) -> str:
+        return f"({' → '.join(map(str, self.parts))})" if self.parts else "nothing"
+
+
+@dataclass(frozen=True, slots=True)
+class Par(Generic[S]):
+    """Parts at the same time; it fails with the first branch that fails for good."""
+
+    branches: tuple[Part[S], ...]
+    span: Span
+
+    def __str__(self) -> str:
+        return f"({' ∥ '.join(map(str, self.branches))})"
+
+
+@dataclass(frozen=True, slots=True)
+class If(Generic[S]):
+    """`then` where the condition is measured as true, `otherwise` where as false; else it fails.
+
+    otherwise: None where the condition is claimed to be always true.
+    """
+
+    condition: t.Term
+    text: str
+    then: Part[S]
+    otherwise: Part[S] | None
+    span: Span
+
+    def __str__(self) -> str:
+        otherwise = "" if self.otherwise is None else f" else {self.otherwise}"
+        return f"(if {self.text} then {self.then}{otherwise})"
+
+
+Part: TypeAlias = Seq[S] | Par[S] | If[S] | S
+
+
+def parts_of(part: Part[S]) -> Iterator[Part[S]]:
+    """`part` and everything inside it, from the outside in, in the order written."""
+    yield part
+    for inner in children_of(part):
+        yield from parts_of(inner)
+
+
+def children_of(part: Part[S]) -> tuple[Part[S], ...]:
+    """What `part` is directly made of; a step, of nothing."""
+    match part:
+        case Seq(parts=inner) | Par(branches=inner):
+            return inner
+        case If(then=then, otherwise=otherwise):
+            return (then,) if otherwise is None else (then, otherwise)
+        case _:
+            return ()
+
+
+def steps_of(part: Part[S]) -> Iterator[S]:
+    """The steps of `part`, in the order written."""
+    for one in parts_of(part):
+        if not isinstance(one, Seq | Par | If):
+            yield one
+
+
+def map_steps(part: Part[S], become: Callable[[S], R]) -> Part[R]:
+    """The same graph of what its steps become, in the order written."""
+    match part:
+        case Seq(parts=inner):
+            return Seq(tuple(map_steps(one, become) for one in inner))
+        case Par(branches=inner, span=span):
+            return Par(tuple(map_steps(one, become) for one in inner), span)
+        case If(condition=condition, text=text, then=then, otherwise=otherwise, span=span):
+            other = None if otherwise is None else map_steps(otherwise, become)
+            return If(condition, text, map_steps(then, become), other, span)
+        case step:
+            return become(step)

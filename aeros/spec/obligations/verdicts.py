@@ -1,0 +1,52 @@
+"""What becomes of claims and of reports on them, and claims settled when made; known without formulas."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING
+
+from aeros.spec.diagnostics.codes import Diagnostic, Severity
+
+if TYPE_CHECKING:
+    from aeros.spec.obligations.claim_id import ClaimId
+
+
+class Verdict(Enum):
+    """What became of a claim.  Has no truth value on purpose: callers compare."""
+
+    PROVED = "PROVED"
+    REFUTED = "REFUTED"
+    VACUOUS = "VACUOUS"
+    UNKNOWN = "UNKNOWN"
+
+    def __bool__(self) -> bool:
+        raise TypeError("a verdict has no truth value; compare it")
+
+
+class Conclusion(Enum):
+    """What a report comes to.  Has no truth value on purpose: callers compare."""
+
+    PROVED = "proved"
+    REJECTED = "rejected"
+    UNDECIDED = "undecided"
+
+    def __bool__(self) -> bool:
+        raise TypeError("a conclusion has no truth value; compare it")
+
+
+@dataclass(frozen=True)
+class Settled:
+    """A claim over finite sets that needs no solver: it was settled when it was made.
+
+    diagnostic: None iff it is proved.
+    """
+
+    id: ClaimId
+    diagnostic: Diagnostic | None
+
+    @property
+    def verdict(self) -> Verdict:
+        """REFUTED iff its diagnostic is an error; a warning informs and refutes nothing."""
+        refuted = self.diagnostic is not None and self.diagnostic.severity is Severity.ERROR
+        return Verdict.REFUTED if refuted else Verdict.PROVED

@@ -1,0 +1,132 @@
+"""Strong cyclic strategies: a choice for each state, so that the goal stays reachable whatever comes of it.
+
+Found by planning for one outcome at a time, as Kuter, Nau, Reisner and Goldman do (“Using classical
+planners to solve nondeterministic planning problems”, ICAPS 2008): a plan that counts on successes, then a
+plan from each state that another outcome leads to.  A state without any is avoided from then on, and so
+is every choice that may lead to it.  At the end each state that the strategy can come to has a way to the
+goal, which is what Cimatti, Pistore, Roveri and Traverso call strong cyclic (“Weak, strong, and strong
+cyclic planning via symbolic model checking”, Artificial Intelligence 147, 2003); or the start is among
+what is avoided, and then there is no such strategy.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from aeros.spec.closed_loop.invocation import State
+from aeros.spec.diagnostics.errors import InternalError
+from aeros.spec.planning.domain import Choice, Domain
+from aeros.spec.planning.search_result import Avoided, Path
+from aeros.spec.planning.shortest import shortest_plan
+from aeros.spec.planning.unreachability import lacking
+
+Finder = Callable[[Domain, State, Avoided], Path | None]
+
+
+@dataclass(frozen=True)
+class DeadEnd:
+    """A state from which the goal cannot be reached.
+
+    trace: how it comes about: a choice and its outcome, from the start on.
+    why: in words.
+    """
+
+    state: State
+    trace: tuple[str, ...]
+    why: str
+
+
+class Strategy:
+    """Strong cyclic strategies of one domain: each start's is found when it is asked for.
+
+    chosen: the choice for each state that is provided for; never one that may lead to a dead end.
+    dead_ends: in the order found.
+    """
+
+    def __init__(self, domain: Domain, find: Finder = shortest_plan) -> None:
+        self.domain = domain
+        self.chosen: dict[State, Choice] = {}
+        self.dead_ends: list[DeadEnd] = []
+        self._avoided = Avoided()
+        self._find = find
+        self._solved: set[State] = set()
+
+    def solves(self, start: State) -> bool:
+        """Whether there is a strong cyclic strategy from `start`; then `chosen` has it.
+
+        Raises `NotDecidedError` where that is not found out.
+        """
+        if start in self._solved:
+            return True
+        while start not in self._avoided.states:
+            came_from, unprovided = self._walk(start)
+            if unprovided is not None:
+                self._provide(start, unprovided, came_from)
+                continue
+            path = self._find(self.domain, start, self._avoided)
+            # What has come to be avoided since may have let a shorter way be found than was followed.
+            if path is not None and len(path) < self.steps_from(start):
+                self.chosen.update(path)
+                continue
+            self._solved.update(came_from)
+            return True
+        return False
+
+    def steps_from(self, state: State) -> int:
+        """The fewest steps that `chosen` takes to the goal, where all have the outcomes hoped for."""
+        seen, pending = {state}, deque([(state, 0)])
+        while pending:
+            here, steps = pending.popleft()
+            if self.domain.goal(here) is True:
+                return steps
+            for then, outcome, _ in self.domain.after(self.chosen[here], here):
+                if not outcome.failure and then not in seen:
+                    seen.add(then)
+                    pending.append((then, steps + 1))
+        raise InternalError("a strategy does not lead to the goal")
+
+    def states_from(self, start: State) -> list[State]:
+        """Every state that `chosen` may come to from `start`, breadth first."""
+        return list(self._walk(start)[0])
+
+    def _walk(self, start: State) -> tuple[dict[State, tuple[State, str] | None], State | None]:
+        """Where the strategy may come to, each with what led there, up to a state it does not provide for."""
+        came_from: dict[State, tuple[State, str] | None] = {start: None}
+        pending = deque([start])
+        while pending:
+            state = pending.popleft()
+            if self.domain.broken(state) is None and self.domain.goal(state) is True:
+                continue
+            choice = self.chosen.get(state)
+            if choice is None:
+                return came_from, state
+            for then, outcome, _ in self.domain.after(choice, state):
+                if then not in came_from:
+                    came_from[then] = (state, f"{choice.name} → {outcome.id}")
+                    pending.append(then)
+        return came_from, None
+
+    def _provide(self, start: State, state: State, came_from: dict[State, tuple[State, str] | None]) -> None:
+        path = None
+        if state not in self._avoided.states and self.domain.broken(state) is None:
+            path = self._find(self.domain, state, self._avoided)
+        if path is not None:
+            self.chosen.update(path)
+            return
+        if state not in self._avoided.states:
+            why = lacking(self.domain, state, risky=bool(self._avoided.pairs))
+            self.dead_ends.append(DeadEnd(state, tuple(_trace(came_from, state)), why))
+            self._avoided.states.add(state)
+        for here, choice in list(self.chosen.items()):
+            if any(then == state for then, _, _ in self.domain.after(choice, here)):
+                self._avoided.pairs.add((here, choice))
+                del self.chosen[here]
+
+
+def _trace(came_from: dict[State, tuple[State, str] | None], state: State) -> Iterator[str]:
+    step = came_from[state]
+    if step is not None:
+        yield from _trace(came_from, step[0])
+        yield step[1]

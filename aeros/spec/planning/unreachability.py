@@ -1,0 +1,88 @@
+"""Why a goal cannot be reached from a state: what no skill brings about, followed from the goal backwards."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from aeros.spec.closed_loop.invocation import State
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.unparse import spell
+from aeros.spec.planning.domain import Choice, Condition, Domain
+from aeros.spec.planning.shortest import Reachable
+
+_MOST_TOLD = 8
+
+
+def lacking(domain: Domain, state: State, *, risky: bool = False) -> str:
+    """Why there is no plan from `state`, which is known.
+
+    risky: whether plans that may lead to a dead end were left out.
+    """
+    broken = domain.broken(state)
+    if broken is not None:
+        return f"the invariant `{broken}` does not hold there"
+    reachable = Reachable(domain, state)
+    if reachable.steps_to_goal is None:
+        return "; ".join(_Told(reachable).lines(domain.goal, "the goal"))
+    if risky:
+        return "every way from there may end where the goal cannot be reached any more"
+    return "no order of skills leads there: each way undoes, or breaks, what another step needs"
+
+
+class _Told:
+    """What is said about conditions that cannot come true, each once."""
+
+    def __init__(self, reachable: Reachable) -> None:
+        self._reachable = reachable
+        self._domain = reachable.domain
+        self._asked: set[str] = set()
+        self._said = 0
+
+    def lines(self, condition: Condition, whose: str) -> Iterator[str]:
+        parts = condition.term.operands if isinstance(condition.term, t.And) else (condition.term,)
+        for part in parts:
+            one = Condition(part, self._domain.names, condition.constants)
+            if not self._reachable.possible(one):
+                yield from self._part(one, whose)
+                return
+        yield f"{whose} needs `{spell(condition.term)}`, whose parts cannot hold together"
+
+    def _part(self, one: Condition, whose: str) -> Iterator[str]:
+        self._said += 1
+        needs = f"{whose} needs `{spell(one.term)}`"
+        if one.missing:
+            yield f"{needs}: `{one.missing[0]}` is not measured, and no skill settles it"
+            return
+        if not one.reads:
+            yield f"{needs}, which is not so as measured, and no skill changes that"
+            return
+        helpers = [choice for choice in self._domain.choices if self._would_help(choice, one)]
+        if not helpers:
+            yield f"{needs}, which no skill brings about"
+            return
+        names = ", ".join(dict.fromkeys(f"`{choice.name}`" for choice in helpers))
+        yield f"{needs}, which only {names} could bring about"
+        for choice in helpers:
+            if self._said < _MOST_TOLD and choice.name not in self._asked:
+                self._asked.add(choice.name)
+                yield from self._unable(choice)
+
+    def _unable(self, choice: Choice) -> Iterator[str]:
+        """Why `choice` can never start."""
+        clause = choice.skill.precondition
+        precondition = self._domain.condition(t.TRUE if clause is None else clause.term, choice)
+        if self._reachable.possible(precondition):
+            for kind, situation in choice.denied:
+                where = f"where `{spell(situation)}`"
+                yield f"the site and its permission deny every `{kind}` of `{choice.name}` {where}"
+        else:
+            yield from self.lines(precondition, f"`{choice.name}`")
+
+    def _would_help(self, choice: Choice, one: Condition) -> bool:
+        """Whether it sets something that `one` reads to what cannot be had."""
+        return any(
+            name in one.reads and value not in self._reachable.values[name]
+            for outcome in choice.skill.outcomes.values()
+            if outcome.probability != 0
+            for name, value in outcome.effects.items()
+        )

@@ -1,0 +1,143 @@
+"""The types of a schema's fields: values with the place they were written at, and their forms."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Final, Generic, TypeVar
+
+from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.diagnostics.source import Span
+from aeros.spec.text.nodes import ScalarNode
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """A piece of text as written, never interpreted."""
+
+    value: str
+    span: Span
+    node: ScalarNode
+
+    def __str__(self) -> str:
+        return self.value
+
+
+@dataclass(frozen=True, slots=True)
+class Expression:
+    """A piece of text that is a term of the expression language, not parsed yet."""
+
+    value: str
+    span: Span
+    node: ScalarNode
+
+    def __str__(self) -> str:
+        return self.value
+
+
+@dataclass(frozen=True, slots=True)
+class Boolean:
+    """`true` or `false`; read `value`, as a place has no truth."""
+
+    value: bool
+    span: Span
+    node: ScalarNode
+
+    def __bool__(self) -> bool:
+        raise MisuseError("a Boolean is a place in a file: use its value")
+
+
+@dataclass(frozen=True, slots=True)
+class Integer:
+    """A whole number in decimal digits."""
+
+    value: int
+    span: Span
+    node: ScalarNode
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """The rational that a decimal literal denotes, exactly: `1.10` is 11/10."""
+
+    value: Fraction
+    span: Span
+    node: ScalarNode
+
+
+@dataclass(frozen=True, slots=True)
+class Choice(Generic[T]):
+    """One of the words of `T`, a `Literal`."""
+
+    value: T
+    span: Span
+    node: ScalarNode
+
+
+@dataclass(frozen=True, slots=True)
+class Entries(Generic[T]):
+    """A mapping whose keys the user names, in the order written."""
+
+    items: tuple[tuple[Text, T], ...] = ()
+    span: Span | None = None
+
+    def __iter__(self) -> Iterator[tuple[Text, T]]:
+        return iter(self.items)
+
+    def __len__(self) -> int:
+        return len(self.items)
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """The form of a `Text`, or of the keys of `Entries`, by its name in `PATTERNS`."""
+
+    name: str
+
+    def __post_init__(self) -> None:
+        if self.name not in PATTERNS:
+            raise MisuseError(f"there is no pattern {self.name!r}")
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """The least and greatest `Integer` or `Number` allowed; None is no bound."""
+
+    lo: int | Fraction | None = None
+    hi: int | Fraction | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Length:
+    """The least and greatest number of entries of a list or `Entries`; None is no bound."""
+
+    lo: int = 0
+    hi: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Form:
+    regex: re.Pattern[str]
+    words: str
+    example: str
+
+
+PATTERNS: Final = {
+    "identifier": _Form(
+        re.compile(r"[a-z][a-z0-9_]*"), "a lower-case letter, then letters, digits and `_`", "move_tool"
+    ),
+    "slug": _Form(
+        re.compile(r"[a-z][a-z0-9-]*"), "a lower-case letter, then letters, digits and `-`", "move-tool"
+    ),
+    "dotted": _Form(
+        re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)*"), "identifiers joined by `.`", "pick.move_tool"
+    ),
+    "entry": _Form(
+        re.compile(r"[a-z][a-z0-9_]*:[a-z][a-z0-9_]*"), "a file without `.py`, `:`, a function", "skills:wrap"
+    ),
+}
+"""The forms a name can have."""

@@ -1,0 +1,72 @@
+"""Files → text: regular, UTF-8 and not too large, or a reason in words."""
+
+from __future__ import annotations
+
+import os
+import stat
+from typing import Final
+
+from aeros.spec.diagnostics.codes import Diagnostic, Label, quoted
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.diagnostics.source import Source
+
+MAX_BYTES: Final = 1 << 20
+
+
+def read_source(path: str | os.PathLike[str]) -> Source:
+    """The text of a regular UTF-8 file of at most `MAX_BYTES`; anything else is a `UserError`.
+
+    A byte order mark is dropped.  At most one byte more than allowed is ever read, and a pipe or
+    device is never opened for long enough to wait on it.
+    """
+    shown = os.fspath(path)
+    try:
+        data = _bytes_of(shown)
+    except (OSError, ValueError) as problem:  # ValueError: a path no file can have
+        reason = problem.strerror if isinstance(problem, OSError) and problem.strerror else str(problem)
+        headline = f"{quoted(shown)} cannot be read: {reason[:1].lower()}{reason[1:]}"
+        raise UserError([Diagnostic("AE002", headline)]) from problem
+    if len(data) > MAX_BYTES:
+        raise UserError([too_large(shown)])
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as problem:
+        raise UserError([_not_utf8(shown, data, problem.start)]) from problem
+    return Source(shown, text.removeprefix("\ufeff"))
+
+
+def _bytes_of(path: str) -> bytes:
+    """Up to `MAX_BYTES` + 1 bytes of a regular file."""
+    # Asked before opening, as opening a device can already do something.
+    _require_regular(os.stat(path).st_mode)
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    with os.fdopen(descriptor, "rb") as file:
+        _require_regular(os.fstat(descriptor).st_mode)  # it may have been replaced in between
+        return file.read(MAX_BYTES + 1) or b""  # None from a file under /proc that has nothing yet
+
+
+def _require_regular(mode: int) -> None:
+    if stat.S_ISDIR(mode):
+        raise OSError(0, "it is a directory")
+    if not stat.S_ISREG(mode):
+        raise OSError(0, "it is not a regular file")
+
+
+def too_large(path: str) -> Diagnostic:
+    """What to say of a file that is larger than `MAX_BYTES`."""
+    return Diagnostic(
+        "AE003",
+        f"{quoted(path)} is larger than {MAX_BYTES:,} bytes",
+        help=("split it: manifests are written by hand, data belongs in files of its own",),
+    )
+
+
+def _not_utf8(path: str, data: bytes, offset: int) -> Diagnostic:
+    source = Source(path, data.decode("utf-8", errors="replace"))
+    start = len(data[:offset].decode("utf-8"))
+    return Diagnostic(
+        "AE004",
+        f"byte {offset} (0x{data[offset]:02x}) is not UTF-8",
+        Label(source.span(start, start + 1)),
+        help=("save the file as UTF-8",),
+    )

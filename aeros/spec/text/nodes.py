@@ -1,0 +1,48 @@
+"""YAML nodes that know their place: text, sequences and mappings, nothing interpreted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from aeros.spec.diagnostics.source import Span
+
+_NULLS: Final = frozenset({"", "~", "null", "Null", "NULL"})
+
+
+@dataclass(frozen=True, slots=True)
+class ScalarNode:
+    """One piece of text; `style` is "" when plain, else the sign it opens with: ' " | >."""
+
+    text: str
+    span: Span
+    style: str = ""
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether nothing marks the value as text."""
+        return self.style == ""
+
+    @property
+    def is_null(self) -> bool:
+        """Whether YAML takes it for the absence of a value."""
+        return self.is_plain and self.text in _NULLS
+
+
+@dataclass(frozen=True, slots=True)
+class SequenceNode:
+    """Values in order."""
+
+    items: tuple[Node, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class MappingNode:
+    """Keys with values, in the order written; no two keys have the same text."""
+
+    entries: tuple[tuple[ScalarNode, Node], ...]
+    span: Span
+
+
+Node = ScalarNode | SequenceNode | MappingNode

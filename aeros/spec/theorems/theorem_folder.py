@@ -1,0 +1,192 @@
+"""`proofs/`: a folder for each theorem, and whether what is written there is what the code says today.
+
+In the folder of a theorem are `statement.md`, `theorem.py` with a `THEOREM`, the question of each
+obligation as `NAME.smt2`, and `expected.json`: verdicts, sizes of cores, what z3 spent, and the witness
+that refutes each mutant.  The last two kinds of file are generated, and held to what is generated.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import aeros
+from aeros.spec.diagnostics.errors import InternalError
+from aeros.spec.obligations.verdicts import Verdict
+from aeros.spec.theorems.check import Checked, CheckedMutant, Witness
+from aeros.spec.theorems.theorem import Theorem
+
+MODULE: Final = "theorem.py"
+EXPECTED: Final = "expected.json"
+
+
+def proofs_folder() -> Path:
+    """The folder of theorems beside the package; there is none where AEROS was installed as a wheel."""
+    return Path(aeros.__file__).parents[1] / "proofs"
+
+
+def theorem_folders(proofs: Path) -> dict[str, Path]:
+    """The folder of each theorem, by its name."""
+    return {one.parent.name: one.parent for one in sorted(proofs.glob(f"*/{MODULE}"))}
+
+
+def load_theorem(folder: Path) -> Theorem:
+    """The theorem of that folder.  Its module may import others of `proofs/`."""
+    root = str(folder.parents[1])
+    if root not in sys.path:
+        sys.path.append(root)
+    name = f"proofs.{folder.name}.theorem"
+    spec = importlib.util.spec_from_file_location(name, folder / MODULE)
+    if spec is None or spec.loader is None:
+        raise InternalError(f"{folder / MODULE} is no module")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # where dataclasses look themselves up
+    spec.loader.exec_module(module)
+    theorem = getattr(module, "THEOREM", None)
+    if not isinstance(theorem, Theorem):
+        raise InternalError(f"{folder / MODULE} has no `THEOREM`")
+    return theorem
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a theorem with everything that belongs to it.
+
+    seconds: how long that took.
+    """
+
+    theorem: Theorem
+    solvers: tuple[str, ...]
+    obligations: tuple[Checked, ...]
+    mutants: tuple[CheckedMutant, ...]
+    seconds: float
+
+    @property
+    def verdict(self) -> Verdict:
+        """PROVED where every obligation is; else the worst that became of one."""
+        found = {one.verdict for one in self.obligations}
+        ranked = (Verdict.REFUTED, Verdict.VACUOUS, Verdict.UNKNOWN)
+        return next((one for one in ranked if one in found), Verdict.PROVED)
+
+    @property
+    def surviving(self) -> tuple[str, ...]:
+        """The mutants of which the theorem still holds."""
+        return tuple(one.mutant.name for one in self.mutants if not one.refuted)
+
+    def expected(self) -> dict[str, Any]:
+        """What `expected.json` has of it."""
+        return {
+            "theorem": self.theorem.title,
+            "solvers": list(self.solvers),
+            "obligations": {
+                one.name: {"verdict": one.verdict.value, "core": one.core, "rlimit": one.spent}
+                for one in self.obligations
+            },
+            "mutants": {one.mutant.name: _refutation(one.checked) for one in self.mutants},
+            "seconds": round(self.seconds, 2),
+        }
+
+
+def _refutation(checked: Checked) -> dict[str, Any]:
+    found = {"obligation": checked.name, "verdict": checked.verdict.value}
+    return found if checked.witness is None else {**found, "witness": shown_witness(checked.witness)}
+
+
+def shown_witness(witness: Witness) -> dict[str, Any]:
+    """A witness as JSON: constants, and for each table the answers on the way and where that leads."""
+    return {
+        "constants": dict(witness.constants),
+        "ways": {
+            name: [*(f"{question} {str(answer).lower()}" for question, answer in asked), f"result {result}"]
+            for name, (asked, result) in witness.ways.items()
+        },
+    }
+
+
+def generated(outcome: Outcome) -> dict[str, str]:
+    """Every generated file of the theorem, by name."""
+    texts = {f"{one.name}.smt2": one.obligation.script() for one in outcome.obligations}
+    return {**texts, EXPECTED: json.dumps(outcome.expected(), indent=2, ensure_ascii=False) + "\n"}
+
+
+def stale(outcome: Outcome, folder: Path) -> list[str]:
+    """What in the folder is not what the code says, in words; only what the solvers asked can tell."""
+    wanted = generated(outcome)
+    problems = [f"{name} is not generated any more" for name in _left_over(wanted, folder)]
+    for name, text in wanted.items():
+        found = _read(folder / name)
+        if found is None:
+            problems.append(f"{name} is missing")
+        elif name == EXPECTED:
+            problems += _differences(_parsed(found), outcome)
+        elif found != text:
+            problems.append(f"{name} is not what the code says")
+    return problems
+
+
+def write(outcome: Outcome, folder: Path) -> list[str]:
+    """Write the generated files anew, where anything but the time differs; their names."""
+    changed: list[str] = []
+    for name, text in generated(outcome).items():
+        found = _read(folder / name)
+        if found is None or _without_time(name, found) != _without_time(name, text):
+            (folder / name).write_text(text, encoding="utf-8")
+            changed.append(name)
+    for name in _left_over(generated(outcome), folder):
+        (folder / name).unlink()
+        changed.append(name)
+    return changed
+
+
+def _left_over(wanted: Mapping[str, str], folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.glob("*.smt2") if path.name not in wanted)
+
+
+def _read(path: Path) -> str | None:
+    return path.read_text("utf-8") if path.is_file() else None
+
+
+def _parsed(text: str) -> dict[str, Any]:
+    try:
+        found = json.loads(text)
+    except ValueError:
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _without_time(name: str, text: str) -> object:
+    if name != EXPECTED:
+        return text
+    return {key: value for key, value in _parsed(text).items() if key != "seconds"}
+
+
+def _differences(recorded: Mapping[str, Any], outcome: Outcome) -> list[str]:
+    """Where `expected.json` says otherwise.
+
+    Sizes of cores, what was spent and which witness was found are z3's, so they are compared where the
+    same z3 was asked; time never is.
+    """
+    current = outcome.expected()
+    if not _of_z3(outcome.solvers) or _of_z3(recorded.get("solvers", ())) != _of_z3(outcome.solvers):
+        recorded, current = _verdicts_alone(recorded), _verdicts_alone(current)
+    return [
+        f"{EXPECTED} says otherwise of the {part}"
+        for part in ("theorem", "obligations", "mutants")
+        if recorded.get(part) != current[part]
+    ]
+
+
+def _of_z3(solvers: Sequence[str]) -> list[str]:
+    return [one for one in solvers if one.startswith("z3 ")]
+
+
+def _verdicts_alone(expected: Mapping[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = {"theorem": expected.get("theorem")}
+    for part in ("obligations", "mutants"):
+        found[part] = {name: one.get("verdict") for name, one in expected.get(part, {}).items()}
+    return found

@@ -1,0 +1,167 @@
+"""When the gate will allow what an envelope promises too much of: the rule, as it reads under the envelope.
+
+What the envelope decides already is left out, premises become alternatives, and named constants become
+their values.  The text is shown only if it is proved to mean the same under the envelope as the rule
+does; else the rule's own text is shown, which always is right.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import cast
+
+from aeros.spec.backends.oracle import Oracle
+from aeros.spec.elaborate.scopes import scope_over
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.parser import ExpressionSyntaxError, parse
+from aeros.spec.expr.scope import ExpressionTypeError
+from aeros.spec.expr.semantics import evaluate
+from aeros.spec.expr.typecheck import check
+from aeros.spec.expr.types import BOOL, EnumType, RealType
+from aeros.spec.expr.units import decimal
+from aeros.spec.model.model import Declared, Site
+from aeros.spec.obligations.obligation import Obligation
+from aeros.spec.verification.queries import implied, impossible
+
+
+def boundary_of(obligation: Obligation, site: Site, oracle: Oracle) -> str:
+    """What has to hold for the gate to allow an action of the envelope, as far as this rule goes."""
+    own = next((" ".join(rule.text.split()) for rule in site.rules if rule.id == obligation.guard), "")
+    declared, rule = obligation.space.declared, obligation.conclusion
+    envelope = envelope_about(obligation)
+    rest = _residue(_normal(rule, is_true=True), envelope, declared, oracle)
+    text = _shown(rest, {one.name: one for one in declared})
+    if text is None:
+        return own
+    try:
+        meant = check(parse(text), scope_over(site, declared), BOOL)
+    except (ExpressionSyntaxError, ExpressionTypeError):
+        return own
+    if meant == rule:
+        return text
+    differ = t.Or((t.And((meant, t.Not(rule))), t.And((rule, t.Not(meant)))))
+    return text if impossible((*envelope, differ), declared, oracle) else own
+
+
+def envelope_about(obligation: Obligation) -> tuple[t.Term, ...]:
+    """What the envelope assumes, if it speaks of anything that the rule speaks of."""
+    return _about(t.variables_of(obligation.conclusion), obligation.space.assumptions)
+
+
+def _about(names: Mapping[str, t.Variable], assumptions: tuple[t.Term, ...]) -> tuple[t.Term, ...]:
+    """The assumptions if they speak of any of `names`: of nothing else they cannot help."""
+    spoken = any(names.keys() & t.variables_of(one).keys() for one in assumptions)
+    return assumptions if spoken else ()
+
+
+def _normal(term: t.Term, *, is_true: bool) -> t.Term:
+    """`term`, or its negation, as conjunctions and disjunctions of comparisons and the like."""
+    match term:
+        case t.Not(operand=operand):
+            return _normal(operand, is_true=not is_true)
+        case t.Implies(premise=premise, conclusion=conclusion):
+            both = (_normal(premise, is_true=not is_true), _normal(conclusion, is_true=is_true))
+            return t.Or(both) if is_true else t.And(both)
+        case t.And(operands=operands) | t.Or(operands=operands):
+            parts = tuple(_normal(operand, is_true=is_true) for operand in operands)
+            return t.And(parts) if isinstance(term, t.And) is is_true else t.Or(parts)
+        case t.Compare(op="<", left=left, right=right) if not is_true:
+            return t.Compare("<=", right, left)
+        case t.Compare(op="<=", left=left, right=right) if not is_true:
+            return t.Compare("<", right, left)
+        case _:
+            return term if is_true else t.Not(term)
+
+
+def _residue(
+    term: t.Term, envelope: tuple[t.Term, ...], declared: tuple[Declared, ...], oracle: Oracle
+) -> t.Term:
+    """`term` without what the envelope decides."""
+    if not isinstance(term, t.And | t.Or):
+        about = _about(t.variables_of(term), envelope)
+        if about and implied(term, about, declared, oracle):
+            return t.TRUE
+        return t.FALSE if about and impossible((*about, term), declared, oracle) else term
+    parts = [_residue(operand, envelope, declared, oracle) for operand in term.operands]
+    neutral, absorbing = (t.TRUE, t.FALSE) if isinstance(term, t.And) else (t.FALSE, t.TRUE)
+    if absorbing in parts:
+        return absorbing
+    kept: list[t.Term] = []
+    for part in parts:
+        inner = part.operands if isinstance(part, t.And | t.Or) and type(part) is type(term) else (part,)
+        kept += [one for one in inner if one != neutral and one not in kept]
+    return kept[0] if len(kept) == 1 else type(term)(tuple(kept)) if kept else neutral
+
+
+def _shown(term: t.Term, declared: Mapping[str, Declared]) -> str | None:
+    """`term` in the expression language, or None if it is of a kind that the rule itself says better."""
+    match term:
+        case t.Variable(name=name, type=type_) if type_ == BOOL:
+            return name
+        case t.Not(operand=t.Compare(op="==") as operand):
+            return _compared("!=", operand.left, operand.right, declared)
+        case t.Not(operand=t.Variable() as operand):
+            return f"not {operand.name}"
+        case t.And(operands=operands) | t.Or(operands=operands) if operands:
+            word, parts = " and " if isinstance(term, t.And) else " or ", []
+            for part in operands:
+                shown = _shown(part, declared)
+                if shown is None:
+                    return None
+                parts.append(f"({shown})" if isinstance(part, t.And | t.Or) else shown)
+            return word.join(parts)
+        case t.Compare(op=op, left=left, right=right):
+            return _compared(op, left, right, declared) or _threshold(term, declared)
+        case _:
+            return None
+
+
+_TURNED = {"<": ">", "<=": ">=", "==": "==", "!=": "!="}
+
+
+def _compared(op: str, left: t.Term, right: t.Term, declared: Mapping[str, Declared]) -> str | None:
+    """A quantity beside a constant, the quantity first, in the unit of its declaration."""
+    if isinstance(left, t.Literal):
+        op, left, right = _TURNED[op], right, left
+    match left:
+        case t.Variable(name=name, type=RealType() | EnumType()):
+            shown = name
+        case t.Absolute(operand=t.Variable(name=name)):
+            shown = f"abs({name})"
+        case t.Component(vector=t.Variable(name=name), axis=axis):
+            shown = f"{name}.{'xyz'[axis]}"
+        case t.Select(family=t.Variable(name=name), index=t.Literal(value=member)):
+            shown = f"{name}[{member}]"
+        case _:
+            return None
+    constant = _constant(right, declared[name])
+    return None if constant is None else f"{shown} {op} {constant}"
+
+
+def _constant(term: t.Term, beside: Declared) -> str | None:
+    if not isinstance(term, t.Literal) or isinstance(term.value, bool):
+        return None
+    if isinstance(term.value, str):
+        return term.value
+    number = decimal(term.value / beside.unit.factor)
+    return number if number is None or beside.unit.text == "1" else f"{number} {beside.unit.text}"
+
+
+def _threshold(term: t.Compare, declared: Mapping[str, Declared]) -> str | None:
+    """A comparison that is linear in the one number it speaks of, solved for it."""
+    variables = list(t.variables_of(term).values())
+    if len(variables) != 1 or not isinstance(variables[0].type, RealType) or term.op == "==":
+        return None
+    (variable,) = variables
+
+    def excess(at: int) -> Fraction:
+        values = {variable.name: Fraction(at)}
+        return cast("Fraction", evaluate(term.left, values)) - cast("Fraction", evaluate(term.right, values))
+
+    start, slope = excess(0), excess(1) - excess(0)
+    if slope == 0 or excess(2) - excess(1) != slope:
+        return None
+    bound = t.Literal(-start / slope, cast("RealType", variable.type))
+    left, right = (variable, bound) if slope > 0 else (bound, variable)
+    return _compared(term.op, left, right, declared)

@@ -1,0 +1,46 @@
+"""Which proofs of a module rest on a skill's having no outcome but those that it declares."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from aeros.spec.closed_loop.transition_system import skills_of
+from aeros.spec.model.model import Ecm
+from aeros.spec.model.step_graph import steps_of
+from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
+from aeros.spec.verification.certificate import Certificate
+
+_OF_PATHS: Final = frozenset(
+    (
+        ClaimForm.HANDLER_REACHABLE,
+        ClaimForm.HANDLER_READY,
+        ClaimForm.HANDLER_READY_CASE,
+        ClaimForm.IF_COVERS,
+        ClaimForm.IF_COVERS_CASE,
+        ClaimForm.STEP_REACHABLE,
+        ClaimForm.STEP_READY,
+        ClaimForm.STEP_READY_CASE,
+    )
+)
+"""Claims about compositions that are proved of paths of outcomes."""
+
+
+def resting_on(ecm: Ecm, skill: str, certificate: Certificate) -> list[ClaimId]:
+    """The obligations of `certificate`, that of `ecm`, that rest on the declared outcomes of `skill`.
+
+    Those of tasks that run it, and those about paths through compositions that do.  What an action may be
+    does not rest on outcomes: safety and permission hold, and the gate decides, whatever comes of a skill.
+    """
+    tasks = {one.id for one in ecm.tasks.values() if skill in {each.id for each in skills_of(ecm, one)}}
+    compositions = {
+        one.id
+        for one in ecm.compositions.values()
+        if skill in {step.skill for step in (*steps_of(one.body), *one.handlers.values())}
+    }
+
+    def rests(claim_id: ClaimId) -> bool:
+        if claim_id.group == "closed-loop":
+            return claim_id.name_of("task") in tasks
+        return claim_id.form in _OF_PATHS and claim_id.name_of("composition") in compositions
+
+    return sorted(filter(rests, certificate.obligations), key=str)

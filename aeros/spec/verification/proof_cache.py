@@ -1,0 +1,226 @@
+"""Proofs of modules kept between runs: an unchanged module is not even read as YAML.
+
+Kept is what was proved of one module by itself, without anything left to say; and of a site.  Its key is
+the digest of all that this depends on: manifest, code, site, overrides, budget, and the programs that decide,
+down to the interpreter.  Nothing that is kept names a place, so a copy is found wherever it lies.  Models are
+hashed again, and what depends on other modules is not kept but asked anew.  As of answers, what cannot be
+read is not there (docs/decisions/0008-answers-are-kept.md).
+
+What most runs read is in the head of what is kept; the claims are beside it, with their digest in the head,
+and are read where a report lists them or a certificate has to be written.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+import zlib
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import aeros
+from aeros.spec.backends.answer_store import Store
+from aeros.spec.backends.package_versions import release_of
+from aeros.spec.diagnostics.errors import MisuseError, UserError
+from aeros.spec.diagnostics.source import Source
+from aeros.spec.model.summary import SitePresence, packed, unpacked, unpacked_site
+from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
+from aeros.spec.obligations.verdicts import Conclusion, Verdict
+from aeros.spec.text.digests import (
+    MAX_MODELS,
+    code_digest,
+    code_files,
+    file_digest,
+    model_digest,
+    text_digest,
+)
+from aeros.spec.text.discovery import MANIFEST
+from aeros.spec.text.files import read_source
+from aeros.spec.verification.claim_summary import Claims, Tally, Told
+from aeros.spec.verification.reports import Examined, Known, Report, SubjectReport
+
+if TYPE_CHECKING:
+    from aeros.spec.model.model import Block
+
+_DECIDING: Final = (
+    ("networkx", "networkx"),
+    ("packaging", "packaging"),
+    ("pyyaml", "yaml"),
+    ("z3-solver", "z3"),
+)
+"""Distributions whose code has a part in verdicts, with the package of each."""
+
+
+class _KeptClaims:
+    """The claims about a module that is proved by itself, as they were packed; see `told.OwnClaims`."""
+
+    def __init__(self, tally: Tally, packed_claims: bytes) -> None:
+        self.tally = tally
+        self._packed = packed_claims
+
+    def read(self) -> tuple[tuple[Told, ...], tuple[Told, ...]]:
+        """Return the claims that come before and after those about other modules."""
+        before, after = json.loads(zlib.decompress(self._packed))
+        return _claims(before), _claims(after)
+
+
+class ProofCache:
+    """Proofs in a store, of one site and of modules under it, under one budget.
+
+    blocks: operator overrides, in addition to those of the site.
+    """
+
+    def __init__(self, store: Store, site: Source, rlimit: int, blocks: Sequence[Block] = ()) -> None:
+        self._store = store
+        self._site = site
+        self._about = [_program(), rlimit, text_digest(site.text), [one.told for one in blocks]]
+        self._new: dict[str, tuple[str, bytes]] = {}
+
+    def find(self, folders: Iterable[Path]) -> Known:
+        """Return what was proved of the site and of the modules in `folders`, as far as anything was."""
+        found = ((folder, self.find_module(folder)) for folder in folders)
+        return Known(self.find_site(), {folder: one for folder, one in found if one is not None})
+
+    def find_module(self, folder: Path) -> Examined | None:
+        """Return what was proved of exactly the module that is in `folder`, if anything."""
+        try:
+            manifest = read_source(folder / MANIFEST)
+            digests = text_digest(manifest.text), code_digest(code_files(folder))
+            head, claims = self._proof(self._key(*digests))
+            presence = unpacked(head["presence"], manifest)
+            found = Examined(
+                presence, claims=_KeptClaims(_tally(head["tally"]), claims), lock_digest=head["lock"]
+            )
+        except (UserError, MisuseError, OSError, ValueError, LookupError, TypeError):
+            return None
+        same = (presence.manifest_digest, presence.code_digest) == digests
+        return found if same and _models_are(folder, presence.model_digests) else None
+
+    def find_site(self) -> tuple[SitePresence, SubjectReport] | None:
+        """Return the site and the report on it, if all of it was proved and there is nothing to say."""
+        try:
+            head, packed_claims = self._proof(self._digest("site"))
+            site = unpacked_site(head, self._site)
+            claims = Claims.of(_claims(json.loads(zlib.decompress(packed_claims))))
+        except (MisuseError, ValueError, LookupError, TypeError, zlib.error):
+            return None
+        return site, SubjectReport(site.id, Path(self._site.path), Conclusion.PROVED, (), claims)
+
+    def keep(self, report: Report, new: Known) -> None:
+        """Put into the store what of `new` is proved and leaves nothing to say.
+
+        report: on all of it.
+        """
+        if new.site is not None and _is_proved(report.site):
+            self.put_site(new.site[0], report.site.claims)
+        for module in report.modules:
+            if module.path in new.modules and module.lock is not None and _is_proved(module):
+                self.put_module(new.modules[module.path], module.lock.digest)
+        self.close()
+
+    def put_site(self, site: SitePresence, claims: Sequence[Told]) -> None:
+        """Keep what was proved of the site until `close` writes it."""
+        self._put(self._digest("site"), packed(site), [_row(one) for one in claims])
+
+    def put_module(self, one: Examined, lock_digest: str) -> None:
+        """Keep what was proved of a module until `close` writes it.
+
+        lock_digest: the SHA-256 of the text of its certificate.
+        """
+        presence = one.presence
+        if presence is None:
+            raise MisuseError("a module that cannot be read is not proved")
+        key, tally = self._key(presence.manifest_digest, presence.code_digest), one.claims.tally
+        head = {"presence": packed(presence), "tally": [tally.claims, tally.guarded], "lock": lock_digest}
+        self._put(key, head, [[_row(claim) for claim in claims] for claims in one.claims.read()])
+
+    def close(self) -> None:
+        """Write what is to be kept."""
+        self._store.put_proofs(self._new)
+        self._new = {}
+
+    def _put(self, key: str, head: Mapping[str, Any], claims: Any) -> None:
+        rows = zlib.compress(_dumped(claims).encode(), 1)
+        self._new[key] = (_dumped({**head, "claims": file_digest(rows)}), rows)
+
+    def _proof(self, key: str) -> tuple[Any, bytes]:
+        """What was put; raises LookupError, ValueError or TypeError if it is not there as it was put."""
+        proof = self._store.proof(key)
+        if proof is None:
+            raise LookupError(key)
+        head = json.loads(proof[0])
+        if head["claims"] != file_digest(proof[1]):
+            raise LookupError(key)
+        return head, proof[1]
+
+    def _key(self, manifest: str, code: str) -> str:
+        return self._digest("module", manifest, code)
+
+    def _digest(self, *of: str) -> str:
+        return text_digest(json.dumps([*self._about, *of]))
+
+
+def _dumped(value: Any) -> str:
+    return json.dumps(value, separators=(",", ":"))
+
+
+def _tally(kept: Any) -> Tally:
+    claims, guarded = kept
+    return Tally(claims, tuple((rule, boundary, count) for rule, boundary, count in guarded))
+
+
+def _is_proved(report: SubjectReport) -> bool:
+    return report.conclusion is Conclusion.PROVED and not report.diagnostics
+
+
+def _models_are(folder: Path, digests: Mapping[str, str]) -> bool:
+    left = MAX_MODELS
+    for name, expected in digests.items():
+        try:
+            digest, size = model_digest(folder, name, left)
+        except OSError:
+            return False
+        if digest != expected:
+            return False
+        left -= size
+    return True
+
+
+def _row(one: Told) -> list[Any]:
+    if one.diagnostic is not None:
+        raise MisuseError(f"`{one.id}` is not proved without a word")
+    return [one.id.form.name, one.id.names, one.verdict.value, one.guard, one.boundary, one.witness]
+
+
+_VERDICTS: Final = {one.value: one for one in Verdict}
+
+
+def _claims(rows: Any) -> tuple[Told, ...]:
+    if not isinstance(rows, list):
+        raise TypeError("claims are kept as a list")
+    return tuple(
+        Told(
+            ClaimId(ClaimForm[form], tuple(names)),
+            _VERDICTS[verdict],
+            guard,
+            boundary,
+            None if witness is None else tuple(witness),
+        )
+        for form, names, verdict, guard, boundary, witness in rows
+    )
+
+
+@cache
+def _program() -> str:
+    """Digest of everything that decides: AEROS itself, the packages it decides with, and the interpreter."""
+    digest = hashlib.sha256(sys.version.encode())
+    for names in _DECIDING:
+        digest.update(f"\n{names[0]} {release_of(*names)}".encode())
+    root = Path(aeros.__file__).parent
+    for path in [root / "__init__.py", root / "skill.py", *sorted((root / "spec").rglob("*.py"))]:
+        content = path.read_bytes()
+        digest.update(f"\n{path.relative_to(root)} {len(content)}\n".encode() + content)
+    return digest.hexdigest()

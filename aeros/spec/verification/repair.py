@@ -1,0 +1,98 @@
+"""The line to write instead of an envelope that allows too much: the least edit, proved before offered.
+
+One line for each envelope mends everything that can be mended of it, so that two repairs of the same
+line never contradict each other.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+from aeros.spec.backends.oracle import Oracle
+from aeros.spec.elaborate.scopes import scope_over
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.parser import ExpressionSyntaxError
+from aeros.spec.model.model import Clause, Site
+from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
+from aeros.spec.obligations.obligation import Claim, Obligation
+from aeros.spec.obligations.verdicts import Verdict
+from aeros.spec.verification.discharge import Finding, discharge
+from aeros.spec.verification.edits import Editor
+
+_AMBIGUOUS = re.compile(r"[\[\]{},#:]")  # in a plain YAML scalar
+
+
+def repairs_of(findings: Iterable[Finding], site: Site, oracle: Oracle) -> Mapping[ClaimId, str]:
+    """By the id of each refuted obligation that can be mended: the line of the envelope to write."""
+    known = {finding.obligation.id: finding for finding in findings}
+    failing: dict[tuple[str, str], list[Obligation]] = {}
+    for finding in known.values():
+        one = finding.obligation
+        refuted = finding.verdict is Verdict.REFUTED and not finding.guarded
+        if refuted and one.claim is Claim.ALWAYS and one.clause is not None:
+            envelope = one.id.name_of("skill"), one.id.name_of("action")
+            failing.setdefault(envelope, []).append(one)
+    lines: dict[ClaimId, str] = {}
+    for (skill, kind), obligations in failing.items():
+        alive = known.get(ClaimForm.ENVELOPE_NOT_DEAD(skill, kind))
+        clause = obligations[0].clause
+        if clause is None or alive is None or alive.verdict is not Verdict.PROVED:
+            continue
+        mended = _mended(clause, obligations, alive.obligation, site, oracle)
+        if mended is not None:
+            text, done = mended
+            lines |= {one.id: f"{kind}: {_quoted(text, clause)}" for one in done}
+    return lines
+
+
+def _mended(
+    clause: Clause, obligations: list[Obligation], alive: Obligation, site: Site, oracle: Oracle
+) -> tuple[str, list[Obligation]] | None:
+    """The text with the edits that mend obligations, and which it mends; all of it proved."""
+    declared = obligations[0].space.declared
+    editor = Editor(scope_over(site, declared), declared, oracle.hurried(50))
+    text = clause.text
+    done: list[Obligation] = []
+    for one in obligations:
+        found = _strengthened(editor, text, one)
+        if found is not None:
+            text, done = found, [*done, one]
+    text = " ".join(text.split())
+    term = editor.term(text)
+    if not done or term is None:
+        return None
+    again = discharge((_under(one, term) for one in (*done, alive)), oracle)
+    return (text, done) if all(one.verdict is Verdict.PROVED for one in again) else None
+
+
+def _under(one: Obligation, envelope: t.Term) -> Obligation:
+    """The obligation, of another envelope."""
+    return replace(one, space=replace(one.space, assumptions=(envelope,)))
+
+
+def _strengthened(editor: Editor, text: str, one: Obligation) -> str | None:
+    """`text` with an edit for each conjunct of the conclusion that it does not imply."""
+    edited: str | None = text
+    for goal in one.members:
+        if edited is None or editor.implies(edited, goal.term):
+            continue
+        try:
+            edited = editor.strengthened(edited, goal.term, _unquoted(goal.label.span.text))
+        except ExpressionSyntaxError:  # as of a conjunct written over several lines of a block
+            return None
+    return edited if one.members else None
+
+
+def _unquoted(written: str) -> str:
+    text = " ".join(written.split())
+    return text[1:-1] if text[:1] in ("'", '"') else text
+
+
+def _quoted(text: str, clause: Clause) -> str:
+    """As it is to be written: in quotes where the author has them or YAML needs them."""
+    quote = clause.span.text[:1]
+    if quote in ("'", '"'):
+        return f"{quote}{text}{quote}"
+    return f'"{text}"' if _AMBIGUOUS.search(text) and not _AMBIGUOUS.search(clause.text) else text

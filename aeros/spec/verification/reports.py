@@ -1,0 +1,249 @@
+"""What is reported of a site, of modules and of all of them together; known without what proves it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Severity
+from aeros.spec.diagnostics.errors import InternalError, UserError
+from aeros.spec.model.summary import Presence, SitePresence
+from aeros.spec.obligations.claim_id import ClaimId
+from aeros.spec.obligations.configuration import configuration_obligations
+from aeros.spec.obligations.dependencies import dependency_obligations
+from aeros.spec.obligations.verdicts import Conclusion, Settled
+from aeros.spec.text.discovery import MANIFEST
+from aeros.spec.verification.certificate import GUARDED, Certificate, Lock, certificate_for
+from aeros.spec.verification.claim_summary import (
+    Claims,
+    ListedClaims,
+    OwnClaims,
+    Tally,
+    Told,
+    said_of,
+    told_of,
+)
+
+if TYPE_CHECKING:
+    from aeros.spec.model.model import Ecm, Site
+    from aeros.spec.verification.discharge import Finding
+    from aeros.spec.verification.second_solver import Agreement
+
+
+Progress = Callable[[str], None]
+"""Told in words what is done next."""
+
+
+@dataclass(frozen=True)
+class SubjectReport:
+    """What was found of one site or module.
+
+    name: its id, or its path where it could not be read.
+    claims: everything that was examined.
+    lock: of a module that is PROVED.
+    settled, findings, ecm: the claims in full and the model; left out where only the report was asked for.
+    """
+
+    name: str
+    path: Path
+    conclusion: Conclusion
+    diagnostics: tuple[Diagnostic, ...]
+    claims: Claims = Claims.of(())  # noqa: RUF009  it cannot be changed
+    settled: tuple[Settled, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    lock: Lock | None = None
+    ecm: Ecm | None = None
+
+    @property
+    def certificate(self) -> Certificate | None:
+        """The certificate of a module that is PROVED."""
+        return None if self.lock is None else self.lock.certificate
+
+    @property
+    def obligation_count(self) -> int:
+        """How many claims were examined."""
+        return len(self.claims)
+
+    @property
+    def boundaries(self) -> tuple[tuple[str, str], ...]:
+        """Each rule that the gate decides, with what has to hold for it to allow; each pair once."""
+        return tuple((rule, boundary) for rule, boundary, _ in self.claims.tally.guarded)
+
+    @property
+    def guarded_count(self) -> int:
+        """How many claims the gate decides, each time."""
+        return sum(count for *_, count in self.claims.tally.guarded)
+
+
+@dataclass(frozen=True)
+class Report:
+    """A site and the modules that were verified under it.
+
+    site_model: None where it could not be read, or where only the report was asked for.
+    configuration: of all modules together; None unless there are several that can be read.
+    agreement: of a second solver, where one was asked.
+
+    Example:
+        >>> report = aeros.verify("no/such/folder")
+        >>> report.conclusion.value
+        'rejected'
+        >>> [problem.headline for subject in report.subjects for problem in subject.diagnostics]
+        ['`no/such/folder` is neither a folder nor an `ecm.yaml`']
+    """
+
+    site: SubjectReport
+    modules: tuple[SubjectReport, ...]
+    site_model: Site | None
+    configuration: SubjectReport | None = None
+    agreement: Agreement | None = None
+
+    @property
+    def subjects(self) -> tuple[SubjectReport, ...]:
+        """The site, the modules, and then their configuration where there is one."""
+        together = () if self.configuration is None else (self.configuration,)
+        return (self.site, *self.modules, *together)
+
+    @property
+    def conclusion(self) -> Conclusion:
+        """REJECTED if anything is, else UNDECIDED if anything is, else PROVED."""
+        conclusions = {subject.conclusion for subject in self.subjects}
+        for worst in (Conclusion.REJECTED, Conclusion.UNDECIDED):
+            if worst in conclusions:
+                return worst
+        return Conclusion.PROVED
+
+
+@dataclass(frozen=True)
+class Examined:
+    """What was found of one module by itself.
+
+    presence: what others have to know of it; None where it could not be read.
+    claims: its claims but for those about other modules.
+    first_problems, last_problems: what there is to say before and after what claims about other modules say.
+    lock_digest: the SHA-256 of the text of its certificate, where what it needs of other modules is met; None
+        where that was not made yet.
+    full: the model, and what it has before, after, and open; None where only the report is asked for.
+    """
+
+    presence: Presence | None
+    first_problems: tuple[Diagnostic, ...] = ()
+    claims: OwnClaims = ListedClaims()  # noqa: RUF009  it cannot be changed
+    last_problems: tuple[Diagnostic, ...] = ()
+    lock_digest: str | None = None
+    full: tuple[Ecm, tuple[Settled, ...], tuple[Settled, ...], tuple[Finding, ...]] | None = None
+
+
+class Known:
+    """What is known of a site and of modules under it before anything of them is proved.
+
+    site: the site as others see it and what there is to say of it; None where it is to be proved.
+    modules: by folder; those that are left out are to be proved.
+    """
+
+    def __init__(
+        self,
+        site: tuple[SitePresence, SubjectReport] | None = None,
+        modules: Mapping[Path, Examined] = MappingProxyType({}),
+    ) -> None:
+        self.site = site
+        self.modules = modules
+
+
+def report_on_unreadable(path: Path, error: UserError) -> SubjectReport:
+    """What there is to say of a site whose file cannot be read."""
+    return SubjectReport(str(path), path, Conclusion.REJECTED, error.diagnostics)
+
+
+def report_on_paths(sink: Diagnostics) -> tuple[SubjectReport, ...]:
+    """What there is to say of paths that hold no module."""
+    return (SubjectReport("", Path(), Conclusion.REJECTED, tuple(sink)),) if sink.has_errors else ()
+
+
+def report_on(
+    folder: Path, one: Examined, site: SitePresence, around: Mapping[str, Presence]
+) -> SubjectReport:
+    """Report on a module, with what depends on others; its claims are read when they are asked for."""
+    presence = one.presence
+    if presence is None:
+        return SubjectReport(str(folder), folder, Conclusion.REJECTED, one.first_problems)
+    dependencies = tuple(dependency_obligations(presence, around))
+    of_others = tuple(map(told_of, dependencies))
+
+    def read() -> Iterable[Told]:
+        before, after = one.claims.read()
+        return (*before, *of_others, *after)
+
+    tally = one.claims.tally
+    claims = Claims(Tally(tally.claims + len(of_others), tally.guarded), read)
+    problems = (*one.first_problems, *said_of(of_others), *one.last_problems)
+    conclusion = conclude(problems)
+    lock = _lock(conclusion, presence, site, claims, one.lock_digest)
+    if one.full is None:
+        return SubjectReport(presence.id, folder, conclusion, problems, claims, lock=lock)
+    ecm, before, after, findings = one.full
+    settled = (*before, *dependencies, *after)
+    return SubjectReport(presence.id, folder, conclusion, problems, claims, settled, findings, lock, ecm)
+
+
+def _lock(
+    conclusion: Conclusion, presence: Presence, site: SitePresence, claims: Claims, digest: str | None
+) -> Lock | None:
+    """The certificate of a module that is PROVED; `digest` is that of its text, where it is known."""
+
+    def certify() -> Certificate:
+        return certificate_for(presence, site, verdicts_of(claims))
+
+    return Lock(certify, digest) if conclusion is Conclusion.PROVED else None
+
+
+def verdicts_of(claims: Iterable[Told]) -> dict[ClaimId, str]:
+    """Return the verdict of each claim of a module that is PROVED, as a certificate has it.
+
+    Raises:
+        InternalError: two claims have one identity, so one verdict would hide the other.
+    """
+    verdicts: dict[ClaimId, str] = {}
+    for told in claims:
+        if told.id in verdicts:
+            raise InternalError(f"two claims have one identity: {told.id}")
+        verdicts[told.id] = told.verdict.value if told.guard is None else GUARDED
+    return verdicts
+
+
+def report_on_configuration(modules: Sequence[Presence], site: SitePresence) -> SubjectReport | None:
+    """What is to be said of several modules together."""
+    if len(modules) < 2:
+        return None
+    settled = tuple(configuration_obligations(modules, site))
+    claims = Claims.of(map(told_of, settled))
+    problems = said_of(claims)
+    return SubjectReport("configuration", Path(), conclude(problems), problems, claims, settled)
+
+
+def modules_around(
+    given: Mapping[Path, Presence], read: Callable[[Path], Presence | None]
+) -> dict[str, Presence]:
+    """The modules that dependencies may refer to: those given, and those beside one that has any.
+
+    read: a module that is not given, by its folder; None where it cannot be read.
+    """
+    parents = {folder.resolve().parent for folder, one in given.items() if one.requires}
+    known = {folder.resolve() for folder in given} if parents else set()
+    around: dict[str, Presence] = {}
+    for parent in parents:
+        for beside in sorted(parent.iterdir()):
+            if beside not in known and (beside / MANIFEST).is_file():
+                found = read(beside)
+                around |= {} if found is None else {found.id: found}
+    return around | {one.id: one for one in given.values()}
+
+
+def conclude(problems: Iterable[Diagnostic]) -> Conclusion:
+    """What problems come to."""
+    errors = {problem.code for problem in problems if problem.severity is Severity.ERROR}
+    if not errors:
+        return Conclusion.PROVED
+    return Conclusion.UNDECIDED if errors <= {"AE509", "AE803"} else Conclusion.REJECTED

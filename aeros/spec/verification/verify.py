@@ -1,0 +1,225 @@
+"""Paths → a report: find what is known, prove the rest, report.  What `aeros verify` does, without printing.
+
+What is known comes from the proof cache (`keeping`), which stands in front: it is asked before anything is
+proved, and given what was proved afterwards.  What proves (`examine`) takes 0.2 s to import, so a run that
+finds everything never imports it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from enum import Enum
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from aeros.spec.backends.answer_store import Store
+from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.errors import InternalError, MisuseError, UserError
+from aeros.spec.diagnostics.source import Source
+from aeros.spec.model.summary import Presence, SitePresence, presence_of_site
+from aeros.spec.text.discovery import module_folders
+from aeros.spec.text.files import read_source
+from aeros.spec.verification.proof_cache import ProofCache
+from aeros.spec.verification.reports import (
+    Examined,
+    Known,
+    Progress,
+    Report,
+    SubjectReport,
+    modules_around,
+    report_on,
+    report_on_configuration,
+    report_on_paths,
+    report_on_unreadable,
+)
+
+if TYPE_CHECKING:
+    from aeros.spec.backends.oracle import Oracle
+    from aeros.spec.model.model import Block, Site
+    from aeros.spec.verification.second_solver import Agreement, SecondSolver
+
+MANY: Final = 16
+"""From this many modules on, more than one process proves them."""
+
+
+class Detail(Enum):
+    """How much a report holds."""
+
+    FULL = "full"  # everything is proved here and now; models, claims and findings are in the report
+    BRIEF = "brief"  # what an earlier run proved is found; no models, and claims without formulas
+
+
+def verify(
+    paths: Iterable[Path],
+    site_path: Path,
+    rlimit: int = DEFAULT_RLIMIT,
+    progress: Progress = lambda _: None,
+    store: Store | None = None,
+    blocks: Sequence[Block] = (),
+    second: SecondSolver | None = None,
+    *,
+    detail: Detail = Detail.FULL,
+    jobs: int = 1,
+) -> Report:
+    """Prove the modules at `paths` under the site at `site_path`.
+
+    Args:
+        paths: module folders, or folders of these.
+        site_path: the site file.
+        rlimit: the solver's budget for one question, in Z3 resource units.
+        progress: is called with the name of the subject that is proved next.
+        store: answers of the solver and, for a brief report, proofs of earlier runs; None to use none.
+        blocks: operator overrides, in addition to those of the site file.
+        second: a solver that is asked everything again, whether or not the answers were kept.
+        detail: how much the report holds.
+        jobs: how many processes prove modules for a brief report, where there are many modules.
+
+    Returns:
+        The report.  Modules that cannot be read or proved are in it, as is a site that cannot.
+
+    Raises:
+        DisagreementError: `second` decides a question otherwise than Z3 does.
+        MisuseError: `second` is given for a brief report, for which not everything is asked.
+    """
+    if second is not None and detail is not Detail.FULL:
+        raise MisuseError("a second solver is asked everything, so the report has to be in full")
+    progress(f"site {site_path}")
+    sink = Diagnostics()
+    folders = list(dict.fromkeys(folder for path in paths for folder in module_folders(path, sink)))
+    refused = report_on_paths(sink)
+    try:
+        source = read_source(site_path)
+    except UserError as error:
+        return Report(report_on_unreadable(site_path, error), refused, None)
+    prover = _Prover(source, tuple(blocks), rlimit, store, jobs, detail=detail, second=second)
+    if store is None or detail is Detail.FULL:
+        report, _ = _report(folders, refused, prover, Known(), progress)
+        return report
+    cache = ProofCache(store, source, rlimit, blocks)
+    report, new = _report(folders, refused, prover, cache.find(folders), progress)
+    cache.keep(report, new)
+    return report
+
+
+def _report(
+    folders: Sequence[Path],
+    refused: tuple[SubjectReport, ...],
+    prover: _Prover,
+    known: Known,
+    progress: Progress,
+) -> tuple[Report, Known]:
+    """Prove the site, each module by itself, and what depends on several modules; all but what is known.
+
+    refused: reports on paths that hold no module.
+    Returns the report, and what was not known.
+    """
+    site, site_report = prover.site() if known.site is None else known.site
+    if site is None:
+        return Report(site_report, refused, None), Known()
+    proved = prover.modules([folder for folder in folders if folder not in known.modules], progress)
+    found = {
+        folder: known.modules[folder] if folder in known.modules else proved[folder] for folder in folders
+    }
+    given = {folder: one.presence for folder, one in found.items() if one.presence is not None}
+    around = modules_around(given, prover.presence_in)
+    modules = [report_on(folder, one, site, around) for folder, one in found.items()]
+    agreement = prover.agreement(progress)
+    prover.close()
+    configuration = report_on_configuration(list(given.values()), site)
+    report = Report(site_report, (*refused, *modules), prover.site_model, configuration, agreement)
+    return report, Known((site, site_report) if known.site is None else None, proved)
+
+
+class _Prover:
+    """Proves what is not known.  Importing what that takes costs 0.2 s, which other runs need not pay."""
+
+    def __init__(
+        self,
+        source: Source,
+        blocks: tuple[Block, ...],
+        rlimit: int,
+        store: Store | None,
+        jobs: int,
+        *,
+        detail: Detail,
+        second: SecondSolver | None,
+    ) -> None:
+        self._source = source
+        self._blocks = blocks
+        self._rlimit = rlimit
+        self._store = store
+        self._jobs = jobs
+        self._in_full = detail is Detail.FULL
+        self._second = second
+
+    @cached_property
+    def _oracle(self) -> Oracle:
+        from aeros.spec.backends.oracle import Oracle
+
+        return Oracle(self._rlimit, self._store, recording=self._second is not None)
+
+    @cached_property
+    def _site(self) -> Site:
+        """The site, which was found to be readable before."""
+        from aeros.spec.elaborate.load import site_of
+
+        site = site_of(self._source, Diagnostics())
+        if site is None:
+            raise InternalError(f"`{self._source.path}` was kept as proved and cannot be read")
+        return site.with_blocks(self._blocks)
+
+    @property
+    def site_model(self) -> Site | None:
+        """The site for the report; None for a brief one."""
+        return self._site if self._in_full else None
+
+    def site(self) -> tuple[SitePresence | None, SubjectReport]:
+        """Prove the site; return it as others see it, None where it cannot be read, and the report on it."""
+        from aeros.spec.verification.examine import examine_site
+
+        site, report = examine_site(self._source, self._oracle, self._blocks)
+        if not self._in_full:
+            report = replace(report, settled=(), findings=())
+        if site is None:
+            return None, report
+        self._site = site
+        return presence_of_site(site), report
+
+    def modules(self, folders: Sequence[Path], progress: Progress) -> dict[Path, Examined]:
+        """Prove each module by itself."""
+        examined: dict[Path, Examined] = {}
+        found = self._examined(folders) if folders else iter(())
+        for done, folder in enumerate(folders, 1):
+            progress(f"{done} of {len(folders)}: {folder}")
+            examined[folder] = next(found)
+        return examined
+
+    def _examined(self, folders: Sequence[Path]) -> Iterator[Examined]:
+        from aeros.spec.verification.examine import examine_module, examine_modules_in_processes
+
+        if not self._in_full and self._jobs > 1 and len(folders) >= MANY:
+            return examine_modules_in_processes(folders, self._source, self._blocks, self._rlimit, self._jobs)
+        found = (examine_module(folder, self._site, self._oracle) for folder in folders)
+        return found if self._in_full else (replace(one, full=None) for one in found)
+
+    def presence_in(self, folder: Path) -> Presence | None:
+        """Return what others have to know of the module in `folder`; None where it cannot be read."""
+        from aeros.spec.verification.examine import presence_in
+
+        return presence_in(folder, self._site)
+
+    def agreement(self, progress: Progress) -> Agreement | None:
+        """Put every question to the second solver, where there is one."""
+        if self._second is None:
+            return None
+        from aeros.spec.verification.second_solver import agreement_on
+
+        return agreement_on(self._oracle.asked.values(), self._second, progress)
+
+    def close(self) -> None:
+        """Put what the solver answered into the store."""
+        if "_oracle" in self.__dict__:
+            self._oracle.keep()

@@ -1,0 +1,131 @@
+"""Solver model → witness: values a person can read, replayed through the exact semantics before use."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import cast
+
+from aeros.spec.backends.solver_results import Scalar
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import scalar_variables
+from aeros.spec.expr.semantics import Value, holds
+from aeros.spec.expr.types import FamilyType, RealType, VectorType
+from aeros.spec.expr.units import Unit, in_unit, show_number, show_quantity
+from aeros.spec.model.model import Declared
+
+
+@dataclass(frozen=True)
+class Witness:
+    """A state, inputs and an action that settle a claim; values in SI by variable name."""
+
+    declared: tuple[Declared, ...]
+    values: Mapping[str, Value]
+
+    def lines(self) -> list[str]:
+        """Each value in the unit of its declaration, as in `speed = 0.5 m/s`."""
+        return [f"{one.name} = {show_value(self.values[one.name], one)}" for one in self.declared]
+
+
+def show_value(value: Value, declared: Declared) -> str:
+    """One value in the unit of its declaration."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return value
+    if isinstance(value, Fraction):
+        return show_quantity(value, declared.unit)
+    shown = ", ".join(_show_part(part, declared.unit) for part in value)
+    return f"[{shown}]" if declared.unit.text == "1" else f"[{shown}] {declared.unit.text}"
+
+
+def _show_part(part: Fraction | bool, unit: Unit) -> str:
+    return str(part).lower() if isinstance(part, bool) else show_number(in_unit(part, unit))
+
+
+class Replay:
+    """Whether terms hold at values, each found once: most questions about a skill repeat its conditions."""
+
+    def __init__(self) -> None:
+        # By identity, as terms are large and fractions slow; all are held, so that they stay themselves.
+        self._known: dict[tuple[int, ...], tuple[t.Term, Mapping[str, Value], bool]] = {}
+
+    def holds(self, term: t.Term, values: Mapping[str, Value]) -> bool:
+        """As `semantics.holds`."""
+        read = [values[name] for name in t.variables_of(term)]
+        parts = [part for value in read for part in (value if isinstance(value, tuple) else (value,))]
+        key = (id(term), *map(id, parts))
+        if key not in self._known:
+            self._known[key] = (term, values, holds(term, values))
+        return self._known[key][2]
+
+
+def witness_of(
+    model: Mapping[str, Scalar],
+    declared: tuple[Declared, ...],
+    wanted: tuple[t.Term, ...],
+    replay: Replay,
+    *,
+    shown: bool,
+) -> Witness | None:
+    """The witness that `model` is; None if it does not replay.
+
+    model: values by scalar variable.
+    wanted: the terms that must all hold of a witness.  An irrational model value was approximated
+        by the solver, so even a faithful solver's model may fail here.
+    shown: whether a person will read it, so that rounded numbers are worth looking for.
+    """
+    values = _values(model, declared)
+    if not shown and _replays(values, declared, wanted, replay):
+        return Witness(declared, values)
+    scalars = dict(model)
+    for one in declared:
+        for part in scalar_variables(one.variable):
+            if isinstance(part.type, RealType):
+                scalars[part.name] = _shortest(part.name, scalars, one, declared, wanted, replay)
+    values = _values(scalars, declared)
+    return Witness(declared, values) if _replays(values, declared, wanted, replay) else None
+
+
+def _shortest(
+    name: str,
+    scalars: Mapping[str, Scalar],
+    one: Declared,
+    declared: tuple[Declared, ...],
+    wanted: tuple[t.Term, ...],
+    replay: Replay,
+) -> Fraction:
+    """The value with the fewest decimals, in the unit of its declaration, that still is a witness."""
+    value = cast("Fraction", scalars[name])
+    scaled = value / one.unit.factor
+    for digits in range(7):
+        candidate = round(scaled, digits) * one.unit.factor
+        if _replays(_values({**scalars, name: candidate}, declared), declared, wanted, replay):
+            return candidate
+    return value
+
+
+def _values(scalars: Mapping[str, Scalar], declared: tuple[Declared, ...]) -> dict[str, Value]:
+    values: dict[str, Value] = {}
+    for one in declared:
+        parts = [scalars[part.name] for part in scalar_variables(one.variable)]
+        compound = isinstance(one.variable.type, VectorType | FamilyType)
+        values[one.name] = cast("Value", tuple(parts) if compound else parts[0])
+    return values
+
+
+def _replays(
+    values: Mapping[str, Value], declared: tuple[Declared, ...], wanted: tuple[t.Term, ...], replay: Replay
+) -> bool:
+    return all(_in_range(values[one.name], one) for one in declared) and all(
+        replay.holds(term, values) for term in wanted
+    )
+
+
+def _in_range(value: Value, one: Declared) -> bool:
+    if one.range is None:
+        return True
+    low, high = one.range
+    parts = value if isinstance(value, tuple) else (value,)
+    return all(low <= part <= high for part in cast("tuple[Fraction, ...]", parts))

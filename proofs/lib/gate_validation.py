@@ -1,0 +1,207 @@
+"""Forms as they ship, explored on the full way: what arrives at the gate is of its form, or objected to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from fractions import Fraction
+from functools import partial
+from types import ModuleType, SimpleNamespace
+from typing import Any, Final, cast
+
+from aeros.runtime.gate.decision import Caller, Reason
+from aeros.runtime.gate.value_check import forms_of
+from aeros.skill import Action
+from aeros.spec.theorems.module_copies import Code
+from aeros.spec.theorems.symbolic_execution import Ask, explore
+from aeros.spec.theorems.theorem import Obligation, Table
+from proofs.lib.symbolic_requests import (
+    DECLARATIONS,
+    PARAMETERS,
+    SPECIFICATION,
+    STANDS_FOR,
+    STATE,
+    UNIT,
+    Given,
+    Named,
+    Request,
+    Strange,
+    fraction,
+    look_at,
+    rounding,
+    type_of,
+    whole,
+)
+
+FORM: Final = "aeros.runtime.gate.value_check"
+INTAKE: Final = "aeros.runtime.gate.request_check"
+GATE: Final = "aeros.runtime.gate.gate"
+WRITING: Final = "aeros.runtime.gate.compiled.codegen"
+
+
+def form_obligations() -> dict[str, Callable[[Code], Obligation]]:
+    """Everything is of its form exactly where the full way has no objection to it."""
+    return {
+        "request": _request,
+        "time": _time,
+        **{f"form-of-{name}": partial(_value, name) for name in PARAMETERS},
+        "given": _given,
+        "measured": _readings,
+    }
+
+
+def _forms(code: Code) -> tuple[ModuleType, ModuleType]:
+    finite = SimpleNamespace(inf=float("inf"), isfinite=lambda value: value.is_finite())
+    form = code.module(FORM, math=finite, Fraction=fraction, **STANDS_FOR)
+    return form, code.module(INTAKE, using=(form,), type=type_of)
+
+
+def _obligation(says: str, objects: Callable[[Ask], Any], formed: str, **assumptions: str) -> Obligation:
+    """That there is no objection exactly where `formed`."""
+    return Obligation(
+        says,
+        (*DECLARATIONS, *SPECIFICATION),
+        f"(= nothing {formed})",
+        tables=(Table("nothing", "Bool", explore(lambda ask: str(not objects(ask)).lower())),),
+        assumptions=assumptions,
+    )
+
+
+def _request(code: Code) -> Obligation:
+    _, intake = _forms(code)
+    gate = code.module(GATE)
+
+    def run(ask: Ask) -> Any:
+        def text(name: str) -> Any:
+            return name if ask(f"{name}.is-text") else Strange()
+
+        request = Request(ask)
+        caller, action = (
+            Caller(text("module"), text("skill"), cast("Any", request.inputs)),
+            Action(text("kind"), cast("Any", request.parameters)),
+        )
+        return intake.request_fault(
+            caller if ask("caller.is-one") else Strange(),
+            request.one_by_one(("near", "lit"), gate),
+            action if ask("action.is-one") else Strange(),
+            request.usage,
+        )
+
+    mappings = ("inputs", "parameters", "usage")
+    named = [f"{one}.is-mapping (=> {one}.strange-name {one}.strange-name-is-text)" for one in mappings]
+    named += ["readings-are-some (or as-moment (=> readings.strange-name readings.strange-name-is-text))"]
+    return _obligation(
+        "`request_fault` has no objection exactly where somebody asks for an action, and what should be a\n"
+        "mapping by name is one; a moment is, unless it was never made.",
+        run,
+        f"(and caller.is-one action.is-one module.is-text skill.is-text kind.is-text {' '.join(named)})",
+    )
+
+
+def _time(code: Code) -> Obligation:
+    form, _ = _forms(code)
+    return _obligation(
+        "`check_now` has no objection exactly where it is now a number of seconds on a clock.",
+        lambda ask: form.check_now(Request(ask).now),
+        "(is-time now)",
+    )
+
+
+def _value(name: str, code: Code) -> Obligation:
+    form = _forms(code)[0].Form(PARAMETERS[name])
+    return _obligation(
+        f"`Form.take` has no objection to a value of `{name}` exactly where it has the declared type and is\n"
+        "in range.",
+        lambda ask: form.take(Request(ask).value(name), {}),
+        f"formed.{name}",
+    )
+
+
+def taking_obligations() -> dict[str, Callable[[Code], Obligation]]:
+    """A value of a moment is taken apart exactly where it is of its form."""
+    return {f"taking-{name}": partial(_taking, name) for name in PARAMETERS}
+
+
+def _taking(name: str, code: Code) -> Obligation:
+    form = forms_of(PARAMETERS)[name]
+    writer = code.module(WRITING).Writer()
+    writer.names |= {**STANDS_FOR, "whole": whole}
+    taking = writer.taking(form)
+
+    def run(ask: Ask) -> str:
+        value = Request(ask).value(name)
+        found = taking(value)
+        if found is None:
+            return "not-taken"
+        look_at(found)
+        is_whole = found.keys() == set(form.names)
+        return "taken" if is_whole and _is_number_or(value, found.values()) else "wrong"
+
+    return Obligation(
+        f"The function that `Writer.taking` writes takes a value of `{name}` exactly where it has the\n"
+        "declared type and is in range, and gives these very scalars.",
+        (*DECLARATIONS, *SPECIFICATION, "(declare-datatypes ((Taken 0)) (((taken) (not-taken) (wrong))))"),
+        f"(= found (ite formed.{name} taken not-taken))",
+        tables=(Table("found", "Taken", explore(run, raising="wrong")),),
+    )
+
+
+def _is_number_or(value: Any, scalars: Iterable[Any]) -> bool:
+    return all(isinstance(one, Given) or one is value for one in scalars)
+
+
+def _given(code: Code) -> Obligation:
+    """With what a form says of a value put aside."""
+    _, intake = _forms(code)
+
+    def run(ask: Ask) -> Any:
+        def form(name: str, default: Any) -> Any:
+            def take(value: Any, _: Any) -> Reason | None:
+                # A default that is declared is of its form: AE111 and its like refuse any other.
+                return None if value == 0.5 or ask(f"formed.{value.name}") else Reason("AE704", name, "")
+
+            return SimpleNamespace(take=take, declared=SimpleNamespace(default=default, range=UNIT))
+
+        given = {name: lambda name=name: Given(name, ask) for name in ("speed", "size")}
+        forms = {"speed": form("speed", None), "size": form("size", Fraction(1, 2))}
+        return list(intake.take_given(forms, Named("parameters", ask, given), "", {}))
+
+    return _obligation(
+        "`take_given` has no objection exactly where all is there that has no default, nothing strange is,\n"
+        "and each value is of its form.",
+        run,
+        "(and (not parameters.strange-name) has.speed formed.speed (=> has.size formed.size))",
+    )
+
+
+def _readings(code: Code) -> Obligation:
+    """With what a form says of a value put aside."""
+    form, intake = _forms(code)
+    gate = code.module(GATE)
+
+    def run(ask: Ask) -> Any:
+        def stub(name: str) -> Any:
+            def take(_: Any, __: Any) -> Reason | None:
+                return None if ask(f"formed.{name}") else Reason("AE704", name, "")
+
+            real = form.Form(STATE[name])
+            return SimpleNamespace(take=take, declared=real.declared, surely_fresh=real.surely_fresh)
+
+        request = Request(ask)
+        readings = request.one_by_one(("near", "lit"), gate)
+        forms = {name: stub(name) for name in ("near", "lit")}
+        if readings is None:
+            return ["no readings"]
+        return list(intake.take_readings(forms, readings, request.now, frozenset(("near",)), {}))
+
+    return _obligation(
+        "`take_readings` has no objection exactly where what is required is measured, no longer ago than\n"
+        "its maximum age, nothing is of the future, and each value is of its form; of a moment, each in it,\n"
+        "of the one time.",
+        run,
+        "(and (not readings.strange-name) near-serves lit-serves)",
+        **{
+            "now-is-a-time": "(is-time now)",
+            "a-moment-is-made": "(=> as-moment moment.is-made)",
+            **rounding(),
+        },
+    )

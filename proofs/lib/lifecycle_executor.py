@@ -1,0 +1,124 @@
+"""That the executor begins nothing under another configuration than the one in force."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import SimpleNamespace
+from typing import Any, Final
+
+from aeros.spec.theorems.module_copies import Code
+from aeros.spec.theorems.smtlib import application, literal
+from aeros.spec.theorems.symbolic_execution import Ask, Symbol, explore
+from aeros.spec.theorems.theorem import Obligation, Table
+from proofs.lib.lifecycle_table import Known
+
+STEP_CONTROL: Final = "aeros.runtime.execution.step_control"
+GOVERNOR: Final = "aeros.runtime.execution.governor"
+
+
+def _begins(code: Code) -> Obligation:
+    def run(ask: Ask) -> str:
+        governor = code.module(GOVERNOR)
+        control = code.module(STEP_CONTROL, using=(governor,))
+        began: list[str] = []
+        generation = Symbol("latest", ask)
+
+        @contextmanager
+        def acting(_: Any) -> Iterator[bool]:
+            yield ask("in-force")
+
+        ecm = SimpleNamespace(
+            id="m", manifest_digest=Symbol("manifest", ask), code_digest=Symbol("code", ask)
+        )
+        now = SimpleNamespace(
+            manifest_digest=Symbol("manifest-now", ask), code_digest=Symbol("code-now", ask)
+        )
+        command = governor.Command.STOP if ask("stopped") else governor.Command.RUN
+        followed = governor.FollowedConfiguration.__new__(governor.FollowedConfiguration)
+        followed._governor = SimpleNamespace(generation=generation, acting=acting)
+        followed.configuration = SimpleNamespace(modules=Known(ask, "active", now))
+        followed.follow = lambda: Symbol("followed", ask)
+        followed._is_moving = lambda: ask("moving")
+        followed._held = None
+        one = control.StepControl.__new__(control.StepControl)
+        one._governor, one._followed = SimpleNamespace(command=command), followed
+        looks = iter(("unheld", "unheld-now"))
+        one._check_hold_condition = lambda _: "ending" if ask(next(looks)) else None
+        one.actions_are_paused = lambda: ask("held-back")
+        one._decide_and_begin = lambda *_: began.append("begins")
+        step = SimpleNamespace(ecm=ecm, asked="action" if ask("asked-before") else None)
+
+        def resume(_: Any) -> Any:
+            step.asked = "action"
+
+        one._resume_skill = resume
+        one.run_skill(step)
+        return literal(bool(began))
+
+    flags = (
+        "in-force",
+        "stopped",
+        "active",
+        "held-back",
+        "moving",
+        "asked-before",
+        "unheld",
+        "unheld-now",
+    )
+    numbers = ("latest", "followed", "manifest", "manifest-now", "code", "code-now")
+    return Obligation(
+        "`StepControl.run_skill` begins an action only where the module is in force with the same manifest\n"
+        "and code, nobody stops it, what it is to be held to is measured, and the configuration followed is\n"
+        "the latest: asked while it holds the lock.",
+        (
+            *(f"(declare-const {one} Bool)" for one in flags),
+            *(f"(declare-const {one} Int)" for one in numbers),
+        ),
+        "(=> begins (and active (= manifest manifest-now) (= code code-now) (not stopped)"
+        " (not unheld) (not unheld-now) (ite moving (= followed latest) in-force)))",
+        tables=(Table("begins", "Bool", explore(run)),),
+    )
+
+
+def _follows(code: Code) -> Obligation:
+    def run(ask: Ask) -> str:
+        governor = code.module(GOVERNOR)
+        new = SimpleNamespace(digest=Symbol("digest-new", ask), site=None)
+        one = governor.FollowedConfiguration(
+            SimpleNamespace(digest=Symbol("digest-old", ask)),
+            SimpleNamespace(
+                generation=Symbol("latest", ask), configuration=lambda: (Symbol("told", ask), new)
+            ),
+            is_moving=lambda: ask("moving"),
+            switch=lambda _: None,
+            record=lambda _: None,
+        )
+        one.generation = Symbol("followed", ask) if ask("follows-one") else None
+        followed = one.follow()
+        return application("following", followed.term, literal(one.configuration is new))
+
+    return Obligation(
+        "`FollowedConfiguration.follow` takes another configuration over only while nothing moves, with the\n"
+        "generation that it was told with it; else it goes on with the one that it had.",
+        (
+            "(declare-datatypes ((Following 0)) (((following (generation Int) (another Bool)))))",
+            *(
+                f"(declare-const {one} Int)"
+                for one in ("followed", "latest", "told", "digest-old", "digest-new")
+            ),
+            *(f"(declare-const {one} Bool)" for one in ("follows-one", "moving")),
+        ),
+        "(and (=> (and follows-one moving) (= now (following followed false)))"
+        " (=> (another now) (= (generation now) told))"
+        " (=> (not (= (generation now) followed)) (or (another now) (= digest-old digest-new))))",
+        tables=(Table("now", "Following", explore(run)),),
+    )
+
+
+def executor_obligations() -> dict[str, Callable[[Code], Obligation]]:
+    """Of following the configuration, and of beginning an action."""
+    return {
+        "follows": _follows,
+        "begins": _begins,
+    }

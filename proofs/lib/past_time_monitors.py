@@ -1,0 +1,451 @@
+"""Monitors of past-time conditions, explored: the step that `history.py` writes, and its reference.
+
+The step is written for one history by the code that ships, and run from any state that it may be in.
+Put aside are how one reading is taken, whose own theorem is `gate_totality`, and whether a time is
+within a window, which is explored by itself.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
+from fractions import Fraction
+from math import inf
+from types import SimpleNamespace
+from typing import Any, Final, cast
+
+from aeros.spec.diagnostics.errors import InternalError
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.parser import parse
+from aeros.spec.expr.scope import Scope
+from aeros.spec.expr.typecheck import check
+from aeros.spec.expr.types import BOOL
+from aeros.spec.model.model import Declared, History
+from aeros.spec.theorems.module_copies import Code, put_in_place
+from aeros.spec.theorems.smtlib import application, literal
+from aeros.spec.theorems.symbolic_execution import Ask, Diagram, Symbol, explore, term_of
+from proofs.lib import time_windows
+
+HISTORY: Final = "aeros.runtime.monitor.history"
+PAST: Final = "aeros.spec.elaborate.past_time"
+CHECK: Final = "aeros.spec.expr.typecheck"
+SEMANTICS: Final = "aeros.spec.expr.semantics"
+
+WINDOW: Final = Fraction(1)
+"""The window of conditions; times are any reals, so that their unit is a window of any length."""
+
+_AGE: Final = Fraction(2)
+_LENGTHS: Final = {WINDOW: "window", _AGE: "max-age"}
+
+_ANYWHERE: Final = cast("Any", None)
+"""Where it is written is nothing that a monitor looks at."""
+
+_STATE: Final = {
+    name: Declared(t.Variable(name, BOOL, t.Role.STATE), _ANYWHERE, max_age=_AGE, sensor="eye")
+    for name in "ab"
+}
+
+TOLD: Final = (
+    "(declare-datatypes ((Told 0)) (((unknown) (yes) (no))))",
+    "(define-fun told-of ((is Bool)) Told (ite is yes no))",
+)
+"""What is said of a condition."""
+
+TIMES: Final = (
+    *TOLD,
+    "(declare-datatypes ((Time 0)) (((never) (at (when Real)) (lapsed) (first))))",
+    "(declare-const now Real)",
+    "(declare-const later Real)",
+    "(declare-const max-age Real)",
+    "(define-fun window () Real 1.0)",
+    *(
+        f"(declare-const {name}.{what} {sort})"
+        for name in _STATE
+        for what, sort in (("serves", "Bool"), ("time", "Real"), ("value", "Bool"), ("held", "Bool"))
+    ),
+    "(define-fun is-recent ((time Time) (present Real)) Bool"
+    " (and ((_ is at) time) (<= (- present (when time)) window)))",
+)
+"""Of each state variable: whether a reading of it serves, of when and what it is, and what is so.
+
+`never` and `first` are before the first moment, of what was and of what spoke; `lapsed` is no reading.
+"""
+
+
+class _Time(Symbol):
+    """A time that is known; infinities are before and after all others."""
+
+    __slots__ = ()
+
+    def __ne__(self, other: object) -> Any:
+        return True if isinstance(other, float) else Symbol.__ne__(self, other)
+
+    def __sub__(self, other: Any) -> Any:
+        return _Distance(Symbol.__sub__(self, other).term, self.ask)
+
+
+class _Distance(Symbol):
+    """How far two times are apart; one question decides what is compared with it."""
+
+    __slots__ = ()
+
+    def __le__(self, other: Any) -> Any:
+        return self.ask(Symbol.__le__(self, other).term)
+
+    def __gt__(self, other: Any) -> Any:
+        return not self <= other
+
+
+def past_term(text: str) -> t.Term:
+    """The condition on `a` and `b` that `text` states, by the parser and the type checker that ship."""
+    scope = Scope({name: one.variable for name, one in _STATE.items()}, past=True)
+    return check(parse(text), scope, BOOL)
+
+
+class _Monitor:
+    """The step for the histories of one condition, before the first moment.
+
+    most: occurrences that are kept, in place of `MOST_COUNTED`.
+    """
+
+    def __init__(self, code: Code, term: t.Term, most: int) -> None:
+        collected = code.module(PAST, MOST_COUNTED=most).Histories()
+        self.flat: t.Term = collected.flat(term, _ANYWHERE)
+        self.histories = collected.kept
+        self._writer = _writer_of(code.module(HISTORY))(_site(self.histories))
+        self.advance = self._writer.advancing()
+        self._first = {name: self[name] for name in self.advance.__code__.co_freevars}
+
+    def begin(self) -> None:
+        """Be before the first moment again."""
+        for name, value in self._first.items():
+            self[name] = copy(value)
+
+    def giving(self, **names: Any) -> None:
+        """Let the written code have these in place of what is put aside."""
+        self._writer.names.update(names, type=lambda _: float, max=_later)
+
+    def __getitem__(self, variable: str) -> Any:
+        return self._cell(variable).cell_contents
+
+    def __setitem__(self, variable: str, value: Any) -> None:
+        self._cell(variable).cell_contents = value
+
+    def _cell(self, variable: str) -> Any:
+        names = self.advance.__code__.co_freevars
+        return self.advance.__closure__[names.index(variable)]
+
+
+def _site(histories: Sequence[History]) -> Any:
+    declared = {one.declared.name: one.declared for one in histories}
+    return SimpleNamespace(state=_STATE, histories=histories, observed={**_STATE, **declared})
+
+
+def _writer_of(history: Any) -> Any:
+    class Writer(history._Writer):  # type: ignore[misc]
+        """The writer of the step, with readings and windows put aside."""
+
+        def reading(self, form: Any) -> None:
+            (name,) = form.names
+            self.local[name] = f"x{len(self.local)}"
+            self.require(f"serves({name!r})")
+            self.line(f"time = time_of({name!r})")
+            self.line(f"{self.local[name]} = value_of({name!r})")
+
+        def _is_recent(self, time: str, within: Fraction | None) -> str:
+            number = "None" if within is None else repr(float(within))
+            return f"recent({time}, exactly, {number})"
+
+    return Writer
+
+
+def _later(one: Any, other: Any) -> Any:
+    """Stands for `max`, of times."""
+    if -inf in (one, other) if isinstance(one, float) or isinstance(other, float) else False:
+        return other if isinstance(one, float) else one
+    return one if bool(other <= one) else other
+
+
+def _recent(time: Any, present: Any, length: float | None) -> bool:
+    """Stands for the code of `_is_recent`, as the obligations `recent-…` say what that comes to."""
+    if isinstance(time, float):
+        return time == inf
+    if length is None:
+        return True
+    return bool((present - time) <= Symbol(_LENGTHS[Fraction(length)], present.ask))
+
+
+# One step, from any state.
+
+Written = Callable[[_Monitor], Iterator[str]]
+"""What is kept, as terms."""
+
+
+def _time_of(value: Any) -> str:
+    if isinstance(value, float):
+        return "first" if value == inf else "never"
+    return "lapsed" if value is None else application("at", value.term)
+
+
+def _told_of(value: Any) -> str:
+    return {None: "unknown", True: "yes", False: "no"}[value]
+
+
+def _kept_time(ask: Ask, time: str) -> Any:
+    return _Time(f"(when {time})", ask) if ask(f"((_ is at) {time})") else -inf
+
+
+def _kept_truth(ask: Ask, told: str) -> Any:
+    if ask(f"(= {told} unknown)"):
+        return None
+    return ask(f"(= {told} yes)")
+
+
+def _since_before(ask: Ask, monitor: _Monitor) -> None:
+    monitor["surely0"] = _kept_time(ask, "(surely before)")
+    monitor["maybe0"] = _kept_time(ask, "(maybe before)")
+
+
+def _since_after(monitor: _Monitor) -> Iterator[str]:
+    yield _time_of(monitor["surely0"])
+    yield _time_of(monitor["maybe0"])
+
+
+def _count_before(ask: Ask, monitor: _Monitor) -> None:
+    number = 2 if ask("(= (number before) 2)") else 1 if ask("(= (number before) 1)") else 0
+    kept = [_Time(f"({one} before)", ask) for one in ("oldest", "newest")]
+    monitor["times0"] = deque(kept[:number])
+    monitor["uncounted0"] = _kept_time(ask, "(uncounted before)")
+
+
+def _count_after(monitor: _Monitor) -> Iterator[str]:
+    times = [one.term for one in monitor["times0"]]
+    yield str(len(times))
+    yield from [*times, "0.0", "0.0"][:2]
+    yield _time_of(monitor["uncounted0"])
+
+
+def _previously_before(ask: Ask, monitor: _Monitor) -> None:
+    monitor["last0"] = _kept_truth(ask, "(last before)")
+
+
+def _previously_after(monitor: _Monitor) -> Iterator[str]:
+    yield _told_of(monitor["last0"])
+
+
+_KEEPING: Final[Mapping[type, tuple[str, Callable[[Ask, _Monitor], None], Written]]] = {
+    t.Since: ("(surely Time) (maybe Time)", _since_before, _since_after),
+    t.Occurrences: (
+        "(number Int) (oldest Real) (newest Real) (uncounted Time)",
+        _count_before,
+        _count_after,
+    ),
+    t.Previously: ("(last Told)", _previously_before, _previously_after),
+}
+
+
+def kept_by(operator: type) -> tuple[str, ...]:
+    """What a monitor of that operator keeps, as a datatype: `told` is what it said of the moment."""
+    told = "Int" if operator is t.Occurrences else "Told"
+    fields = f"(told {told}) (latest Real) (a.spoke Time) (b.spoke Time) {_KEEPING[operator][0]}"
+    return (f"(declare-datatypes ((Kept 0)) (((kept {fields}))))", "(declare-const before Kept)")
+
+
+def explore_step(code: Code, term: t.PastTerm) -> Diagram:
+    """What the step for `term` makes of any state and any look: a term of sort Kept."""
+    monitor = _Monitor(code, term, most=2)
+    (history,) = monitor.histories
+    _, before, __ = _KEEPING[type(term)]
+    read = _read_by(history.term)
+
+    def run(ask: Ask) -> str:
+        spoke: dict[str, Any] = {}
+        for number, name in enumerate(read):
+            time = f"({name}.spoke before)"
+            spoke[f"p{number}"] = inf if ask(f"(= {time} first)") else None
+            if spoke[f"p{number}"] is None and not ask(f"(= {time} lapsed)"):
+                spoke[f"p{number}"] = _Time(f"(when {time})", ask)
+        for variable, value in spoke.items():
+            monitor[variable] = value
+        monitor["latest"] = _Time("(latest before)", ask)
+        before(ask, monitor)
+        monitor.giving(
+            serves=lambda name: ask(f"{name}.serves"),
+            time_of=lambda name: _Time(f"{name}.time", ask),
+            value_of=lambda name: ask(f"{name}.value"),
+            recent=_recent,
+        )
+        return _kept(monitor, monitor.advance({}, _Time("now", ask)))
+
+    return explore(run)
+
+
+def explore_beginning(code: Code, term: t.PastTerm) -> Diagram:
+    """What is kept before the first moment: a term of sort Kept."""
+    monitor = _Monitor(code, term, most=2)
+    return explore(lambda _: _kept(monitor, {}))
+
+
+def _kept(monitor: _Monitor, known: Mapping[str, Any]) -> str:
+    """What the monitor keeps, and what it has said."""
+    (history,) = monitor.histories
+    _, __, after = _KEEPING[type(history.term)]
+    told = known.get(history.declared.name)
+    counting = isinstance(history.term, t.Occurrences)
+    said = literal(-1 if told is None else told) if counting else _told_of(told)
+    read = _read_by(history.term)
+    speaks = [_time_of(monitor[f"p{read.index(name)}"]) if name in read else "lapsed" for name in _STATE]
+    latest = monitor["latest"]
+    when = term_of(latest if isinstance(latest, Symbol) else Fraction(latest))
+    return application("kept", said, when, *speaks, *after(monitor))
+
+
+def _read_by(term: t.Term) -> list[str]:
+    return [name for name in _STATE if name in t.variables_of(term)]
+
+
+# Whether a time is in a window, as it is written in place.
+
+
+def explore_recent(code: Code, length: Fraction) -> Diagram:
+    """Whether the code that `_is_recent` writes has `earlier` in the window that ends `later`."""
+    history = code.module(HISTORY, using=(time_windows.window_module(code),))
+
+    def run(ask: Ask) -> str:
+        writer = history._Writer(_site(()))
+        expression = writer._is_recent("time", length)
+        time: Any = -inf if ask("(= which never)") else time_windows.Double("earlier", ask)
+        if ask("(= which first)"):
+            time = inf
+        values = {**writer.names, "time": time, "exactly": time_windows.Double("later", ask)}
+        return literal(bool(eval(expression, values)))  # noqa: S307 - the writer's own
+
+    return explore(run)
+
+
+# Whole traces, from the first moment on.
+
+
+def explore_traces(code: Code, text: str, moments: int) -> Diagram:
+    """What the condition comes to at the last of the moments: a term of sort Told.
+
+    `unknown` where monitors and reference disagree at any of them, or some history is not known.
+    """
+    scope = Scope({name: one.variable for name, one in _STATE.items()}, past=True)
+    term = code.module(CHECK).check(parse(text), scope, BOOL)
+    semantics = code.module(SEMANTICS)
+    monitor = _Monitor(code, term, most=moments)
+    read = _read_by(term)
+
+    def run(ask: Ask) -> str:
+        monitor.begin()
+        looked_at: list[Any] = []
+        found = None
+        for number in range(moments):
+            now = _Time(f"time.{number}", ask)
+            values = {name: ask(f"{name}.{number}") for name in read}
+            looked_at.append(semantics.Moment(now, values))
+            monitor.giving(
+                serves=lambda _: True,
+                time_of=lambda _, now=now: now,
+                value_of=values.__getitem__,
+                recent=_recent_or_in_one_gap,
+            )
+            known = monitor.advance({}, now)
+            if len(known) < len(monitor.histories):
+                return _told_of(None)
+            env = {**values, **{name: _exactly(one) for name, one in known.items()}}
+            found = semantics.evaluate(monitor.flat, env)
+            if found is not semantics.evaluate(term, values, looked_at):
+                return _told_of(None)
+        return _told_of(found)
+
+    return explore(run)
+
+
+def _exactly(value: bool | int) -> bool | Fraction:
+    return value if isinstance(value, bool) else Fraction(value)
+
+
+def _recent_or_in_one_gap(time: Any, present: Any, length: float | None) -> bool:
+    """As `_recent`, where looks are so close that every reading speaks until the next."""
+    if length == _AGE:
+        return True
+    if isinstance(time, float) or length is None:
+        return _recent(time, present, length)
+    return bool((present - time) <= Fraction(length))
+
+
+# The reference, one moment at a time.
+
+
+class _EarlierError(Exception):
+    """What comes next is what an earlier moment, which is none of this step's, has to say."""
+
+
+class _Length:
+    """How many moments a trace has, which is any number; and the place of any of them."""
+
+    def __init__(self, ask: Ask) -> None:
+        self._ask = ask
+
+    def __gt__(self, other: int) -> bool:
+        if other != 1:
+            raise InternalError(f"nothing here says whether a trace has more than {other} moments")
+        return self._ask("has-before")
+
+    def __add__(self, other: int) -> tuple[str, int]:
+        return ("beyond", other)
+
+    def __sub__(self, other: int) -> tuple[str, int]:
+        return ("before", other)
+
+    def ends(self, *bounds: Any) -> Iterator[_Length]:
+        """Stands for `range`: one end, whichever it is; of what is behind it, nothing is known."""
+        if bounds == (1, ("beyond", 1)):
+            yield self  # each of them by itself
+        elif bounds == (self, 0, -1):
+            if self._ask("is-one"):
+                yield self
+                raise _EarlierError
+        else:
+            raise InternalError(f"nothing here stands for the ends {bounds}")
+
+
+class _Trace:
+    """A trace, of which one moment is looked at: `held` there, at the time `at`."""
+
+    def __init__(self, ask: Ask, length: _Length) -> None:
+        self._length = length
+        self._values = {name: ask(f"{name}.held") for name in _STATE}
+        self._times = {"present": _Time("present", ask), "at": _Time("at", ask)}
+
+    def __getitem__(self, place: Any) -> Any:
+        if isinstance(place, slice):
+            if place.start is None and place.step is None and place.stop in (-1, self._length):
+                return self._then()
+        elif place == -1:
+            return SimpleNamespace(time=self._times["present"])
+        elif place == ("before", 1):
+            return SimpleNamespace(time=self._times["at"])
+        raise InternalError(f"nothing here stands for {place} of a trace")
+
+    def _then(self) -> list[Any]:
+        return [SimpleNamespace(values=self._values)]
+
+
+def explore_reference(code: Code, term: t.PastTerm) -> Diagram:
+    """What `evaluate` says of one moment; `earlier` where that is left to those before it."""
+    semantics = code.module(SEMANTICS, range=None, len=None)
+
+    def run(ask: Ask) -> str:
+        length = _Length(ask)
+        put_in_place(semantics, {"range": length.ends, "len": lambda _: length})
+        try:
+            found = semantics.evaluate(term, {}, _Trace(ask, length))
+        except _EarlierError:
+            return "earlier"
+        return literal(found if isinstance(found, bool) else int(found))
+
+    return explore(run)

@@ -1,0 +1,130 @@
+"""Processes as they ship, explored: what each does to what it shares with others, step by step, as a graph.
+
+`program` runs code again and again, with stand-ins that tell of each step and give every answer in turn.
+Between two steps anything else may happen, so a step of the graph is what the theorem says is one instant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from aeros.spec.diagnostics.errors import InternalError
+from aeros.spec.theorems.smtlib import conjunction, disjunction, implication
+
+Do = Callable[..., str]
+"""`do(what, *answers)`: does one step, and gives one of the answers; without any, the empty one."""
+
+Way = tuple[tuple[str, str], ...]
+"""The steps that were done and their answers."""
+
+_MOST_RUNS = 10_000
+
+
+@dataclass(frozen=True)
+class Program:
+    """What a process does, from place 0 on.
+
+    ways: how each place is reached.
+    steps: from where, what, the answer, to where.
+    ends: places where it ends, and its result.
+    """
+
+    ways: Sequence[Way]
+    steps: Sequence[tuple[int, str, str, int]]
+    ends: Mapping[int, str]
+
+    def merged(self, fact: Callable[[Way], Iterable[str]]) -> Program:
+        """The same, with one place for all of which `fact` says the same and that the same follows."""
+        leading: dict[int, list[tuple[str, str, int]]] = {}
+        for at, what, answer, to in self.steps:
+            leading.setdefault(at, []).append((what, answer, to))
+        same: dict[int, int] = {}
+        known: dict[object, int] = {}
+        # Each place comes after the places on the way to it, so what follows one is merged before it.
+        for at in sorted(range(len(self.ways)), key=lambda one: -len(self.ways[one])):
+            follows = tuple((what, answer, same[to]) for what, answer, to in leading.get(at, ()))
+            key = (tuple(fact(self.ways[at])), follows, self.ends.get(at))
+            same[at] = known.setdefault(key, at)
+        kept = {old: new for new, old in enumerate(dict.fromkeys(same[at] for at in range(len(self.ways))))}
+        steps = {
+            (kept[same[at]], what, answer, kept[same[to]]): None
+            for at, what, answer, to in self.steps
+            if same[at] == at
+        }
+        ends = {kept[same[at]]: result for at, result in self.ends.items()}
+        return Program(tuple(self.ways[old] for old in kept), tuple(steps), ends)
+
+    def moves(self, pc: str, effect: Callable[[str, str, int], str]) -> str:
+        """That it does one step: the formula over `pc` and the state before, `pc~` and the state after.
+
+        effect: what a step does, by its name, its answer, and the place that it leads to.
+        """
+        return disjunction(
+            conjunction([f"(= {pc} {at})", f"(= {pc}~ {to})", effect(what, answer, to)])
+            for at, what, answer, to in self.steps
+        )
+
+    def everywhere(self, pc: str, fact: Callable[[Way], Iterable[str]]) -> str:
+        """That at each place holds what `fact` says of the way there, and there is no other place."""
+        facts = [implication(f"(= {pc} {at})", conjunction(fact(way))) for at, way in enumerate(self.ways)]
+        return conjunction([f"(<= 0 {pc} {len(self.ways) - 1})", *facts])
+
+
+def program(run: Callable[[Do], str]) -> Program:
+    """What `run` does for each answer to each of its steps; it gives its result."""
+    places: dict[Way, int] = {(): 0}
+    steps: dict[tuple[int, str, str, int], None] = {}
+    ends: dict[int, str] = {}
+    pending: list[Way] = [()]
+    for _ in range(_MOST_RUNS):
+        if not pending:
+            return Program(tuple(places), tuple(steps), ends)
+        one = _Run(pending.pop())
+        result = run(one)
+        pending += one.untried
+        for length, (what, answer) in enumerate(one.done):
+            way = tuple(one.done[: length + 1])
+            place = places.setdefault(way, len(places))
+            steps[places[way[:-1]], what, answer, place] = None
+        ends[places[tuple(one.done)]] = result
+    raise InternalError(f"more than {_MOST_RUNS} runs do not end it")
+
+
+class _Run:
+    """One run: the steps that lead there, then the first answer to everything new."""
+
+    def __init__(self, forced: Way) -> None:
+        self._forced = forced
+        self.done: list[tuple[str, str]] = []
+        self.untried: list[Way] = []
+
+    def __call__(self, what: str, *answers: str) -> str:
+        if len(self.done) < len(self._forced):
+            expected, answer = self._forced[len(self.done)]
+            if expected != what:
+                raise InternalError(f"does `{what}` where the run before did `{expected}`")
+        else:
+            answer, *others = answers or ("",)
+            self.untried += [(*self.done, (what, other)) for other in others]
+        self.done.append((what, answer))
+        return answer
+
+
+def changed(state: Sequence[str], after: Mapping[str, str], *conditions: str) -> str:
+    """That `conditions` hold, the variables of `after` get these values, and all others of `state` stay."""
+    strange = after.keys() - set(state)
+    if strange:
+        raise InternalError(f"there is no {', '.join(strange)} to be changed")
+    return conjunction([*conditions, *(f"(= {name}~ {after.get(name, name)})" for name in state)])
+
+
+def variables(sorts: Mapping[str, str]) -> tuple[str, ...]:
+    """Declarations of variables before and after a step."""
+    return tuple(f"(declare-const {name}{when} {sort})" for name, sort in sorts.items() for when in ("", "~"))
+
+
+def later(formula: str, state: Iterable[str]) -> str:
+    """`formula`, of the state after the step."""
+    bindings = " ".join(f"({name} {name}~)" for name in state)
+    return f"(let ({bindings}) {formula})"

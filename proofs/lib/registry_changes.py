@@ -1,0 +1,178 @@
+"""What a change of the registry leaves wherever it ends, and what it revokes, as shipped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any, Final
+
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.theorems.module_copies import Code, put_in_place
+from aeros.spec.theorems.smtlib import literal
+from aeros.spec.theorems.symbolic_execution import Ask, Symbol, explore
+from aeros.spec.theorems.theorem import Obligation, Table
+from proofs.lib.revocation import REGISTRY
+
+GOVERNING: Final = "aeros.runtime.registry.registry_governor"
+
+
+def changing_obligations() -> dict[str, Callable[[Code], Obligation]]:
+    """What is revoked may not go on, and a change is whole wherever it ends."""
+    return {"goes-on": _goes_on, "commit": _commit}
+
+
+# Whether what is in force lets a skill act.
+
+
+def _goes_on(code: Code) -> Obligation:
+    governing = code.module(GOVERNING)
+
+    def run(ask: Ask) -> str:
+        def snapshot(when: str, state: Any) -> Any:
+            one = SimpleNamespace(state=state, digest=Symbol(f"{when}.digest", ask))
+            blocks = {
+                name: SimpleNamespace(reason="", matches=lambda *_, name=name: ask(f"{name}.matches"))
+                for name in ("block.1", "block.2")
+            }
+            known = when == "was" or ask("kept")
+            return SimpleNamespace(
+                modules={"m": one} if known else {}, site=Symbol(f"{when}.site", ask), blocks=blocks
+            )
+
+        state = governing.State.ACTIVE if ask("is-active") else governing.State.CONFIGURED
+        governor = SimpleNamespace(
+            _latest=lambda: snapshot("now", state), _loaded=snapshot("was", governing.State.ACTIVE)
+        )
+        return literal(governing.Governing.objection(governor, "m", "k", "a") is None)
+
+    return Obligation(
+        "`Governing.objection` lets a skill go on exactly while its module is kept and active, with the\n"
+        "contents and under the policy that it was decided under, and no override matches.",
+        (
+            "(declare-sort Text 0)",
+            *(
+                f"(declare-const {name} Bool)"
+                for name in ("kept", "is-active", "block.1.matches", "block.2.matches")
+            ),
+            *(
+                f"(declare-const {when}.{what} Text)"
+                for when in ("was", "now")
+                for what in ("digest", "site")
+            ),
+        ),
+        "(= goes-on (and kept is-active (= now.digest was.digest) (= now.site was.site)"
+        " (not block.1.matches) (not block.2.matches)))",
+        tables=(Table("goes-on", "Bool", explore(run)),),
+    )
+
+
+# A change of the registry.
+
+
+@dataclass
+class _World:
+    """What is there of a change at any moment."""
+
+    recorded: bool = False
+    told: bool = False
+    kept: bool = False
+    still: bool = False
+
+
+class _Folder:
+    """Where the registry is; nothing of it is looked at."""
+
+    def mkdir(self, **_: Any) -> None:
+        """It is there."""
+
+    def __truediv__(self, _: str) -> _Folder:
+        return self
+
+
+class _KilledError(BaseException):
+    """The process ended there."""
+
+
+def _commit(code: Code) -> Obligation:
+    """Wherever a call fails, and wherever the process is killed."""
+    registry = code.module(REGISTRY)
+
+    def run(ask: Ask) -> str:
+        world = _World()
+
+        def step(name: str, change: Callable[[], None]) -> None:
+            if ask(f"killed-before.{name}"):
+                raise _KilledError
+            if ask(f"fails.{name}"):
+                if ask(f"done-all-the-same.{name}"):
+                    change()
+                raise OSError
+            change()
+
+        def publish(generation: int) -> None:
+            def change() -> None:
+                world.told = generation == 2
+
+            # A store into shared memory does not fail.
+            if ask(f"killed-before.publish-{generation}"):
+                raise _KilledError
+            change()
+
+        live = SimpleNamespace(
+            publish=publish,
+            is_still=lambda _: ask("older-is-still"),
+            wait_until_still=lambda *_: step("wait", lambda: setattr(world, "still", True)),
+        )
+
+        @contextmanager
+        def opened(_: Any) -> Iterator[Any]:
+            yield live
+
+        old, new = (SimpleNamespace(generation=1, site="x", modules={}) for _ in range(2))
+        put_in_place(
+            registry,
+            {
+                "record_change": lambda *_: step("record", lambda: setattr(world, "recorded", True)),
+                "Live": opened,
+                "replace": lambda snapshot, **changes: SimpleNamespace(**{**vars(snapshot), **changes}),
+                "adopted": lambda _: {},
+                "sweep": lambda *_: None,
+            },
+        )
+        self = SimpleNamespace(
+            folder=_Folder(),
+            _key=None,
+            _keep_policy=lambda *_: None,
+            _records=SimpleNamespace(replace=lambda _: step("replace", lambda: setattr(world, "kept", True))),
+            snapshot=lambda: SimpleNamespace(generation=2 if world.kept else 1),
+        )
+        ended = "returned"
+        try:
+            registry.Registry._commit(self, old, new, "said", SimpleNamespace(digest="d"))
+        except _KilledError:
+            ended = "killed"
+        except (OSError, UserError):
+            ended = "failed"
+        flags = (world.recorded, world.told, world.kept, world.still)
+        return f"(left {ended} {' '.join(map(literal, flags))})"
+
+    names = ["record", "replace", "wait"]
+    return Obligation(
+        "Wherever `Registry._commit` is killed or fails: what is kept is recorded, and executors were told;\n"
+        "where it fails before anything is kept, they are told that nothing changed; where it returns, the\n"
+        "change is kept, and nothing of the old configuration moves.",
+        (
+            "(declare-datatypes ((Ended 0)) (((returned) (failed) (killed))))",
+            "(declare-datatypes ((Left 0))"
+            " (((left (ended Ended) (recorded Bool) (told Bool) (kept Bool) (still Bool)))))",
+            *(f"(declare-const killed-before.{one} Bool)" for one in (*names, "publish-1", "publish-2")),
+            "(declare-const older-is-still Bool)",
+            *(f"(declare-const {how}.{one} Bool)" for one in names for how in ("fails", "done-all-the-same")),
+        ),
+        "(and (=> (kept world) (and (recorded world) (told world)))"
+        " (=> (and (= (ended world) failed) (not (kept world))) (not (told world)))"
+        " (=> (= (ended world) returned) (and (kept world) (still world))))",
+        tables=(Table("world", "Left", explore(run)),),
+    )

@@ -1,0 +1,279 @@
+"""What the search of a motion, stretch by stretch, calls clear of a box: the rest of theorem 14's sweep."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from itertools import product
+from types import SimpleNamespace
+from typing import Any, Final
+
+from aeros.spec.theorems.module_copies import Code
+from aeros.spec.theorems.smtlib import conjunction, implication
+from aeros.spec.theorems.symbolic_execution import Ask, explore, term_of
+from aeros.spec.theorems.theorem import Obligation, Table
+from proofs.lib.ball_enclosures import SWEEP
+from proofs.lib.symbolic_reals import (
+    AXES,
+    SIZE,
+    Real,
+    declared,
+    declared_vectors,
+    largest,
+    smallest,
+    symbols,
+    vector,
+)
+
+# A box that what is swept is to be kept out of, or inside of.
+
+
+class _Root:
+    """A square root; what is compared with it is not negative."""
+
+    def __init__(self, square: Any) -> None:
+        self._square = square
+
+    def __ge__(self, other: Any) -> Any:
+        return other * other <= self._square
+
+
+def _clear(which: str, code: Code) -> Obligation:
+    """An induction over halvings of the way: `kept` is what the code says of a part of it."""
+    inside = which == "inside"
+    sweep = code.module(SWEEP)
+    clear = sweep.clear
+    gaps: dict[str, str] = {}
+
+    def run(ask: Ask) -> str:
+        def gap(*values: Any) -> Any:
+            found = largest(*values)
+            if len(values) == 3:
+                gaps[found.term] = values[0].term.partition("lower.")[2][0]
+            return found
+
+        def kept(_: Any, start: Any, edges: Any, way: Any, room: Any) -> bool:
+            whole = [one.term for one in edges] == list(vector("edge")) and room.term == "room"
+            parts = " ".join(map(term_of, (*start, *way)))
+            return whole and ask(f"(kept {parts})")
+
+        stubs = {"max": gap, "min": smallest, "sqrt": _Root, "norm": lambda way: length(*way), "clear": kept}
+
+        def length(*parts: Any) -> Any:
+            return Real(f"(norm {' '.join(map(term_of, parts))})", ask)
+
+        vars(sweep).update(stubs)
+        box = SimpleNamespace(lower=symbols(ask, "lower"), upper=symbols(ask, "upper"), inside=inside)
+        given = (symbols(ask, name) for name in ("p", "edge", "way"))
+        return "true" if clear(box, *given, Real("room", ask)) else "false"
+
+    said = Table("said", "Bool", explore(run))
+    if inside:
+        claim = conjunction(f"(<= (+ lower.{x} room) at.{x} (- upper.{x} room))" for x in AXES)
+    else:
+        claim = f"(<= (* room room) (+ {' '.join(f'(* from.{x} from.{x})' for x in AXES)}))"
+    half, middle = (
+        [f"({form.format(x)})" for x in AXES] for form in ("/ way.{0} 2.0", "+ p.{0} (/ way.{0} 2.0)")
+    )
+    first = f"(kept {' '.join((*vector('p'), *half))})"
+    second = f"(kept {' '.join((*middle, *half))})"
+
+    def between(low: str, high: str) -> str:
+        return conjunction(
+            f"(or (<= {one} gone.{x} {other}) (<= {other} gone.{x} {one}))"
+            for x in AXES
+            for one, other in ((low.format(x), high.format(x)),)
+        )
+
+    in_first, in_second = between("0.0", "(/ way.{0} 2.0)"), between("(/ way.{0} 2.0)", "way.{0}")
+    return Obligation(
+        f"Where `clear` says so, whatever is in a box of these edges, anywhere on its way, keeps its room "
+        f"{'inside' if inside else 'from'}\nwhat {'it is to stay in' if inside else 'it is to keep out of'}.",
+        (
+            SIZE,
+            "(declare-fun norm (Real Real Real) Real)",
+            "(declare-fun kept (Real Real Real Real Real Real) Bool)",
+            *declared_vectors("lower", "upper", "p", "edge", "way", "gone", "beside", "in"),
+            *declared("room"),
+            *(f"(define-fun at.{x} () Real (+ p.{x} gone.{x} beside.{x}))" for x in AXES),
+            *(f"(define-fun from.{x} () Real (size (- at.{x} in.{x})))" for x in AXES),
+        ),
+        f"(=> said {claim})",
+        tables=(said,),
+        assumptions={
+            "room": "(<= 0.0 room)",
+            **{f"edge.{x}": f"(<= (size beside.{x}) edge.{x})" for x in AXES},
+            **{f"in-the-box.{x}": f"(<= lower.{x} in.{x} upper.{x})" for x in AXES},
+            "on-the-way": f"(or {in_first} {in_second})",
+            "first-half": implication(conjunction((first, in_first)), claim),
+            "second-half": implication(conjunction((second, in_second)), claim),
+            **{
+                f"squares.{number}": f"(=> (<= 0.0 {gap} from.{x})"
+                f" (<= (* {gap} {gap}) (* from.{x} from.{x})))"
+                for number, (gap, x) in enumerate(gaps.items())
+            },
+            **(
+                {}
+                if inside
+                else {
+                    f"square.{x}": f"(=> (<= room from.{x}) (<= (* room room) (* from.{x} from.{x})))"
+                    for x in AXES
+                }
+            ),
+            **{f"real.{x}": f"(<= 0.0 (* from.{x} from.{x}))" for x in AXES},
+        },
+    )
+
+
+# The whole motion, stretch by stretch.
+
+_NEXT: Final = {("piece",): (("piece.0",), ("piece.1",)), ("one", "other"): (("one",), ("other",))}
+"""Paths of one piece and of two, and what they are divided into; more pieces are divided as two are."""
+
+
+def _search(pieces: tuple[str, ...], code: Code) -> Obligation:
+    """An induction over the stretches that are searched: `safe` is what is said of a part of one."""
+    sweep = code.module(SWEEP)
+
+    def run(ask: Ask) -> str:
+        ball = SimpleNamespace(link="link")
+        box = SimpleNamespace(id="box", in_base=ask("in-base"))
+        pairs: Any = [(ball, [box])]
+
+        def safe(path: Any, low: Any, high: Any, left: Any, _: Any) -> Any:
+            if [(ball, [*boxes]) for ball, boxes in left] != pairs:
+                raise ValueError(left)
+            return None if ask(f"(safe {'-'.join(path)} {term_of(low)} {term_of(high)})") else "breach"
+
+        def clear(_: Any, start: Any, edges: Any, way: Any, room: Any) -> bool:
+            return edges == "edges" and ask(f"(clear {' '.join(map(term_of, (*start, *way, room)))})")
+
+        found = (symbols(ask, "p"), "edges", Real("radius", ask))
+        vars(sweep).update(
+            clear=clear,
+            enclosures=lambda _, path, __, balls: [found] if (tuple(path), balls) == (pieces, [ball]) else [],
+            halves=lambda piece: (f"{piece}.0", f"{piece}.1"),
+        )
+        moving = SimpleNamespace(
+            body=None,
+            slack=(),
+            base=symbols(ask, "base"),
+            way=symbols(ask, "way"),
+            in_step=ask("in-step"),
+        )
+        searched = sweep._Sweep(moving, Real("clearance", ask))
+        searched.search = safe
+        low, high = (_Share(name, ask) for name in ("low", "high"))
+        breach: Any = sweep._Sweep.search(searched, list(pieces), low, high, pairs, _Depth(ask))
+        return "true" if breach is None else "false"
+
+    start = [f"(ite in-base p.{x} (+ p.{x} base.{x} (ite in-step (times low way.{x}) 0.0)))" for x in AXES]
+    way = [f"(ite in-base 0.0 (ite in-step (times (- high low) way.{x}) way.{x}))" for x in AXES]
+    first, second = ("-".join(part) for part in _NEXT[pieces])
+    return Obligation(
+        "`_Sweep.search` of a stretch finds nothing only where a ball is clear of a volume on all of the\n"
+        "way that the base may be on meanwhile, or nothing is found on either half of the stretch.",
+        (
+            "(declare-datatypes ((Path 0)) (((piece.0) (piece.1) (one) (other))))",
+            "(declare-fun safe (Path Real Real) Bool)",
+            "(declare-fun times (Real Real) Real)",
+            "(declare-fun clear (Real Real Real Real Real Real Real) Bool)",
+            *declared_vectors("p", "base", "way"),
+            *declared("low", "high", "radius", "clearance"),
+            *(f"(declare-const {name} Bool)" for name in ("in-step", "in-base", "is-deepest")),
+        ),
+        f"(=> nothing (or (clear {' '.join((*start, *way))} (+ radius clearance))"
+        f" (and (safe {first} low (/ (+ low high) 2.0)) (safe {second} (/ (+ low high) 2.0) high))))",
+        tables=(Table("nothing", "Bool", explore(run)),),
+    )
+
+
+class _Share(Real):
+    """A place on the path; what is multiplied by it stays a product."""
+
+    __slots__ = ()
+
+    def _with(self, operator: str, *parts: Any) -> Real:
+        several = all(isinstance(one, Real) for one in parts)
+        made = Real._with(self, "times" if operator == "*" and several else operator, *parts)
+        return _Share(made.term, made.ask)
+
+
+class _Depth:
+    """How often a piece has been halved."""
+
+    def __init__(self, ask: Ask) -> None:
+        self._ask = ask
+
+    def __eq__(self, _: object) -> bool:
+        return self._ask("is-deepest")
+
+    def __add__(self, _: int) -> _Depth:
+        return self
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def _breach(code: Code) -> Obligation:
+    """Of two balls, volumes and paths, which stand for any number."""
+    sweep = code.module(SWEEP)
+    balls, boxes, paths = ("here", "there"), ("first", "second"), ("one", "other")
+
+    def run(ask: Ask) -> str:
+        def searching(_: Any, clearance: Any) -> Any:
+            def search(path: str, low: float, high: float, pairs: Any, depth: int) -> Any:
+                if (low, high, depth) != (0.0, 1.0, 0) or clearance < 0.0:
+                    raise ValueError(low, high, depth)
+                several = [(ball.link, box.id) for ball, heeded in pairs for box in heeded]
+                return None if all(ask(f"safe.{path}.{one}.{other}") for one, other in several) else "breach"
+
+            return SimpleNamespace(search=search)
+
+        vars(sweep).update(_Sweep=searching)
+        moving = SimpleNamespace(
+            body=SimpleNamespace(balls=[SimpleNamespace(link=one) for one in balls]), paths=paths
+        )
+
+        class Links:
+            """The links that heed a volume."""
+
+            def __init__(self, box: str) -> None:
+                self._box = box
+
+            def __contains__(self, link: str) -> bool:
+                return ask(f"heeds.{self._box}.{link}")
+
+        given = [
+            SimpleNamespace(id=box, links=None if ask(f"everyone-heeds.{box}") else Links(box))
+            for box in boxes
+        ]
+        return "true" if sweep.breach_of(moving, given, 0.0) is None else "false"
+
+    each = list(product(paths, balls, boxes))
+    return Obligation(
+        "`breach_of` finds nothing only where the search finds nothing on any path, of any ball and any\n"
+        "volume that its link heeds.",
+        (
+            *(f"(declare-const safe.{path}.{ball}.{box} Bool)" for path, ball, box in each),
+            *(f"(declare-const heeds.{box}.{ball} Bool)" for ball, box in product(balls, boxes)),
+            *(f"(declare-const everyone-heeds.{box} Bool)" for box in boxes),
+        ),
+        implication(
+            "nothing",
+            conjunction(
+                f"(=> (or everyone-heeds.{box} heeds.{box}.{ball}) safe.{path}.{ball}.{box})"
+                for path, ball, box in each
+            ),
+        ),
+        tables=(Table("nothing", "Bool", explore(run)),),
+    )
+
+
+def search_obligations() -> dict[str, Callable[[Code], Obligation]]:
+    """Of the whole motion, where the enclosures of each stretch are known."""
+    return {
+        "search": partial(_search, ("piece",)),
+        "search-of-two": partial(_search, ("one", "other")),
+        "breach": _breach,
+        **{f"clear-{which}": partial(_clear, which) for which in ("inside", "outside")},
+    }

@@ -1,0 +1,356 @@
+"""A plan's graph at work: branches, conditions, handlers, and what an end leaves alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import inf
+from typing import Any
+
+import pytest
+
+from aeros.agent.execution.journal import Journal
+from aeros.agent.execution.plan_executor import End, Engine
+from aeros.agent.execution.report import Role
+from aeros.agent.execution.step_attempt import Attempts
+from aeros.agent.planning.compositions import CompositionPlanner, UncomposedError, graph_of
+from aeros.agent.planning.routing import Routed
+from aeros.agent.planning.task_graph import Part, Step, TaskGraph, verify_plan
+from aeros.agent.world.world import measured_world
+from aeros.runtime.ports import Reading, StepResult, StepStatus
+from aeros.spec.model import composition as spec
+from aeros.spec.model.model import Ecm
+from aeros.spec.model.step_graph import If, Par, Seq
+from tests.differential.real_loop import Forgetful
+from tests.unit.agent.dumplings import (
+    FORCE,
+    MAKE_DUMPLINGS,
+    SPAN,
+    STATE,
+    module,
+    outcome,
+    site,
+    skill,
+    term,
+)
+from tests.unit.agent.fake_runtime import FakeRuntime
+
+DOUGH = skill("dough", outcome("there", {"dough_on_workspace": True}), outcome("torn", {}, failure=True))
+FILLING = skill("filling", outcome("there", {"filling_on_workspace": True}), outcome("out", {}, failure=True))
+WATER = skill("water", outcome("hot", {}), outcome("cold", {}, failure=True))
+ALIGN = skill("align", outcome("aligned", {"wrapper_aligned": True}), outcome("askew", {}, failure=True))
+WRAP = skill("wrap", outcome("wrapped", {"dumpling_wrapped": True}), precondition="wrapper_aligned")
+WEIGH = skill("weigh", outcome("weighed", {}))
+KNEAD = skill("knead", outcome("kneaded", {}), inputs={"force": replace(FORCE, default=None)})
+SKILLS = (DOUGH, FILLING, WATER, ALIGN, WRAP)
+MODULES = {"kitchen": module("kitchen", SKILLS)}
+
+
+def step(name: str, retry: int = 0, **more: Any) -> Step:
+    return Step("kitchen", name, retry=retry, **more)
+
+
+def par(*branches: Part) -> Par[Step]:
+    return Par(branches, SPAN)
+
+
+def if_aligned(then: Part, otherwise: Part | None = None) -> If[Step]:
+    return If(term("wrapper_aligned"), "wrapper_aligned", then, otherwise, SPAN)
+
+
+class Kitchen:
+    """An engine over a runtime in memory."""
+
+    def __init__(
+        self,
+        endings: dict[str, list[Any]] | None = None,
+        last: tuple[str, ...] = (),
+        modules: dict[str, Ecm] | None = None,
+    ) -> None:
+        self.modules = modules or MODULES
+        self.runtime = FakeRuntime(self.modules, endings)
+        self.runtime.last = list(last)
+        memory = Forgetful()
+        self.journal = Journal(self.runtime, memory, None)
+        self.attempts = Attempts(self.runtime, memory, self.journal, "task")
+        self.engine: Engine | None = None
+
+    def run(
+        self, *parts: Part, is_over: Callable[[], bool] = lambda: False, until: float = inf
+    ) -> End | None:
+        assert verify_plan(TaskGraph(parts), self.modules, site()) == []
+        self.engine = Engine(self.attempts, self.journal, is_over, until)
+        return self.engine.run(Seq(parts))
+
+    @property
+    def ended(self) -> list[tuple[str, StepStatus]]:
+        return [(record.skill, record.status) for record in self.attempts.records]
+
+    @property
+    def started(self) -> list[str]:
+        return [
+            note[1]["skill"].removeprefix("kitchen.")
+            for note in self.runtime.notes
+            if note[0] == "step-started"
+        ]
+
+
+DONE, CANCELLED = StepStatus.FINISHED, StepStatus.CANCELLED
+
+
+def test_branches_run_at_the_same_time_and_what_follows_waits_for_all() -> None:
+    kitchen = Kitchen(last=("dough",))
+    assert kitchen.run(par(step("dough"), Seq((step("filling"), step("water")))), step("align")) is None
+    assert kitchen.started == ["dough", "filling", "water", "align"]
+    assert [name for name, _ in kitchen.ended] == ["filling", "water", "dough", "align"]
+
+
+def test_a_branch_that_fails_for_good_cancels_the_others_and_nothing_follows() -> None:
+    kitchen = Kitchen({"filling": ["out", "out"]}, last=("dough",))
+    end = kitchen.run(par(Seq((step("dough"), step("water"))), step("filling", retry=1)), step("align"))
+    assert end == End("`kitchen.filling` failed: outcome `out`")
+    assert kitchen.ended == [("filling", DONE), ("filling", DONE), ("dough", CANCELLED)]
+    assert kitchen.started == ["dough", "filling", "filling"]
+
+
+def test_a_branch_that_cannot_start_lets_no_other_start() -> None:
+    kitchen = Kitchen()
+    end = kitchen.run(par(step("wrap"), step("dough")))
+    assert end is not None
+    assert "its precondition `wrapper_aligned` is not measured" in end.reason
+    assert kitchen.started == []
+
+
+def test_what_is_cancelled_reaches_branches_inside_branches() -> None:
+    kitchen = Kitchen({"filling": ["out"]}, last=("dough", "water"))
+    inner = par(step("dough"), Seq((step("water"), step("align"))))
+    assert kitchen.run(par(inner, step("filling"))) == End("`kitchen.filling` failed: outcome `out`")
+    assert kitchen.ended == [("filling", DONE), ("dough", CANCELLED), ("water", CANCELLED)]
+
+
+def test_a_par_that_has_ended_is_not_cancelled_with_what_comes_later() -> None:
+    kitchen = Kitchen({"align": ["askew"]})
+    early = Seq((par(step("dough"), step("filling")), step("align")))
+    assert kitchen.run(par(early, step("water"))) == End("`kitchen.align` failed: outcome `askew`")
+    assert [name for name, status in kitchen.ended if status is CANCELLED] == []
+
+
+@pytest.mark.parametrize(
+    ("measured", "taken", "end"),
+    [
+        (True, ["dough"], None),
+        (False, ["filling"], None),
+        (None, [], "nothing is said of what follows where `wrapper_aligned` is not measured"),
+    ],
+)
+def test_a_condition_is_what_is_measured_then(
+    measured: bool | None, taken: list[str], end: str | None
+) -> None:
+    kitchen = Kitchen()
+    kitchen.runtime.state["wrapper_aligned"] = measured
+    if measured is None:
+        del kitchen.runtime.state["wrapper_aligned"]
+    choice = if_aligned(step("dough"), step("filling"))
+    found = kitchen.run(step("water"), choice)
+    assert kitchen.started == ["water", *taken]
+    assert (found is None) == (end is None)
+    assert found is None or found.reason.startswith(end or "")
+
+
+def test_a_condition_that_was_taken_to_hold_and_does_not_ends_it() -> None:
+    kitchen = Kitchen()
+    found = kitchen.run(step("water"), if_aligned(step("dough")))
+    assert found is not None
+    assert "is not measured: `wrapper_aligned` = False" in found.reason
+
+
+def test_nothing_to_do_is_done() -> None:
+    choice = if_aligned(step("dough"), Seq(()))
+    assert Kitchen().run(step("water"), choice) is None
+
+
+def test_a_handler_runs_between_two_tries_and_is_tried_itself() -> None:
+    kitchen = Kitchen({"dough": ["torn"], "align": ["askew"]})
+    assert kitchen.run(step("dough", retry=1, handler=step("align", retry=1))) is None
+    roles = [(record.skill, record.role) for record in kitchen.attempts.records]
+    assert roles == [
+        ("dough", Role.STEP),
+        ("align", Role.RECOVERY),
+        ("align", Role.RETRY),
+        ("dough", Role.RETRY),
+    ]
+
+
+def test_a_handler_that_fails_for_good_ends_its_step() -> None:
+    kitchen = Kitchen({"dough": ["torn"], "align": ["askew"]})
+    end = kitchen.run(step("dough", retry=1, handler=step("align")), step("water"))
+    assert end == End("`kitchen.align` failed: outcome `askew`")
+    assert kitchen.started == ["dough", "align"]
+
+
+def test_when_the_time_is_over_everything_is_cancelled_once() -> None:
+    kitchen = Kitchen(last=("dough", "filling"))
+    end = kitchen.run(par(step("dough"), step("filling")), step("water"), until=100.5)
+    assert end == End("`kitchen.dough` failed: cancelled: the time for the task is over")
+    assert kitchen.ended == [("dough", CANCELLED), ("filling", CANCELLED)]
+    assert kitchen.engine is not None
+    assert kitchen.engine.is_late
+    assert kitchen.runtime.clock == 100.5
+
+
+def test_once_the_goal_is_measured_nothing_starts_and_what_runs_ends_by_itself() -> None:
+    kitchen = Kitchen(last=("dough",))
+    measured = lambda: kitchen.runtime.state["filling_on_workspace"]  # noqa: E731
+    branches = par(Seq((step("dough"), step("align"))), Seq((step("filling"), step("water"))))
+    assert kitchen.run(branches, step("wrap"), is_over=measured) is None
+    assert kitchen.ended == [("filling", DONE), ("dough", DONE)]
+
+
+def test_a_step_that_was_refused_at_once_has_failed() -> None:
+    kitchen = Kitchen()
+    kitchen.runtime.start = lambda request: StepResult(StepStatus.REFUSED, "no")  # type: ignore[method-assign]
+    end = kitchen.run(par(step("dough"), step("filling")))
+    assert end == End("`kitchen.dough` failed: refused: no")
+    assert kitchen.ended == [("dough", StepStatus.REFUSED)]
+
+
+# What a plan may put side by side.
+
+HOLDING = (
+    replace(DOUGH, resources=frozenset({"bench"}), actuators=frozenset({"left"})),
+    replace(FILLING, resources=frozenset({"bench"}), actuators=frozenset({"right"})),
+    replace(WATER, actuators=frozenset({"left"})),
+    replace(ALIGN, resources=frozenset({"bench"})),
+    WRAP,
+)
+
+
+@pytest.mark.parametrize(
+    ("branches", "problem"),
+    [
+        ((step("dough"), step("filling")), None),
+        ((step("dough"), step("filling"), step("align")), "need 3 of `bench` at the same time"),
+        ((step("dough"), step("water")), "may move `left` at the same time"),
+        ((step("filling", retry=1, on_failure="dough"), step("water")), "may move `left` at the same time"),
+        (
+            (step("filling", retry=1, handler=step("dough")), step("water")),
+            "may move `left` at the same time",
+        ),
+        ((step("align"), step("wrap")), "`wrapper_aligned` is written by one branch"),
+        (
+            (step("align"), if_aligned(step("water"), Seq(()))),
+            "`wrapper_aligned` is written by one branch",
+        ),
+    ],
+)
+def test_branches_that_interfere_are_no_plan(branches: tuple[Part, ...], problem: str | None) -> None:
+    modules = {"kitchen": module("kitchen", HOLDING)}
+    found = verify_plan(TaskGraph((par(*branches),)), modules, replace(site(), resources={"bench": 2}))
+    assert [problem in text for text in found if problem] == ([] if problem is None else [True])
+    assert (found == []) == (problem is None)
+
+
+def _nested(depth: int) -> Part:
+    return step("dough") if depth == 0 else Seq((_nested(depth - 1),))
+
+
+@pytest.mark.parametrize(
+    ("part", "problem"),
+    [
+        (par(step("dough")), "a `par` has not two branches"),
+        (Par([step("dough"), step("filling")], SPAN), "a `par` has not two branches"),  # type: ignore[arg-type]
+        (Seq([step("dough")]), "a Seq is malformed"),  # type: ignore[arg-type]
+        (If("true", "true", step("dough"), None, SPAN), "a If is malformed"),  # type: ignore[arg-type]
+        (Par((step("dough"), step("filling")), None), "a Par is malformed"),  # type: ignore[arg-type]
+        (if_aligned(3), "a int is not a step"),  # type: ignore[arg-type]
+        (_nested(21), "nested more than 20 deep"),
+        (par(step("dough"), Seq(())), "a branch of a `par` has no step"),
+        (step("dough", handler=3), "`handler` is of type int"),
+        (step("dough", flows={"force": "weigh"}), "`flows` does not name an output of a step"),
+        (step("dough", flows={"force": ("weigh", "force")}), "`force` is no input of it"),
+        (
+            step("dough", handler=step("flour")),
+            "step 1, its handler, `kitchen.flour`: `kitchen` has no skill",
+        ),
+        (step("dough", handler=step("align"), on_failure="align"), "both a handler and an `on_failure`"),
+    ],
+)
+def test_a_graph_that_is_none_is_no_plan(part: Part, problem: str) -> None:
+    (found,) = verify_plan(TaskGraph((part,)), MODULES, site())
+    assert problem in found
+
+
+# Compositions as plans.
+
+
+def _spec_step(name: str, retry: int = 0, on_failure: str | None = None, flows: Any = None) -> spec.Step:
+    return spec.Step(name, name, {}, flows or {}, retry, on_failure, SPAN)
+
+
+def test_a_composition_is_the_plan_that_it_says() -> None:
+    both = (_spec_step("dough", 1, "align"), _spec_step("filling", 0, spec.STOP))
+    then: spec.Part = _spec_step("wrap")
+    choice = If(term("wrapper_aligned"), "wrapper_aligned", then, Seq(()), SPAN)
+    body: spec.Part = Seq((Par(both, SPAN), choice))
+    handlers = {"align": _spec_step("align", 1, "water"), "water": _spec_step("water")}
+    graph = graph_of(spec.Composition("make", term("true"), None, body, handlers, SPAN), "kitchen")
+    water = step("water", id="water")
+    helped = step("dough", retry=1, handler=step("align", retry=1, handler=water, id="align"), id="dough")
+    chosen = if_aligned(step("wrap", id="wrap"), Seq(()))
+    assert graph == TaskGraph((par(helped, step("filling", id="filling")), chosen))
+    assert [str(part) for part in graph.parts] == [
+        "(kitchen.dough (retry 1, on_failure align) ∥ kitchen.filling)",
+        "(if wrapper_aligned then kitchen.wrap else nothing)",
+    ]
+    assert [one.skill for one in graph.steps] == ["dough", "filling", "wrap"]
+
+
+def test_data_flows_as_the_composition_says() -> None:
+    flowing = _spec_step("knead", flows={"force": spec.Flow("weigh", "force", SPAN)})
+    graph = graph_of(spec.Composition("make", term("true"), None, flowing, {}, SPAN), "kitchen")
+    assert graph == TaskGraph((step("knead", id="knead", flows={"force": ("weigh", "force")}),))
+
+
+@pytest.mark.parametrize(
+    ("given", "asked", "end"),
+    [
+        ({"force": 0.25}, {"force": 0.25}, None),
+        ({}, None, "its input `force` takes `weighing.force`, which is not there"),
+        ({"force": 2.0}, None, "the input `force` is outside 0 … 1"),
+    ],
+)
+def test_an_input_takes_what_an_earlier_step_gave(given: Any, asked: Any, end: str | None) -> None:
+    kitchen = Kitchen(modules={"kitchen": module("kitchen", (*SKILLS, WEIGH, KNEAD))})
+    submit = kitchen.runtime.submit
+    kitchen.runtime.submit = lambda request: replace(submit(request), outputs=given)  # type: ignore[method-assign]
+    parts = (step("weigh", id="weighing"), step("knead", flows={"force": ("weighing", "force")}))
+    found = kitchen.run(*parts)
+    assert (found is None) == (end is None)
+    assert found is None or (end or "") in found.reason
+    assert [request.inputs for request in kitchen.runtime.requests[1:]] == ([] if asked is None else [asked])
+    assert kitchen.run(parts[1]) is not None  # of another plan's steps nothing is known
+
+
+@pytest.mark.parametrize(
+    ("name", "measured", "why"),
+    [
+        ("make", True, None),
+        ("make", False, "the precondition of `make` is not measured: `wrapper_aligned` = False"),
+        ("make", None, "the precondition of `make` is not measured: `wrapper_aligned` is not measured"),
+        ("bake", True, "`kitchen` has no composition `bake`"),
+    ],
+)
+def test_a_composition_is_proposed_where_it_may_start(
+    name: str, measured: bool | None, why: str | None
+) -> None:
+    composed = spec.Composition("make", term("wrapper_aligned"), SPAN, _spec_step("wrap"), {}, SPAN)
+    modules = {"kitchen": replace(MODULES["kitchen"], compositions={"make": composed})}
+    readings = {} if measured is None else {"wrapper_aligned": Reading(measured, 0.0)}
+    planner = CompositionPlanner(name)
+    assert planner.name == f"composition {name}"
+    world, routed = measured_world(STATE, readings, 0.0), Routed("kitchen", MAKE_DUMPLINGS)
+    if why is None:
+        assert planner.plan(routed, world, modules) == TaskGraph((step("wrap", id="wrap"),))
+    else:
+        with pytest.raises(UncomposedError, match=why):
+            planner.plan(routed, world, modules)

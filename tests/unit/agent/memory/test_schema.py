@@ -1,0 +1,105 @@
+from __future__ import annotations
+
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
+from contextlib import closing
+from pathlib import Path
+from uuid import uuid4
+
+import pytest
+
+from aeros.agent.errors import RefusedError
+from aeros.agent.identity import Identity
+from aeros.agent.memory import schema as memory_schema
+from aeros.agent.memory.posterior import Record
+from aeros.agent.memory.schema import SCHEMA_VERSION, connected
+from aeros.agent.memory.store import Fact, open_memory
+
+OLD = Path(__file__).parents[1] / "data" / "memory_schema_1.sqlite3"
+"""Written by the code that had schema 1: two sessions, six episodes, the last of them interrupted."""
+
+
+def content(path: Path) -> dict[str, list[tuple[object, ...]]]:
+    with closing(sqlite3.connect(path)) as database:
+        schema = database.execute("SELECT name, sql FROM sqlite_schema ORDER BY name").fetchall()
+        tables = ("sessions", "episodes", "events", "facts")
+        rows = {
+            name: database.execute(f"SELECT * FROM {name} ORDER BY 1").fetchall()  # noqa: S608  names of ours
+            for name in tables
+        }
+        return {"version": database.execute("PRAGMA user_version").fetchall(), "schema": schema, **rows}
+
+
+@pytest.fixture
+def old(tmp_path: Path) -> Path:
+    return Path(shutil.copy(OLD, tmp_path / "memory.sqlite3"))
+
+
+def test_the_kept_file_is_of_schema_1() -> None:
+    assert content(OLD)["version"] == [(1,)]
+
+
+def test_what_was_remembered_under_schema_1_is_remembered_still(old: Path) -> None:
+    before = content(old)
+    with open_memory(old, Identity(uuid4(), "chef", "", 3)) as memory:
+        # One success; one failure; a denial that may have been due to somebody nearby, and a cancellation.
+        assert memory.record_of("make_dumplings", "wrap") == Record(1, 1)
+        assert memory.record_of("make_dumplings", "boil") == Record(1, 0)
+        usual = memory.usual("make_dumplings", "boil")
+        assert usual is not None
+        assert usual.median == 18.5
+        assert memory.recall("last run of make_dumplings.make_dumplings") == Fact(
+            {"reached": True}, "session 1"
+        )
+    after = content(old)
+    assert after["version"] == [(SCHEMA_VERSION,)]
+    assert [row[: len(before["episodes"][0])] for row in after["episodes"]] == before["episodes"]
+    assert after["sessions"][:2] == before["sessions"]
+    assert (after["events"], after["facts"]) == (before["events"], before["facts"])
+
+
+def test_a_migrated_memory_has_the_schema_of_a_new_one(old: Path, tmp_path: Path) -> None:
+    connected(old).close()
+    connected(tmp_path / "new.sqlite3").close()
+    assert content(old)["schema"] == content(tmp_path / "new.sqlite3")["schema"]
+
+
+@pytest.mark.parametrize("failing", range(len(memory_schema._TO_2)))
+def test_a_migration_that_fails_anywhere_has_changed_nothing(
+    old: Path, monkeypatch: pytest.MonkeyPatch, failing: int
+) -> None:
+    before = content(old)
+    statements = list(memory_schema._TO_2)
+    statements[failing] = "no SQL"
+    with monkeypatch.context() as broken:
+        broken.setattr(memory_schema, "_MIGRATIONS", (memory_schema._TO_1, tuple(statements)))
+        with pytest.raises(RefusedError, match="damaged or cannot be used"):
+            connected(old)
+    assert content(old) == before
+    connected(old).close()
+    assert content(old)["version"] == [(SCHEMA_VERSION,)]
+
+
+def test_a_migration_is_killed_before_or_after_but_never_halfway(old: Path) -> None:
+    """Killed at each statement of it, in a process of its own."""
+    for statement in range(len(memory_schema._TO_2) + 4):
+        path = Path(shutil.copy(OLD, old))
+        kill = f"""
+import os, signal, sqlite3, sys
+from pathlib import Path
+from aeros.agent import memory_schema
+class Dying:
+    def __init__(self, real): self.real, self.left = real, {statement}
+    def execute(self, sql):
+        if self.left == 0: os.kill(os.getpid(), signal.SIGKILL)
+        self.left -= 1
+        return self.real.execute(sql)
+memory_schema._migrate(Dying(sqlite3.connect({str(path)!r}, isolation_level=None)))
+"""
+        assert subprocess.run([sys.executable, "-c", kill], check=False).returncode == -signal.SIGKILL
+        assert content(path) == content(OLD)
+        connected(path).close()
+        assert content(path)["version"] == [(SCHEMA_VERSION,)]

@@ -1,0 +1,84 @@
+"""Plans as JSON: what is written is read as it was, and what has another form is refused with its place."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+
+from aeros.agent.planning.plan_json import MalformedPlanError, form_of, graph_of, read_json
+from aeros.agent.planning.task_graph import MOST_LEVELS, MOST_STEPS, PLANNED, Step, TaskGraph
+from aeros.spec.model.step_graph import If, Seq
+from tests.unit.agent.dumplings import site, term
+
+WHERE = "wrapper_aligned and area == pot"
+GRAPH = TaskGraph(
+    (
+        Step("dumpling", "prepare"),
+        Step("dumpling", "wrap", unless=term(f"{WHERE} or not wrapper_aligned")),
+        Seq((Step("dumpling", "boil", {"force": 0.1}, retry=2, on_failure="recover"),)),
+        If(term(WHERE), WHERE, Seq((Step("dumpling", "wrap"),)), Seq(()), PLANNED),
+        If(term(WHERE), WHERE, Seq(()), None, PLANNED),
+    )
+)
+
+
+def test_what_is_written_is_read_as_it_was() -> None:
+    assert graph_of(read_json(json.dumps(form_of(GRAPH))), site()) == GRAPH
+
+
+def nested(levels: int) -> list[Any]:
+    return [{"seq": nested(levels - 1)}] if levels else []
+
+
+STEP = {"skill": "dumpling.prepare"}
+
+
+@pytest.mark.parametrize(
+    ("form", "said"),
+    [
+        ({}, "`plan` is no list of steps"),
+        (["prepare"], "`plan[0]` is no object"),
+        ([STEP, {"skill": "prepare"}], "`plan[1].skill` is not of the form MODULE.SKILL"),
+        ([{"skill": 7}], "`plan[0].skill` is no text of at most"),
+        ([{"skill": "x." * 2000}], "`plan[0].skill` is no text of at most"),
+        ([STEP | {"run": "import os"}], '`plan[0]` has a key that no plan has: "run"'),
+        ([STEP | {"inputs": []}], "`plan[0].inputs` is no object"),
+        ([STEP | {"retry": True}], "`plan[0].retry` is no whole number"),
+        ([STEP | {"retry": 1.0}], "`plan[0].retry` is no whole number"),
+        ([STEP | {"on_failure": ["recover"]}], "`plan[0].on_failure` is no text"),
+        ([STEP | {"unless": True}], "`plan[0].unless` is no text"),
+        ([STEP | {"unless": "fill_level"}], "`plan[0].unless` is no condition"),
+        ([{"if": "wrapper_aligned", "then": [7]}], "`plan[0].then[0]` is no object"),
+        ([{"if": "wrapper_aligned"}], "`plan[0].then` is no list of steps"),
+        ([{"if": "fill_level", "then": []}], "`plan[0].if` is no condition"),
+        ([{"if": "previously wrapper_aligned", "then": []}], "`plan[0].if` is no condition"),
+        ([{"if": "__import__('os')", "then": []}], "`plan[0].if` is no condition"),
+        ([{"if": "(" * 1900, "then": []}], "`plan[0].if` is no condition"),
+        ([{"if": "wrapper_aligned", "then": [], "do": []}], "`plan[0]` has a key that no plan has"),
+        (nested(MOST_LEVELS + 2), f"is nested more than {MOST_LEVELS} deep"),
+        ([STEP] * (2 * MOST_STEPS + 1), f"it has more than {2 * MOST_STEPS} parts"),
+    ],
+)
+def test_another_form_is_refused_with_its_place(form: Any, said: str) -> None:
+    with pytest.raises(MalformedPlanError) as refusal:
+        graph_of(form, site())
+    assert said in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "it is no JSON"),
+        ('{"plan": [', "it is no JSON"),
+        ("[" * 100_000, "it is no JSON"),
+        (b"\xff\xfe", "it is no JSON"),
+        ('{"a": 1, "a": 2}', "an object says a key twice"),
+        ('{"a": NaN}', "NaN is no number"),
+        ('{"a": -Infinity}', "-Infinity is no number"),
+    ],
+)
+def test_what_is_no_json_is_refused(text: str | bytes, said: str) -> None:
+    with pytest.raises(MalformedPlanError, match=said):
+        read_json(text)

@@ -1,0 +1,180 @@
+"""Plans that come late, or not at all: what the agent does in their place."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+from fractions import Fraction
+from math import inf
+from pathlib import Path
+
+import pytest
+
+from aeros.agent.agent import awake
+from aeros.agent.execution.report import RunReport
+from aeros.agent.planning.base import Planner, RulePlanner
+from aeros.agent.planning.routing import Routed
+from aeros.agent.planning.smt import SmtPlanner
+from aeros.agent.planning.task_graph import Step, TaskGraph
+from aeros.agent.world.world import World
+from aeros.runtime.ports import Ended
+from aeros.spec.diagnostics.errors import InternalError
+from aeros.spec.model.model import Ecm
+from tests.unit.agent.dumplings import site
+from tests.unit.agent.fake_runtime import FakeRuntime
+
+WITHIN = 3.0
+
+
+def run(folder: Path, runtime: FakeRuntime, planner: Planner, timeout: float | None = None) -> RunReport:
+    with awake(folder, "chef", runtime, planner, within=WITHIN) as agent:
+        return agent.run("Make dumplings!", timeout)
+
+
+class Sleeping:
+    """By heart as long as nothing has been prepared; then it falls asleep."""
+
+    name = "sleeping"
+
+    def __init__(self, *skills: str) -> None:
+        self.skills = skills
+
+    def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+        if world.predicates["dough_on_workspace"]:
+            time.sleep(1000.0)
+        return TaskGraph(tuple(Step("dumpling", skill) for skill in self.skills))
+
+
+def told(runtime: FakeRuntime, kind: str) -> list[dict[str, object]]:
+    return [details for one, details in runtime.notes if one == kind]
+
+
+def test_a_planner_that_thinks_beside_reaches_the_goal_as_in_place(tmp_path: Path) -> None:
+    planners: list[Planner] = [RulePlanner(), SmtPlanner(site())]
+    for planner in planners:
+        runtime = FakeRuntime(endings={"wrap": ["misaligned"]})
+        assert run(tmp_path / planner.name, runtime, planner).reached
+        assert runtime.submitted[-2:] == ["wrap", "boil"]
+
+
+def test_in_place_of_a_late_plan_the_rest_of_the_one_before_is_followed(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"wrap": ["misaligned"]})
+    report = run(tmp_path, runtime, Sleeping("prepare", "recover", "wrap", "boil"))
+    assert report.reached
+    assert runtime.submitted == ["prepare", "recover", "wrap", "recover", "wrap", "boil"]
+    (late,) = told(runtime, "plan-late")
+    assert late["reason"] == f"the plan is late: nothing came within {WITHIN:g} s"
+    assert late["steps"] == ["dumpling.recover", "dumpling.wrap", "dumpling.boil"]
+
+
+def test_where_the_plan_before_does_not_lead_to_the_goal_any_more_the_robot_stands_still(
+    tmp_path: Path,
+) -> None:
+    runtime = FakeRuntime(endings={"wrap": ["misaligned"]}, at=site(replans=2))
+    runtime.state["wrapper_aligned"] = True
+    report = run(tmp_path, runtime, Sleeping("prepare", "wrap", "boil"))
+    assert runtime.submitted == ["prepare", "wrap"]
+    assert [one["steps"] for one in told(runtime, "plan-late")] == [[], []]
+    assert report.reason is not None
+    assert report.reason.endswith(f"the plan is late: nothing came within {WITHIN:g} s; stands still")
+
+
+def test_without_a_plan_before_the_robot_stands_still_until_the_time_for_the_task_is_over(
+    tmp_path: Path,
+) -> None:
+    runtime = FakeRuntime()
+    runtime.state["dough_on_workspace"] = True
+    report = run(tmp_path, runtime, Sleeping("prepare"), timeout=2.0)
+    assert runtime.submitted == []
+    assert runtime.clock == 102.0
+    assert report.reason is not None
+    assert report.reason.startswith("the 2 s for the task are over; the plan ended: the plan is late")
+
+
+def test_the_site_says_how_long_a_planner_may_take_at_most(tmp_path: Path) -> None:
+    limits = replace(site().limits, replans=0, planning=Fraction(1, 2))
+    runtime = FakeRuntime(at=replace(site(), limits=limits))
+    runtime.state["dough_on_workspace"] = True
+    with awake(tmp_path, "chef", runtime, Sleeping("prepare"), within=inf) as agent:
+        agent.run("Make dumplings!")
+    assert runtime.clock == 100.5
+    (late,) = told(runtime, "plan-late")
+    assert late["reason"] == "the plan is late: nothing came within 0.5 s"
+
+
+class Stopped(FakeRuntime):
+    """The operator stops everything after 2 s of thinking."""
+
+    @property
+    def is_stopped(self) -> bool:
+        return self.clock >= 102.0
+
+
+def test_once_the_operator_has_stopped_everything_nobody_is_waited_for(tmp_path: Path) -> None:
+    runtime = Stopped()
+    runtime.state["dough_on_workspace"] = True
+    with awake(tmp_path, "chef", runtime, Sleeping("prepare"), within=inf) as agent:
+        report = agent.run("Make dumplings!")
+    assert report.replans == 0
+    assert runtime.clock == 102.0
+    assert report.reason == "the plan is late: the operator has stopped everything; stands still"
+
+
+class Changing(FakeRuntime):
+    """What is measured changes as time goes on."""
+
+    def wait(self, until: float = inf) -> Ended | None:
+        ended = super().wait(until)
+        if ended is None:
+            self.state["wrapper_aligned"] = not self.state["wrapper_aligned"]
+        return ended
+
+
+def test_what_was_found_to_lead_to_the_goal_from_another_world_is_not_followed(tmp_path: Path) -> None:
+    # The judge falls asleep too, for long enough that something else is measured by then.
+    runtime = Changing(endings={"wrap": ["misaligned"]}, at=site(replans=1))
+
+    def drowsy(*_: object) -> list[str]:
+        time.sleep(1.2)
+        return []
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("aeros.agent.planning.check_plan.Judge.problems", drowsy)
+        with awake(
+            tmp_path, "chef", runtime, Sleeping("prepare", "recover", "wrap", "boil"), within=2.0
+        ) as agent:
+            agent.run("Make dumplings!")
+    assert [one["steps"] for one in told(runtime, "plan-late")] == [[]]
+
+
+class Unable:
+    """It says why, and proposes nothing."""
+
+    name = "unable"
+
+    def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+        raise LookupError("no idea")
+
+
+def test_a_planner_that_breaks_off_beside_is_refused_as_in_place(tmp_path: Path) -> None:
+    said = []
+    for within in (None, WITHIN):
+        runtime = FakeRuntime()
+        with awake(tmp_path / str(within), "chef", runtime, Unable(), within=within) as agent:
+            said.append(agent.run("Make dumplings!").reason)
+    assert said == ["the plan is rejected: the planner failed: LookupError: no idea"] * 2
+
+
+class Broken(FakeRuntime):
+    """The runtime itself fails while somebody thinks."""
+
+    def wait(self, until: float = inf) -> Ended | None:
+        raise InternalError("the plant is gone")
+
+
+def test_what_is_wrong_with_the_runtime_meanwhile_is_no_fault_of_the_planner(tmp_path: Path) -> None:
+    runtime = Broken()
+    runtime.state["dough_on_workspace"] = True
+    with pytest.raises(InternalError, match="the plant is gone"):
+        run(tmp_path, runtime, Sleeping("prepare"))

@@ -1,0 +1,217 @@
+"""Thinking beside the plant: bounded, charged by the second, gone with all it started, never in the way."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from itertools import count
+from math import inf
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.agent.planning.time_limited import MOST_MEMORY, MOST_SAID, Beside, LateError, ThinkingFailedError
+from aeros.runtime.audit.log import AuditLog
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate.configuration import configure
+from aeros.runtime.gate.gate import CompiledGate, GateMode
+from aeros.runtime.ports import Completion, Ended, Monitor, Motion, StepRequest, StepStatus
+from aeros.runtime.skills.in_process_run import run_in_process
+from aeros.sim.kinematic.plant import KinematicPlant
+from aeros.sim.kinematic.scenes import SCENES
+from aeros.spec.verification.certificate import certificate_for
+from tests.differential.reference_cases import reference
+from tests.differential.test_prediction import Unwritten
+from tests.unit.agent.fake_runtime import FakeRuntime
+
+FOREVER = 1000.0
+
+
+def by_the_second() -> Callable[[], float]:
+    """A clock on which a second goes by each time that somebody looks."""
+    ticks = count()
+    return lambda: float(next(ticks))
+
+
+def test_an_answer_that_comes_at_once_costs_no_time() -> None:
+    runtime = FakeRuntime()
+    assert Beside(runtime, within=FOREVER)(lambda: {"plan": [1, "two", None]}) == {"plan": [1, "two", None]}
+    assert runtime.clock == 100.0
+
+
+def test_whole_seconds_of_thinking_pass_on_the_plants_clock() -> None:
+    seen: list[float] = []
+
+    class Seen(FakeRuntime):
+        def wait(self, until: float = inf) -> Ended | None:
+            seen.append(until)
+            return super().wait(until)
+
+    with pytest.raises(LateError, match=r"nothing came within 3\.5 s"):
+        Beside(Seen(), within=3.5, seconds=by_the_second())(lambda: time.sleep(FOREVER))
+    assert seen == [101.0, 102.0, 103.0, 103.5]
+
+
+def test_no_longer_than_the_task_may_take_is_waited() -> None:
+    runtime = FakeRuntime()
+    with pytest.raises(LateError):
+        Beside(runtime, within=FOREVER, until=102.0, seconds=by_the_second())(lambda: time.sleep(FOREVER))
+    assert runtime.clock == 102.0
+
+
+def spins() -> None:
+    while True:
+        pass
+
+
+def starts_another(told: Path) -> None:
+    with subprocess.Popen(["sleep", "1000"]) as other:
+        told.write_text(str(other.pid))
+
+
+@pytest.mark.parametrize("thinks", [lambda _: spins(), lambda _: time.sleep(FOREVER), starts_another])
+def test_who_is_late_is_gone_with_all_that_it_started(thinks: Callable[[Path], None], tmp_path: Path) -> None:
+    told = tmp_path / "pid"
+
+    def think() -> None:
+        told.write_text(str(os.getpid()))
+        thinks(told)
+
+    with pytest.raises(LateError):
+        Beside(FakeRuntime(), within=0.5)(think)
+    assert is_gone(int(told.read_text()))
+
+
+def is_gone(pid: int) -> bool:
+    """Whether there is no such process any more, or none that runs, within 5 s."""
+    for _ in range(250):
+        try:
+            state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+        except (FileNotFoundError, ProcessLookupError):
+            return True
+        if state == "Z":
+            return True
+        time.sleep(0.02)
+    return False
+
+
+def takes_all_memory() -> int:
+    return len(bytearray(2 * MOST_MEMORY))
+
+
+def raises() -> None:
+    raise LookupError("no such\nthing")
+
+
+@pytest.mark.parametrize(
+    ("think", "said"),
+    [
+        (raises, "LookupError: no such thing"),
+        (lambda: sys.exit("enough"), "SystemExit: enough"),
+        (lambda: os._exit(3), "its process ended without an answer"),
+        (lambda: os.kill(os.getpid(), signal.SIGKILL), "its process ended without an answer"),
+        (takes_all_memory, "MemoryError"),
+        (lambda: "x" * MOST_SAID, f"its answer is longer than {MOST_SAID} bytes"),
+        (object, "TypeError: Object of type object is not JSON serializable"),
+    ],
+)
+def test_however_thinking_breaks_off_it_is_said(think: Callable[[], Any], said: str) -> None:
+    with pytest.raises(ThinkingFailedError) as failure:
+        Beside(FakeRuntime(), within=FOREVER)(think)
+    assert str(failure.value).startswith(said)
+
+
+def test_who_thinks_has_no_terminal(capfd: pytest.CaptureFixture[str]) -> None:
+    def speaks() -> str:
+        os.write(1, b"said")
+        os.write(2, b"said")
+        return os.read(0, 10).decode()
+
+    assert Beside(FakeRuntime(), within=FOREVER)(speaks) == ""
+    assert capfd.readouterr() == ("", "")
+
+
+def test_who_thinks_ends_with_the_agent(tmp_path: Path) -> None:
+    told = tmp_path / "pid"
+    agent = subprocess.Popen([sys.executable, "-c", AGENT, str(told)])
+    while not (told.exists() and told.read_text()):
+        time.sleep(0.02)
+    agent.kill()
+    agent.wait()
+    assert is_gone(int(told.read_text()))
+
+
+AGENT = """
+import os, pathlib, sys, time
+from aeros.agent.planning.time_limited import Beside
+from tests.unit.agent.fake_runtime import FakeRuntime
+def think():
+    pathlib.Path(sys.argv[1]).write_text(str(os.getpid()))
+    time.sleep(1000)
+Beside(FakeRuntime(), within=1000)(think)
+"""
+
+
+class Visited(KinematicPlant):
+    """Somebody is 5 cm away from some time on.
+
+    comes: when, plant seconds.
+    seen: at which tick that is measured first; stopped: at which the monitor had everything stopped.
+    """
+
+    comes = 2.25
+    tick = 0
+    seen: int | None = None
+    stopped: int | None = None
+
+    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+        def watched(now: float, measured: Mapping[str, Any]) -> str | None:
+            self.tick += 1
+            if now < self.comes:
+                return monitor(now, measured)
+            self.seen = self.seen or self.tick
+            rule = monitor(now, {**measured, "human_distance": 0.05})
+            if rule is not None:
+                self.stopped = self.stopped or self.tick
+            return rule
+
+        return super().advance(watched, until)
+
+
+@pytest.fixture
+def busy() -> Iterator[tuple[Executor, Visited]]:
+    """A robot that moves on behalf of somebody else."""
+    case = reference("make_dumplings", 10)
+    configuration = configure(case.site, {case.ecm.id: (case.ecm, certificate_for(case.ecm, case.site, {}))})
+    log: AuditLog = Unwritten()
+    assert case.task.scene is not None
+    plant = Visited(SCENES[case.task.scene](), 0)
+    with Executor(
+        configuration, CompiledGate(configuration, GateMode.COMPILED), plant, log, run_in_process
+    ) as one:
+        one.start(StepRequest(case.ecm.id, "prepare", {}))
+        yield one, plant
+
+
+def test_a_protective_stop_comes_in_the_tick_of_the_violation_while_a_planner_sleeps(
+    busy: tuple[Executor, Visited],
+) -> None:
+    executor, plant = busy
+    with pytest.raises(LateError):
+        Beside(executor, within=5.0, seconds=by_the_second())(lambda: time.sleep(10.0))
+    assert plant.seen is not None
+    assert plant.stopped == plant.seen
+    assert plant.now() == 5.0
+
+
+def test_without_anybody_who_thinks_it_comes_as_early(busy: tuple[Executor, Visited]) -> None:
+    executor, plant = busy
+    ended = executor.wait(5.0)
+    assert ended is not None
+    assert ended.result.status is StepStatus.STOPPED
+    assert plant.stopped == plant.seen is not None

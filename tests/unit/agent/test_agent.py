@@ -1,0 +1,571 @@
+from __future__ import annotations
+
+import json
+import random
+import sqlite3
+from collections.abc import Mapping
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, ClassVar
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aeros.agent.agent import MEMORY, awake, awake_once
+from aeros.agent.errors import RefusedError
+from aeros.agent.execution.journal import Event
+from aeros.agent.execution.report import Role, RunReport
+from aeros.agent.memory.queries import Wanted, recollection
+from aeros.agent.planning.base import Planner, RulePlanner
+from aeros.agent.planning.routing import Routed, RoutingError
+from aeros.agent.planning.task_graph import Step, TaskGraph
+from aeros.agent.task_loop import PATIENCE, PAUSE
+from aeros.agent.world.world import World
+from aeros.runtime.ports import Runtime, StepRequest, StepResult, StepStatus
+from aeros.spec.expr.shortfall import Shortfall
+from aeros.spec.model.cause import Cause
+from aeros.spec.model.model import Ecm
+from aeros.spec.obligations.claim_id import ClaimForm
+from aeros.spec.verification.certificate import Certificate
+from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, module, outcome, rule, site, skill, task
+from tests.unit.agent.fake_runtime import FakeRuntime
+
+
+def run(folder: Path, runtime: Runtime, planner: Planner | None = None) -> RunReport:
+    with awake(folder, "chef", runtime, planner) as agent:
+        return agent.run("Make dumplings!")
+
+
+class Fixed:
+    """A planner that proposes the same thing every time."""
+
+    name = "fixed"
+
+    def __init__(self, proposal: Any) -> None:
+        self.proposal = proposal
+        self.asked = 0
+
+    def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+        self.asked += 1
+        if isinstance(self.proposal, Exception):
+            raise self.proposal
+        plan: TaskGraph = self.proposal
+        return plan
+
+
+def counts(report: RunReport) -> tuple[int, int, int, int]:
+    return len(report.steps), report.retries, report.recoveries, report.replans
+
+
+def test_without_failures_every_rule_gives_one_step(tmp_path: Path) -> None:
+    runtime = FakeRuntime()
+    report = run(tmp_path, runtime)
+    assert report.reached
+    assert report.reason is None
+    assert runtime.submitted == ["prepare", "recover", "wrap", "boil"]
+    assert counts(report) == (4, 0, 0, 0)
+    assert (report.allowed, report.attenuated, report.denied) == (8, 4, 0)
+    assert report.measured == {"dumpling_cooked": True}
+    assert [step.duration for step in report.steps] == [1.0] * 4
+
+
+def test_a_goal_that_holds_already_needs_no_step(tmp_path: Path) -> None:
+    runtime = FakeRuntime()
+    runtime.state["dumpling_cooked"] = True
+    assert counts(run(tmp_path, runtime)) == (0, 0, 0, 0)
+
+
+def test_the_goal_ends_the_run_amid_a_plan(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"wrap": [{"dumpling_wrapped": True, "dumpling_cooked": True}]})
+    assert run(tmp_path, runtime).reached
+    assert runtime.submitted == ["prepare", "recover", "wrap"]
+
+
+def test_a_failed_step_is_recovered_and_tried_again(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"wrap": ["misaligned"]})
+    report = run(tmp_path, runtime)
+    assert runtime.submitted == ["prepare", "recover", "wrap", "recover", "wrap", "boil"]
+    assert counts(report) == (6, 1, 1, 0)
+    roles = [step.role for step in report.steps]
+    assert roles == [Role.STEP, Role.STEP, Role.STEP, Role.RECOVERY, Role.RETRY, Role.STEP]
+
+
+def test_retries_exhausted_mean_one_counted_replan(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"wrap": ["misaligned"] * 3})
+    report = run(tmp_path, runtime)
+    assert report.reached
+    wrapping = ["wrap", "recover", "wrap", "recover", "wrap"]
+    assert runtime.submitted == ["prepare", "recover", *wrapping, "recover", "wrap", "boil"]
+    assert counts(report) == (10, 2, 2, 1)
+
+
+def test_the_cap_on_replans_ends_the_run(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"boil": ["nothing_changed"] * 99}, at=site(replans=10))
+    report = run(tmp_path, runtime)
+    assert not report.reached
+    assert report.replans == 10
+    assert runtime.submitted.count("boil") == 11
+    assert report.reason is not None
+    assert "after 10 re-plans" in report.reason
+    assert "outcome `nothing_changed`" in report.reason
+    assert report.measured == {"dumpling_cooked": False}
+
+
+def test_an_exhausted_plan_without_the_goal_is_replanned(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"boil": [{"dumpling_cooked": True}]})
+    never = task(
+        "make_dumplings", ("dumplings",), "dumpling_cooked and area == pot", rule("area == pot", "boil")
+    )
+    runtime.modules = {"dumpling": module("dumpling", tuple(DUMPLING.skills.values()), never)}
+    runtime.state |= {"dumpling_wrapped": True}
+    runtime.endings["boil"] = [{"dumpling_cooked": True}, {"area": "pot"}]
+    report = run(tmp_path, runtime)
+    assert report.reached
+    assert counts(report) == (2, 0, 0, 1)
+
+
+def test_a_goal_that_came_true_while_planning_needs_no_step(tmp_path: Path) -> None:
+    runtime = FakeRuntime()
+
+    class Slow(Fixed):
+        def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+            runtime.state["dumpling_cooked"] = True
+            return super().plan(routed, world, modules)
+
+    report = run(tmp_path, runtime, Slow(TaskGraph((Step("dumpling", "prepare"),))))
+    assert report.reached
+    assert runtime.submitted == []
+
+
+def test_a_step_that_became_needless_is_left_out(tmp_path: Path) -> None:
+    prepared = {"dough_on_workspace": True, "filling_on_workspace": True, "wrapper_aligned": True}
+    runtime = FakeRuntime(endings={"prepare": [prepared]})
+    report = run(tmp_path, runtime)
+    assert runtime.submitted == ["prepare", "wrap", "boil"]
+    assert report.replans == 0
+    assert "step-left-out" in runtime.kinds()
+
+
+def test_an_unmet_precondition_is_not_submitted_and_replans(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"prepare": [{"dough_on_workspace": True}] * 99})
+    report = run(tmp_path, runtime)
+    assert not report.reached
+    assert set(runtime.submitted) == {"prepare"}
+    assert report.replans == 10
+
+
+def test_a_stale_precondition_is_unmet(tmp_path: Path) -> None:
+    boil = task("make_dumplings", ("dumplings",), "dumpling_cooked", rule("dumpling_cooked", "boil"))
+    runtime = FakeRuntime({"dumpling": module("dumpling", tuple(DUMPLING.skills.values()), boil)})
+    runtime.state["dumpling_wrapped"] = True
+    runtime.ages["dumpling_wrapped"] = 5.5
+    report = run(tmp_path, runtime)
+    assert runtime.submitted == []
+    assert report.replans == 10
+    assert report.reason is not None
+    assert "`dumpling_wrapped` was measured 5.5 s ago; 5 s is allowed" in report.reason
+    runtime.ages.clear()
+    assert run(tmp_path, runtime).reached
+
+
+def test_an_unknown_goal_is_not_reached(tmp_path: Path) -> None:
+    runtime = FakeRuntime()
+    runtime.ages["dumpling_cooked"] = 6.0
+    report = run(tmp_path, runtime)
+    assert runtime.state["dumpling_cooked"]
+    assert not report.reached
+    assert report.measured == {"dumpling_cooked": None}
+
+
+def test_an_undeclared_outcome_is_noted_not_retried_and_replanned(tmp_path: Path) -> None:
+    # Neither wrapped nor misaligned: wrapper_aligned stays true, dumpling_wrapped stays false.
+    runtime = FakeRuntime(endings={"wrap": [{}]})
+    report = run(tmp_path, runtime)
+    assert report.reached
+    assert runtime.submitted == ["prepare", "recover", "wrap", "wrap", "boil"]
+    assert counts(report) == (5, 0, 0, 1)
+    assert report.steps[2].outcome is None
+    assert report.steps[2].failed
+    (details,) = [details for kind, details in runtime.notes if kind == "broken-assumption"]
+    assert details["skill"] == "dumpling.wrap"
+    assert details["after"]["dumpling_wrapped"] is False
+    assert (details["halted"], details["stops"]) == (False, False)
+
+
+def test_an_undeclared_outcome_ends_the_run_where_the_site_does_not_say_otherwise(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"wrap": [{}]}, at=site(stops_at_undeclared=True))
+    report = run(tmp_path, runtime)
+    assert not report.reached
+    assert runtime.submitted == ["prepare", "recover", "wrap"]
+    assert report.replans == 0
+    assert report.reason is not None
+    assert report.reason.startswith("`dumpling.wrap` came to what it does not declare")
+
+
+def test_a_halt_in_a_state_that_nothing_declares_is_replanned_and_breaks_an_assumption_too(
+    tmp_path: Path,
+) -> None:
+    runtime = FakeRuntime(endings={"wrap": [StepStatus.TIMED_OUT]}, at=site(stops_at_undeclared=True))
+    assert run(tmp_path, runtime).reached
+    (details,) = [details for kind, details in runtime.notes if kind == "broken-assumption"]
+    assert (details["halted"], details["stops"]) == (True, False)
+
+
+def test_a_broken_assumption_names_the_certificate_and_what_of_it_rests_on_outcomes(tmp_path: Path) -> None:
+    proved = (
+        ClaimForm.RULES_PROGRESS("make_dumplings"),
+        ClaimForm.RULES_PROGRESS("other"),
+        ClaimForm.ENVELOPE_OBEYS("wrap", "grip", "force"),
+    )
+    certificate = Certificate(
+        "s", "dumpling", "1.2.3", "m", "c", {}, "d", "v", "z", dict.fromkeys(proved, "PROVED")
+    )
+    runtime = FakeRuntime(endings={"wrap": [{}]})
+    runtime.certificates["dumpling"] = certificate
+    run(tmp_path, runtime)
+    (details,) = [details for kind, details in runtime.notes if kind == "broken-assumption"]
+    assert details["certificate"] == certificate.digest
+    assert details["version"] == "1.2.3"
+    assert details["obligations"] == ["closed-loop/make_dumplings/progress"]
+    with recollection(tmp_path / MEMORY) as memory:
+        (kept,) = memory.broken_assumptions()
+    assert (kept["skill"], kept["certificate"]) == ("dumpling.wrap", certificate.digest)
+    assert kept["declared"] == ["wrapped", "misaligned"]
+
+
+def test_planners_are_told_why_the_plan_before_failed_and_memory_keeps_it_as_data(tmp_path: Path) -> None:
+    class Listening(RulePlanner):
+        heard: ClassVar[list[list[tuple[str, str]]]] = []
+
+        def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+            self.heard.append([(one.kind, one.rule) for one in world.failures])
+            return super().plan(routed, world, modules)
+
+    part = Shortfall("human_distance", 0.41, "at least", 0.5, "m")
+    cause = Cause("rule", "separation", "human_distance >= 500 mm", "ISO 13855", "site.yaml:3", (part,))
+    runtime = FakeRuntime(
+        endings={"boil": [StepResult(StepStatus.STOPPED, "monitor:separation", causes=(cause,))]}
+    )
+    with awake(tmp_path, "chef", runtime, Listening()) as agent:
+        assert agent.run("Make dumplings!").reached
+    assert Listening.heard == [[], [("rule", "separation")]]
+    with recollection(tmp_path / MEMORY) as memory:
+        (failed,) = memory.search(Wanted(failed=True), 9)
+    assert failed["causes"][0]["shortfalls"][0]["value"] == 0.41
+    assert failed["causes"][0]["at"] == "site.yaml:3"
+
+
+def test_a_broken_hold_condition_is_a_failed_try_that_is_repeated(tmp_path: Path) -> None:
+    holding = skill("boil", outcome("cooked", {"dumpling_cooked": True}), hold="dumpling_wrapped")
+    boil = task("make_dumplings", ("dumplings",), "dumpling_cooked", rule("dumpling_cooked", "boil", retry=2))
+    runtime = FakeRuntime(
+        {"dumpling": module("dumpling", (holding,), boil)}, endings={"boil": [StepStatus.UNHELD]}
+    )
+    runtime.state["dumpling_wrapped"] = True
+    report = run(tmp_path, runtime)
+    assert report.reached
+    assert counts(report) == (2, 1, 0, 0)
+    assert "broken-assumption" not in runtime.kinds()
+
+
+def test_a_skill_does_not_start_where_its_hold_condition_is_not_known(tmp_path: Path) -> None:
+    holding = skill("boil", outcome("cooked", {"dumpling_cooked": True}), hold="fill_level > 0.5")
+    boil = task("make_dumplings", ("dumplings",), "dumpling_cooked", rule("dumpling_cooked", "boil"))
+    runtime = FakeRuntime({"dumpling": module("dumpling", (holding,), boil)})
+    report = run(tmp_path, runtime)
+    assert runtime.submitted == []
+    assert report.reason is not None
+    assert "what it must hold to `fill_level > 0.5` is not measured: `fill_level` is not measured" in (
+        report.reason
+    )
+
+
+def test_a_request_denied_twice_ends_the_run(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"boil": [StepStatus.DENIED] * 9})
+    report = run(tmp_path, runtime)
+    assert runtime.submitted.count("boil") == 2
+    assert report.replans == 1
+    assert report.denied == 2
+    assert report.reason is not None
+    assert "denied a second time" in report.reason
+
+
+PERSON_NEARBY = StepResult(StepStatus.DENIED, "somebody is near", denied=1, may_pass=True)
+
+
+def test_a_denial_that_may_pass_is_waited_for_and_is_no_replan(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"boil": [PERSON_NEARBY] * 20})
+    report = run(tmp_path, runtime)
+    assert report.reached
+    assert report.replans == 0
+    assert runtime.submitted.count("boil") == 21
+    assert runtime.kinds().count("waiting") == 20
+    assert runtime.clock == 100.0 + len(runtime.submitted) + 20 * PAUSE
+
+
+def test_patience_comes_to_an_end_and_is_new_after_a_plan_that_ended_otherwise(tmp_path: Path) -> None:
+    most = int(PATIENCE / PAUSE)
+    runtime = FakeRuntime(
+        endings={"boil": [*[PERSON_NEARBY] * most, StepStatus.STOPPED, *[PERSON_NEARBY] * 99]}
+    )
+    report = run(tmp_path, runtime)
+    assert report.replans == 1
+    assert runtime.submitted.count("boil") == most + 1 + most + 1
+    assert report.reason is not None
+    assert report.reason.endswith("somebody is near; 60 s of waiting did not help")
+
+
+class SilentSensor(FakeRuntime):
+    """Every motion is stopped at once until 4 s have gone by."""
+
+    def submit(self, request: StepRequest) -> StepResult:
+        if self.clock >= 104.0:
+            return super().submit(request)
+        return StepResult(StepStatus.STOPPED, "monitor:input:tool_position", allowed=1)
+
+
+def test_replans_are_not_used_up_while_a_sensor_is_silent(tmp_path: Path) -> None:
+    report = run(tmp_path, SilentSensor())
+    assert report.reached
+    assert report.replans == 4
+
+
+def test_waiting_ends_with_the_time_for_the_task(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"prepare": [PERSON_NEARBY] * 99})
+    with awake(tmp_path, "chef", runtime) as agent:
+        report = agent.run("Make dumplings!", timeout=7.5)
+    assert runtime.clock == 107.5
+    assert report.reason is not None
+    assert "the 7.5 s for the task are over" in report.reason
+
+
+def test_a_denial_is_not_retried_but_replanned(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"wrap": [StepStatus.DENIED]})
+    # The halted wrap leaves a declared state behind, so that only the denial counts.
+    runtime.state["wrapper_aligned"] = True
+    report = run(tmp_path, runtime)
+    assert report.reached
+    assert counts(report) == (4, 0, 0, 1)
+
+
+def test_a_halted_step_has_failed_but_what_is_measured_counts(tmp_path: Path) -> None:
+    class LateHalt(FakeRuntime):
+        def submit(self, request: Any) -> Any:
+            result = super().submit(request)
+            halted = request.skill == "wrap"
+            return replace(result, status=StepStatus.TIMED_OUT, reason="60 s") if halted else result
+
+    runtime = LateHalt()
+    report = run(tmp_path, runtime)
+    assert report.reached
+    assert runtime.submitted == ["prepare", "recover", "wrap", "boil"]
+    assert counts(report) == (4, 0, 0, 0)
+    assert report.steps[2].failed
+
+
+def test_a_refused_step_is_not_retried(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"wrap": [StepStatus.REFUSED]})
+    report = run(tmp_path, runtime)
+    assert counts(report) == (5, 0, 0, 1)
+    assert "broken-assumption" not in runtime.kinds()
+
+
+@pytest.mark.parametrize("status", [StepStatus.STOPPED, StepStatus.RAISED, StepStatus.TIMED_OUT])
+def test_a_halted_step_is_replanned(tmp_path: Path, status: StepStatus) -> None:
+    runtime = FakeRuntime(endings={"boil": [status]})
+    report = run(tmp_path, runtime)
+    assert report.reached
+    assert counts(report) == (5, 0, 0, 1)
+
+
+@pytest.mark.parametrize("skill", ["prepare", "recover", "wrap"])
+def test_nothing_is_planned_again_once_the_operator_has_stopped_everything(
+    tmp_path: Path, skill: str
+) -> None:
+    runtime = FakeRuntime(endings={skill: [StepStatus.HALTED]})
+    report = run(tmp_path, runtime)
+    assert not report.reached
+    assert runtime.submitted[-1] == skill
+    assert report.replans == 0
+    assert report.reason is not None
+    assert report.reason.startswith(f"`dumpling.{skill}` was stopped: halted")
+
+
+def test_a_recovery_that_fails_as_declared_leaves_the_next_try_to_its_precondition(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"wrap": ["misaligned"]})
+    failing = skill(
+        "recover", outcome("aligned", {"wrapper_aligned": True}), outcome("not", {}, failure=True)
+    )
+    others = [one for one in DUMPLING.skills.values() if one.id != "recover"]
+    runtime.modules = {"dumpling": module("dumpling", (failing, *others), MAKE_DUMPLINGS)}
+    runtime.endings["recover"] = ["aligned", "not"]
+    report = run(tmp_path, runtime)
+    assert report.reached
+    # The second wrap does not start, for the wrapper is not aligned; the new plan recovers first.
+    assert runtime.submitted == ["prepare", "recover", "wrap", "recover", "recover", "wrap", "boil"]
+    assert counts(report) == (7, 0, 1, 1)
+
+
+def test_a_recovery_that_is_denied_ends_its_step(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"wrap": ["misaligned"], "recover": ["aligned", *[StepStatus.DENIED] * 9]})
+    report = run(tmp_path, runtime)
+    assert runtime.submitted == ["prepare", "recover", "wrap", "recover", "recover"]
+    assert counts(report) == (5, 0, 1, 1)
+    assert report.reason is not None
+    assert "`dumpling.recover` was denied a second time" in report.reason
+
+
+def test_a_step_under_way_when_the_last_agent_was_killed_is_told(tmp_path: Path) -> None:
+    run(tmp_path, FakeRuntime())
+    with closing(sqlite3.connect(tmp_path / "memory.sqlite3")) as database, database:
+        database.execute("UPDATE episodes SET status = NULL WHERE skill = 'wrap'")
+    runtime = FakeRuntime()
+    with awake(tmp_path, "chef", runtime) as agent:
+        assert agent.identity.sessions == 2
+    assert runtime.notes == [("step-interrupted", {"skill": "dumpling.wrap"})]
+
+
+def test_a_module_deactivated_amid_the_run_ends_it_with_the_reason(tmp_path: Path) -> None:
+    class Swapping(FakeRuntime):
+        def submit(self, request: Any) -> Any:
+            result = super().submit(request)
+            if request.skill == "prepare":
+                self.modules = {}
+            return result
+
+    runtime = Swapping()
+    report = run(tmp_path, runtime)
+    assert runtime.submitted == ["prepare"]
+    assert report.reason is not None
+    assert "no active module is named `dumpling`" in report.reason
+
+
+@pytest.mark.parametrize(
+    ("proposal", "reason"),
+    [
+        (TaskGraph(()), "the plan is empty"),
+        ("prepare, then wrap", "returned a str"),
+        (ValueError("no idea"), "the planner failed: ValueError: no idea"),
+        (TaskGraph((Step("dumpling", "explode"),)), "has no skill `explode`"),
+    ],
+)
+def test_a_rejected_plan_runs_no_step_and_its_repetition_ends_the_run(
+    tmp_path: Path, proposal: object, reason: str
+) -> None:
+    runtime, planner = FakeRuntime(), Fixed(proposal)
+    report = run(tmp_path, runtime, planner)
+    assert runtime.submitted == []
+    assert planner.asked == 2
+    assert report.replans == 1
+    assert report.reason is not None
+    assert reason in report.reason
+
+
+def test_everything_is_noted_remembered_and_observed(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"wrap": ["misaligned"] * 3})
+    seen: list[Event] = []
+    with awake(tmp_path, "chef", runtime, on_event=seen.append) as agent:
+        report = agent.run("dumplings")
+    assert [event.kind for event in seen] == runtime.kinds()
+    assert runtime.kinds()[:3] == ["routed", "lifecycle", "plan"]
+    assert runtime.kinds()[-2:] == ["lifecycle", "run-ended"]
+    assert runtime.kinds().count("step-started") == runtime.kinds().count("step-ended") == len(report.steps)
+    json.dumps(runtime.notes, allow_nan=False)
+    with closing(sqlite3.connect(tmp_path / "memory.sqlite3")) as database:
+        rows = database.execute(
+            "SELECT skill, status, outcome, failed, before, after FROM episodes"
+        ).fetchall()
+        events = [kind for (kind,) in database.execute("SELECT kind FROM events")]
+    assert [row[0] for row in rows] == runtime.submitted
+    assert rows[0][1:4] == ("finished", "prepared", 0)
+    assert json.loads(rows[0][4])["dough_on_workspace"] is False
+    assert json.loads(rows[0][5])["dough_on_workspace"] is True
+    assert events == [kind for kind in runtime.kinds() if kind not in ("step-started", "step-ended")]
+
+
+def test_an_agent_awake_once_remembers_until_then_and_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for _ in range(2):
+        seen: list[Event] = []
+        runtime = FakeRuntime(endings={"wrap": ["misaligned"]})
+        with awake_once("chef", runtime, on_event=seen.append) as agent:
+            assert agent.run("dumplings").reached
+        failures = [
+            event.details["failures"]
+            for event in seen
+            if event.kind == "step-started" and event.details["skill"].endswith(".wrap")
+        ]
+        assert failures == [0, 1]
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_request_carries_the_default_inputs(tmp_path: Path) -> None:
+    runtime = FakeRuntime()
+    run(tmp_path, runtime)
+    assert runtime.requests[-1].inputs == {"force": DUMPLING.skills["boil"].inputs["force"].default}
+
+
+def test_an_unroutable_instruction_is_noted_and_raised(tmp_path: Path) -> None:
+    runtime = FakeRuntime()
+    with awake(tmp_path, "chef", runtime) as agent, pytest.raises(RoutingError):
+        agent.run("fly to the moon")
+    assert runtime.kinds() == ["not-routed"]
+
+
+def test_an_interrupt_leaves_memory_and_lock_whole(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"wrap": [KeyboardInterrupt()]})
+    with pytest.raises(KeyboardInterrupt):
+        run(tmp_path, runtime)
+    assert runtime.kinds()[-1] == "run-interrupted"
+    with closing(sqlite3.connect(tmp_path / "memory.sqlite3")) as database:
+        statuses = [status for (status,) in database.execute("SELECT status FROM episodes ORDER BY id")]
+        (ended,) = database.execute("SELECT ended FROM sessions").fetchone()
+    assert statuses == ["finished", "finished", "interrupted"]
+    assert ended is not None
+    assert run(tmp_path, runtime).reached
+
+
+def test_an_audit_that_cannot_be_written_ends_the_run_before_motion(tmp_path: Path) -> None:
+    class NoAudit(FakeRuntime):
+        def note(self, event: str, details: Mapping[str, Any]) -> None:
+            if event == "step-started":
+                raise OSError("disk full")
+
+    runtime = NoAudit()
+    with pytest.raises(OSError, match="disk full"):
+        run(tmp_path, runtime)
+    assert runtime.submitted == []
+
+
+def test_a_damaged_memory_is_a_reason_and_no_agent(tmp_path: Path) -> None:
+    (tmp_path / "memory.sqlite3").write_bytes(b"not a database at all" * 100)
+    with pytest.raises(RefusedError, match="damaged"):
+        run(tmp_path, FakeRuntime())
+
+
+@given(
+    seed=st.integers(0, 2**32),
+    success=st.floats(0, 1),
+    retries=st.integers(0, 3),
+    replans=st.integers(0, 10),
+)
+def test_every_run_ends_within_its_bound(seed: int, success: float, retries: int, replans: int) -> None:
+    source = random.Random(seed)  # noqa: S311  a seeded world, no secret
+
+    def chance(skill: str, outcomes: list[str]) -> str:
+        return outcomes[0] if source.random() < success else outcomes[-1]
+
+    rules = tuple(replace(one, retry=retries) for one in MAKE_DUMPLINGS.rules)
+    dumpling = module("dumpling", tuple(DUMPLING.skills.values()), replace(MAKE_DUMPLINGS, rules=rules))
+    runtime = FakeRuntime({"dumpling": dumpling}, chance=chance, at=site(replans=replans))
+    with TemporaryDirectory() as folder:
+        report = run(Path(folder), runtime)
+    bound = (replans + 1) * sum(1 + 2 * one.retry for one in rules)
+    assert len(report.steps) == len(runtime.submitted) <= bound
+    assert report.replans <= replans
+    assert report.reached == runtime.state["dumpling_cooked"] == (report.reason is None)

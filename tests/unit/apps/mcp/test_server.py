@@ -1,0 +1,145 @@
+"""`aeros mcp` answers the protocol's own client over standard input and output, and ends when that goes."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.agent.identity import exclusive
+from aeros.cli.main import main
+from aeros.exit_codes import Exit
+from aeros.runtime.audit.log import verify_log
+from tests.repo.tree import ROOT
+
+mcp = pytest.importorskip("mcp", reason="the extra `mcp` is not installed")
+anyio = pytest.importorskip("anyio")
+
+
+def arguments(folder: Path) -> list[str]:
+    return [
+        "-m", "aeros.cli.main", "mcp", "make dumplings", "--plant", "symbolic", "--ecms", str(ROOT / "ecms"),
+        "--state", str(folder / "state"), "--out", str(folder / "out"),
+    ]  # fmt: skip
+
+
+def as_client(folder: Path, talk: Callable[[Any], Awaitable[None]]) -> list[dict[str, Any]]:
+    """What the record says after a client has talked to a server."""
+
+    async def session() -> None:
+        server = mcp.StdioServerParameters(command=sys.executable, args=arguments(folder), cwd=ROOT)
+        with (folder / "stderr").open("w") as errors:
+            transport = mcp.stdio_client(server, errlog=errors)
+            async with transport as (reading, writing), mcp.ClientSession(reading, writing) as client:
+                await client.initialize()
+                await talk(client)
+
+    anyio.run(session)
+    wait_for_release(folder / "state")
+    log = folder / "out" / "audit.jsonl"
+    assert verify_log(log).sound
+    return [json.loads(line) for line in log.read_text().splitlines()]
+
+
+def wait_for_release(state: Path) -> None:
+    """The server ends a moment after its client is gone."""
+    latest = time.monotonic() + 60
+    while (state / "agent.lock").read_text() and time.monotonic() < latest:
+        time.sleep(0.05)
+
+
+def test_a_client_sees_proposes_and_has_executed_what_the_operator_approves(tmp_path: Path) -> None:
+    seen: dict[str, Any] = {}
+
+    async def talk(client: Any) -> None:
+        seen["tools"] = [tool.name for tool in (await client.list_tools()).tools]
+        steps = [{"skill": "make_dumplings.prepare"}]
+        goal = "dough_on_workspace and filling_on_workspace"
+        proposed = (await client.call_tool("propose_plan", {"steps": steps, "goal": goal})).structured_content
+        name = {"plan": proposed["plan"], "wait": 30}
+        waiting = (await client.call_tool("execute_plan", name)).structured_content
+        seen["waiting"] = waiting["status"]
+        id_ = waiting["operator"].split()[-1]
+        assert main(["approve", id_, "--state", str(tmp_path / "state")]) == Exit.PROVED
+        seen["executed"] = (await client.call_tool("execute_plan", name)).structured_content["status"]
+        refused = await client.call_tool(
+            "propose_plan", {"steps": [{"skill": "a.b", "inputs": {"x": "y" * 2000}}]}
+        )
+        seen["refused"] = (refused.is_error, refused.content[0].text)
+
+    records = as_client(tmp_path, talk)
+    assert seen == {
+        "tools": ["list_skills", "state", "propose_plan", "execute_plan", "pause", "stop", "resume"],
+        "waiting": "waits for approval",
+        "executed": "goal reached",
+        "refused": (True, "a text is longer than 1000 characters"),
+    }
+    notes = [one["details"] for one in records if one["event"] == "note"]
+    (noted,) = (note["details"] for note in notes if note["event"] == "mcp-executing")
+    assert noted["client"].startswith("mcp ")
+    assert "uid" in noted["approved"]["by"]
+
+
+def test_another_terminal_pauses_and_stops_what_a_client_began(tmp_path: Path) -> None:
+    seen: list[Any] = []
+
+    async def talk(client: Any) -> None:
+        state = str(tmp_path / "state")
+        assert main(["pause", "--state", state]) == Exit.PROVED
+        seen.append((await client.call_tool("state", {})).structured_content["operator"])
+        assert main(["stop", "--state", state]) == Exit.PROVED
+        seen.append((await client.call_tool("state", {})).structured_content["operator"])
+        seen.append((await client.call_tool("resume", {})).structured_content["status"])
+
+    records = as_client(tmp_path, talk)
+    assert seen == ["pause", "stop", "waits for approval"]
+    assert not [one for one in records if one["event"] == "decision"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_a_server_whose_client_says_nothing(number: int, tmp_path: Path) -> None:
+    told = tmp_path / "stderr"
+    with (
+        told.open("w") as errors,
+        subprocess.Popen(
+            [sys.executable, *arguments(tmp_path)],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors, cwd=ROOT,
+        ) as server,
+    ):  # fmt: skip
+        latest = time.monotonic() + 60
+        while "answers on" not in told.read_text() and time.monotonic() < latest:
+            time.sleep(0.05)
+        server.send_signal(number)
+        assert server.wait(60) == Exit.INTERRUPTED
+    assert verify_log(tmp_path / "out" / "audit.jsonl").sound
+
+
+def test_a_robot_that_has_an_agent_gets_no_second_one(tmp_path: Path) -> None:
+    with exclusive(tmp_path / "state"):
+        ended = subprocess.run(
+            [sys.executable, *arguments(tmp_path)],
+            stdin=subprocess.DEVNULL, capture_output=True, text=True, cwd=ROOT, timeout=60, check=False,
+        )  # fmt: skip
+    assert ended.returncode == Exit.REJECTED
+    assert "this robot has an agent already: pid" in ended.stderr
+
+
+@pytest.mark.parametrize("line", [b"x" * 2_000_000, b"\xff\xfe\n" * 100, b'{"jsonrpc": "2.0"}\n[[[[\n{}\n'])
+def test_what_is_no_message_neither_breaks_nor_fills_the_server(line: bytes, tmp_path: Path) -> None:
+    ended = subprocess.run(
+        [sys.executable, *arguments(tmp_path)],
+        input=line,
+        capture_output=True,
+        cwd=ROOT,
+        timeout=60,
+        check=False,
+    )
+    assert ended.returncode == Exit.PROVED, ended.stderr
+    assert verify_log(tmp_path / "out" / "audit.jsonl").sound

@@ -1,0 +1,80 @@
+"""What a client of ill will may give is refused, with the reason, before anything looks at it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from aeros.apps.mcp.tool_arguments import (
+    AskedStep,
+    RefusedCallError,
+    check_call,
+    seconds_in,
+    steps_in,
+    text_in,
+)
+
+
+def nested(depth: int) -> Any:
+    return [] if depth == 0 else [nested(depth - 1)]
+
+
+@pytest.mark.parametrize(
+    ("tool", "arguments", "why"),
+    [
+        ("exec_plan", {}, "there is no tool `exec_plan`; did you mean `execute_plan`?"),
+        ("a\x1b[2J" * 50, {}, r"there is no tool `a\\x1b"),
+        ("state", {"all": True}, "there is no argument `all`"),
+        ("propose_plan", {}, "the argument `steps` is missing"),
+        ("propose_plan", {"steps": [{"skill": "a.b", "inputs": {"x": float("nan")}}]}, "not finite"),
+        ("propose_plan", {"steps": [{"skill": "a.b", "inputs": {"x": float("-inf")}}]}, "not finite"),
+        ("propose_plan", {"steps": [{"skill": "a.b", "inputs": {"x": 2**60}}]}, "larger than 2"),
+        ("propose_plan", {"steps": nested(20)}, "nested more than 8 deep"),
+        ("propose_plan", {"steps": [], "goal": "x" * 1001}, "longer than 1000 characters"),
+        ("propose_plan", {"steps": [{"x" * 1001: 1}]}, "longer than 1000 characters"),
+        ("propose_plan", {"steps": [{"skill": "x" * 900}] * 80}, "larger than 65536 bytes"),
+        ("propose_plan", {"steps": {1, 2}}, "a set is no JSON value"),
+    ],
+)
+def test_a_call_is_refused(tool: str, arguments: dict[str, Any], why: str) -> None:
+    with pytest.raises(RefusedCallError, match=why):
+        check_call(tool, arguments)
+
+
+@pytest.mark.parametrize(
+    ("steps", "why"),
+    [
+        ("a.b", "`steps` is a list"),
+        ([], "`steps` is a list"),
+        ([{"skill": "a.b"}] * 4, "the plan has 4 steps; this site allows 3"),
+        (["a.b"], "step 1 is not an object"),
+        ([{"skill": "a.b"}, {}], "step 2: the field `skill` is missing"),
+        ([{"skill": "a.b", "retry": 3}], "step 1: there is no field `retry`"),
+        ([{"skill": ["a.b"]}], "step 1: `skill` is a text"),
+        ([{"skill": "a.b", "inputs": [1]}], "`inputs` an object"),
+    ],
+)
+def test_steps_are_refused(steps: Any, why: str) -> None:
+    with pytest.raises(RefusedCallError, match=why):
+        steps_in({"steps": steps}, 3)
+
+
+def test_steps_are_taken() -> None:
+    steps = [{"skill": "a.b"}, {"skill": "c.d", "inputs": {"at": "pot"}}]
+    assert steps_in({"steps": steps}, 3) == (AskedStep("a.b", {}), AskedStep("c.d", {"at": "pot"}))
+
+
+@pytest.mark.parametrize("seconds", ["1", True, -1, 301, None, [1]])
+def test_seconds_that_are_none_are_refused(seconds: Any) -> None:
+    with pytest.raises(RefusedCallError, match="from 0 to 300"):
+        seconds_in({"wait": seconds}, "wait")
+
+
+def test_texts_and_seconds_are_taken() -> None:
+    assert seconds_in({"wait": 2}, "wait") == 2.0
+    assert seconds_in({}, "wait") == 0.0
+    assert text_in({"goal": "x"}, "goal") == "x"
+    assert text_in({}, "goal") is None
+    with pytest.raises(RefusedCallError, match="`goal` is a text"):
+        text_in({"goal": 3}, "goal")

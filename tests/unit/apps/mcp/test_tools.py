@@ -1,0 +1,409 @@
+"""What a client may see and have done: plans are judged, the operator approves, the gate decides."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.agent.agent import awake
+from aeros.agent.planning.routing import route
+from aeros.apps.mcp.approvals import Approvals, approve, refuse, waiting_in
+from aeros.apps.mcp.plan_review import Judge
+from aeros.apps.mcp.robot import Heard, Parts, Proposed, Robot
+from aeros.apps.mcp.tool_arguments import RefusedCallError
+from aeros.apps.mcp.tools import MOST_PLANS, Tools
+from aeros.runtime.audit.log import AuditLog, verify_log
+from aeros.runtime.execution.governor import Command, Fixed
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.isolation.run_factory import SkillRuns
+from aeros.runtime.proving import prove
+from aeros.session.assembly import build_executor
+from aeros.sim.symbolic.plant import SymbolicPlant
+from aeros.spec.expr.doubles import as_doubles
+from aeros.spec.model.model import Execute, McpPolicy
+from aeros.spec.text.discovery import reference_site
+from tests.repo.tree import ROOT
+
+PREPARE = [{"skill": "make_dumplings.prepare"}]
+LAID_OUT = "dough_on_workspace and filling_on_workspace"
+FREE = McpPolicy(Execute.ALLOWED)
+
+
+class _Operator(Fixed):
+    """Says what it was asked for last, and does something when a record of some kind is written."""
+
+    def __init__(self, configuration: Configuration) -> None:
+        super().__init__(configuration)
+        self.in_force = configuration
+        self.asked = Command.RUN
+        self.at_first: dict[str, Callable[[], None]] = {}
+
+    @property
+    def command(self) -> Command:
+        return self.asked
+
+    @property
+    def generation(self) -> int:
+        return hash(self.in_force.digest)
+
+    def configuration(self) -> tuple[int, Configuration]:
+        return self.generation, self.in_force
+
+    def acting(self, generation: int) -> AbstractContextManager[bool]:
+        return nullcontext(generation == self.generation)
+
+    def ask(self, command: Command) -> None:
+        self.asked = command
+
+    def hear(self, line: bytes) -> None:
+        do = self.at_first.pop(json.loads(line)["event"], None)
+        if do is not None:
+            do()
+
+
+class Cell:
+    """A robot on the symbolic plant, and a client of its tools."""
+
+    def __init__(self, tools: Tools, operator: _Operator, robot: Robot, folder: Path) -> None:
+        self.tools, self.operator, self.robot, self.folder = tools, operator, robot, folder
+
+    def call(self, tool: str, **arguments: Any) -> dict[str, Any]:
+        return self.tools.call(tool, arguments, "a client 1.0")
+
+    def proposed(self) -> str:
+        name: str = self.call("propose_plan", steps=PREPARE, goal=LAID_OUT)["plan"]
+        return name
+
+    def records(self) -> list[dict[str, Any]]:
+        self.robot.call(lambda _: None).result()
+        return [json.loads(line) for line in (self.folder / "audit.jsonl").read_text().splitlines()]
+
+    def noted(self, event: str) -> list[dict[str, Any]]:
+        notes = [one["details"] for one in self.records() if one["event"] == "note"]
+        return [note["details"] for note in notes if note["event"] == event]
+
+    def decisions(self) -> int:
+        return sum(one["event"] == "decision" for one in self.records())
+
+
+@pytest.fixture(scope="module")
+def configuration() -> Configuration:
+    return prove([ROOT / "ecms" / "make_dumplings"], reference_site(), certified=False)[0]
+
+
+@contextmanager
+def cell(configuration: Configuration, folder: Path, policy: McpPolicy, seed: int = 0) -> Iterator[Cell]:
+    configuration = replace(configuration, site=replace(configuration.site, mcp=policy))
+    routed = route("make dumplings", configuration.modules)
+    operator, heard = _Operator(configuration), Heard()
+
+    @contextmanager
+    def opened() -> Iterator[Parts]:
+        site = configuration.site
+        plant = SymbolicPlant(site, configuration.modules, seed, as_doubles(routed.task.initial))
+        with (
+            SkillRuns(site, configuration.modules.values()) as skills,
+            AuditLog(folder / "audit.jsonl", listener=operator.hear) as audit,
+            build_executor(
+                configuration, plant, audit, skills, governor=operator, listeners=(heard,)
+            ) as executor,
+            awake(
+                folder / "state", "panda", executor, planner := Proposed(Judge(lambda: executor.site))
+            ) as agent,
+        ):
+            yield Parts(executor, agent, planner)
+
+    robot = Robot(opened, "make dumplings", lambda: operator.ask(Command.STOP))
+    try:
+        approvals = Approvals(folder / "state")
+        tools = Tools(robot, heard, routed, approvals, operator.ask, lambda: operator.command)
+        yield Cell(tools, operator, robot, folder)
+    finally:
+        robot.close()
+    assert verify_log(folder / "audit.jsonl").sound
+
+
+@pytest.fixture
+def usual(configuration: Configuration, tmp_path: Path) -> Iterator[Cell]:
+    with cell(configuration, tmp_path, McpPolicy()) as one:
+        yield one
+
+
+@pytest.fixture
+def free(configuration: Configuration, tmp_path: Path) -> Iterator[Cell]:
+    with cell(configuration, tmp_path, FREE) as one:
+        yield one
+
+
+# Looking.
+
+
+def test_skills_are_listed_with_what_a_plan_needs(usual: Cell) -> None:
+    found = usual.call("list_skills")
+    assert found["task"]["goal"] == "dumpling_cooked"
+    (wrap,) = (one for one in found["skills"] if one["skill"] == "make_dumplings.wrap")
+    assert wrap["precondition"] == "wrapper_aligned and filling_on_workspace"
+    assert {"outcome": "wrapped", "failure": False, "then": {"dumpling_wrapped": True}} in wrap["outcomes"]
+    json.dumps(found)
+
+
+def test_state_is_as_measured(usual: Cell) -> None:
+    found = usual.call("state")
+    assert found["state"]["human_distance"] == {"value": 20.0, "age": 0.0}
+    assert found["operator"] == "run"
+    assert found["running"] is None
+    json.dumps(found, allow_nan=False)
+
+
+# Proposing.
+
+
+def test_a_plan_that_an_outcome_leads_astray_is_rejected_with_the_state(usual: Cell) -> None:
+    names = ("prepare", "wrap", "boil")
+    found = usual.call("propose_plan", steps=[{"skill": f"make_dumplings.{name}"} for name in names])
+    assert not found["accepted"]
+    assert found["plan"] is None
+    (problem,) = found["problems"]
+    assert "step 2, `make_dumplings.wrap`: its precondition" in problem
+    assert "wrapper_aligned = false" in problem
+    assert usual.decisions() == 0
+
+
+@pytest.mark.parametrize(
+    ("steps", "why"),
+    [
+        ([{"skill": "make_dumplings.prepar"}], "has no skill `prepar`; did you mean `prepare`?"),
+        ([{"skill": "make_pizza.bake"}], "no active module is named `make_pizza`"),
+        ([{"skill": "prepare"}], "`prepare`"),
+        ([{"skill": "make_dumplings.prepare", "inputs": {"speed": 9}}], "speed"),
+        ([{"skill": "__import__('os').system('x')"}], "step 1"),
+        ([{"skill": "make_dumplings.boil"}], "precondition"),
+    ],
+)
+def test_plans_that_cannot_be_are_rejected(steps: list[dict[str, Any]], why: str, usual: Cell) -> None:
+    found = usual.call("propose_plan", steps=steps)
+    assert not found["accepted"]
+    assert why in "; ".join(found["problems"])
+
+
+@pytest.mark.parametrize(
+    "goal", ["dumpling_cooked and", "no_such_thing", "human_distance", "1 m >= 1 s", "x" * 999, "\x00"]
+)
+def test_a_goal_that_is_none_is_refused_with_its_place(goal: str, usual: Cell) -> None:
+    with pytest.raises(RefusedCallError, match="the goal is not understood"):
+        usual.call("propose_plan", steps=PREPARE, goal=goal)
+
+
+def test_accepted_plans_are_kept_up_to_a_number(usual: Cell) -> None:
+    first = usual.proposed()
+    for _ in range(MOST_PLANS):
+        usual.proposed()
+    with pytest.raises(RefusedCallError, match="no accepted plan of that name"):
+        usual.call("execute_plan", plan=first)
+
+
+# Executing.
+
+
+def test_nothing_is_executed_without_the_operator(usual: Cell) -> None:
+    name = usual.proposed()
+    for _ in range(2):
+        found = usual.call("execute_plan", plan=name)
+        assert found["status"] == "waits for approval"
+    (asked,) = waiting_in(usual.folder / "state")
+    assert found["operator"] == f"aeros approve {asked['id']}"
+    assert (asked["client"], asked["goal"]) == ("a client 1.0", LAID_OUT)
+    assert asked["steps"] == [{"skill": "make_dumplings.prepare", "inputs": {}}]
+    assert usual.call("state")["waiting_for_approval"] == [asked["id"]]
+    assert usual.decisions() == 0
+
+
+def test_what_is_approved_is_executed_once_and_who_asked_is_on_record(usual: Cell) -> None:
+    name = usual.proposed()
+    id_ = usual.call("execute_plan", plan=name)["operator"].split()[-1]
+    approve(usual.folder / "state", id_)
+    found = usual.call("execute_plan", plan=name, wait=30)
+    assert found["status"] == "goal reached"
+    assert found["steps"] == [
+        {"skill": "make_dumplings.prepare", "status": "finished", "outcome": "laid_out", "reason": ""}
+    ]
+    decided = usual.decisions()
+    assert decided > 10
+    assert usual.call("execute_plan", plan=name, wait=1) == found
+    assert usual.decisions() == decided
+    (noted,) = usual.noted("mcp-executing")
+    assert (noted["client"], noted["plan"], noted["approved"]["id"]) == ("a client 1.0", name, id_)
+    assert [note["planner"] for note in usual.noted("plan")] == ["mcp"]
+
+
+def test_what_the_operator_refuses_is_not_executed(usual: Cell) -> None:
+    name = usual.proposed()
+    id_ = usual.call("execute_plan", plan=name)["operator"].split()[-1]
+    refuse(usual.folder / "state", id_)
+    with pytest.raises(RefusedCallError, match="the operator did not approve it"):
+        usual.call("execute_plan", plan=name)
+    with pytest.raises(RefusedCallError, match="no accepted plan"):
+        usual.call("execute_plan", plan=name)
+    assert usual.decisions() == 0
+
+
+def test_a_site_may_let_plans_be_executed_at_once(free: Cell) -> None:
+    assert free.call("execute_plan", plan=free.proposed(), wait=30)["status"] == "goal reached"
+    assert free.noted("mcp-executing")[0]["approved"] is None
+
+
+def test_a_site_may_let_nothing_be_executed(configuration: Configuration, tmp_path: Path) -> None:
+    with cell(configuration, tmp_path, McpPolicy(Execute.DENIED)) as one:
+        with pytest.raises(RefusedCallError, match="lets no client have a plan executed"):
+            one.call("execute_plan", plan=one.proposed())
+        assert one.noted("mcp-refused")[0]["tool"] == "execute_plan"
+
+
+def test_a_site_may_name_the_skills_and_the_number_of_steps(
+    configuration: Configuration, tmp_path: Path
+) -> None:
+    policy = McpPolicy(most_steps=2, skills=frozenset(("make_dumplings.boil",)))
+    with cell(configuration, tmp_path, policy) as one:
+        assert [skill["skill"] for skill in one.call("list_skills")["skills"]] == ["make_dumplings.boil"]
+        found = one.call("propose_plan", steps=PREPARE, goal=LAID_OUT)
+        assert found["problems"] == [
+            "step 1: this site's `policy.mcp.skills` does not have `make_dumplings.prepare`"
+        ]
+        with pytest.raises(RefusedCallError, match="the plan has 3 steps; this site allows 2"):
+            one.call("propose_plan", steps=PREPARE * 3)
+
+
+def test_a_plan_that_the_world_has_left_behind_is_not_executed(free: Cell) -> None:
+    early = free.call("propose_plan", steps=[*PREPARE, *PREPARE], goal=LAID_OUT)["plan"]
+    late = free.proposed()
+    assert free.call("execute_plan", plan=early, wait=30)["status"] == "goal reached"
+    decided = free.decisions()
+    found = free.call("execute_plan", plan=late, wait=30)
+    assert found["status"] == "goal reached"
+    assert found["steps"] == []
+    assert free.decisions() == decided
+
+
+def test_after_a_failure_the_client_is_to_propose_again(configuration: Configuration, tmp_path: Path) -> None:
+    with cell(configuration, tmp_path, FREE, seed=7) as one:
+        found = one.call("execute_plan", plan=one.proposed(), wait=30)
+        assert found["status"] == "goal not reached"
+        assert "the client's plan is over; it may propose another" in found["reason"]
+        assert [step["outcome"] for step in found["steps"]] == ["missed"]
+        assert one.call("execute_plan", plan=one.proposed(), wait=30)["status"] == "goal reached"
+
+
+def test_a_site_that_changes_is_followed(free: Cell) -> None:
+    name = free.proposed()
+    stricter = replace(free.operator.in_force.site, mcp=McpPolicy(Execute.DENIED, most_steps=1))
+    free.operator.in_force = replace(free.operator.in_force, site=stricter, digest="another")
+    with pytest.raises(RefusedCallError, match="lets no client have a plan executed"):
+        free.call("execute_plan", plan=name)
+    with pytest.raises(RefusedCallError, match="this site allows 1"):
+        free.call("propose_plan", steps=PREPARE * 2)
+    assert free.call("list_skills")["most_steps"] == 1
+    assert free.decisions() == 0
+
+
+def test_a_plan_is_judged_again_when_it_is_executed(free: Cell) -> None:
+    name = free.proposed()
+    fewer = McpPolicy(Execute.ALLOWED, skills=frozenset(("make_dumplings.boil",)))
+    site = replace(free.operator.in_force.site, mcp=fewer)
+    free.operator.in_force = replace(free.operator.in_force, site=site, digest="another")
+    found = free.call("execute_plan", plan=name, wait=30)
+    assert found["status"] == "goal not reached"
+    assert free.noted("plan-rejected")[0]["problems"] == [
+        "the planner failed: PlanIsOverError: not accepted as things are now: step 1: this site's "
+        "`policy.mcp.skills` does not have `make_dumplings.prepare`"
+    ]
+    assert free.decisions() == 0
+
+
+def test_a_plan_that_was_executed_is_not_there_to_be_executed_again(free: Cell) -> None:
+    first, second = free.proposed(), free.proposed()
+    for name in (first, second):
+        free.call("execute_plan", plan=name, wait=30)
+    with pytest.raises(RefusedCallError, match="no accepted plan of that name"):
+        free.call("execute_plan", plan=first)
+
+
+# Holding.
+
+
+@pytest.mark.parametrize("command", [Command.PAUSE, Command.STOP])
+def test_while_it_is_held_nothing_is_executed(command: Command, free: Cell) -> None:
+    name = free.proposed()
+    free.operator.ask(command)
+    with pytest.raises(RefusedCallError, match="the operator resumes it"):
+        free.call("execute_plan", plan=name)
+    assert free.decisions() == 0
+
+
+def test_a_stop_voids_what_was_accepted_and_approved(usual: Cell) -> None:
+    name = usual.proposed()
+    id_ = usual.call("execute_plan", plan=name)["operator"].split()[-1]
+    approve(usual.folder / "state", id_)
+    assert usual.call("stop") == {"status": "stopped"}
+    usual.operator.ask(Command.RUN)
+    with pytest.raises(RefusedCallError, match="no accepted plan"):
+        usual.call("execute_plan", plan=name)
+    assert usual.decisions() == 0
+
+
+@pytest.mark.parametrize("policy", [McpPolicy(), FREE])
+def test_to_resume_needs_the_operator_whatever_the_site_says(
+    policy: McpPolicy, configuration: Configuration, tmp_path: Path
+) -> None:
+    with cell(configuration, tmp_path, policy) as one:
+        assert one.call("resume") == {"status": "nothing is held"}
+        assert one.call("pause") == {"status": "paused"}
+        id_ = one.call("resume")["operator"].split()[-1]
+        assert one.call("resume")["operator"].split()[-1] == id_
+        assert one.call("state")["operator"] == "pause"
+        refuse(tmp_path / "state", id_)
+        again = one.call("resume")["operator"].split()[-1]
+        assert again != id_
+        approve(tmp_path / "state", again)
+        assert one.call("resume") == {"status": "resumed"}
+        assert one.call("state")["operator"] == "run"
+        assert one.noted("mcp-resume")[0]["approved"]["by"]
+
+
+def test_a_pause_does_not_take_a_stop_back(free: Cell) -> None:
+    free.call("stop")
+    assert free.call("pause") == {"status": "stopped"}
+
+
+def test_a_robot_that_is_busy_says_so_and_can_be_stopped(free: Cell) -> None:
+    free.operator.at_first["decision"] = lambda: free.operator.ask(Command.PAUSE)
+    name, other = free.proposed(), free.proposed()
+    assert free.call("execute_plan", plan=name, wait=0.5) == {"status": "executing", "plan": name}
+    with pytest.raises(RefusedCallError, match=f"the robot is busy with plan {name}"):
+        free.proposed()
+    with pytest.raises(RefusedCallError, match="the robot is busy"):
+        free.call("execute_plan", plan=other)
+    state = free.call("state")
+    assert state["operator"] == "pause"
+    assert state["running"] == {"status": "executing", "plan": name}
+    assert state["state"]["estop_pressed"]["value"] is False
+    free.call("stop")
+    found = free.call("execute_plan", plan=name, wait=30)
+    assert found["status"] == "goal not reached"
+    assert "the operator stops it" in found["reason"]
+
+
+def test_when_the_client_goes_the_robot_stops(configuration: Configuration, tmp_path: Path) -> None:
+    with cell(configuration, tmp_path, FREE) as one:
+        one.operator.at_first["decision"] = lambda: one.operator.ask(Command.PAUSE)
+        one.call("execute_plan", plan=one.proposed(), wait=0.2)
+        running = one.robot.running
+        assert running is not None
+        one.robot.close()
+        assert running.report is not None
+        assert not running.report.reached

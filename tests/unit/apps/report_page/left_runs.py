@@ -1,0 +1,56 @@
+"""Folders as runs leave them: one that was run, and one written to say whatever a test wants."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from aeros.cli.main import main
+from aeros.runtime.audit.log import AuditLog
+from tests.repo.tree import ROOT
+
+SITE = "0" * 64
+
+
+def run_symbolic(folder: Path, *arguments: str) -> Path:
+    """A run with a re-plan, a retry and a recovery, in 143 s of the plant."""
+    out = folder / "out"
+    code = main(
+        ["run", "make dumplings", "--plant", "symbolic", "--seed", "7", "--ecms", str(ROOT / "ecms"),
+         "--state", str(folder / "state"), "--out", str(out), *arguments]
+    )  # fmt: skip
+    assert code == 0
+    return out
+
+
+def decision(time: float, verdict: str = "ALLOW", skill: str = "reach", **more: Any) -> dict[str, Any]:
+    """The details of a decision."""
+    action = {"kind": "move_tool", "parameters": {"speed": 0.2}}
+    return {
+        "verdict": verdict,
+        "reasons": [],
+        "decided": None if verdict == "DENY" else action,
+        "configuration": "c",
+        "time": time,
+        "state": {},
+        "module": "arm",
+        "skill": skill,
+        "asked": action,
+        **more,
+    }
+
+
+def written_run(
+    folder: Path, records: Sequence[tuple[str, Mapping[str, Any]]], trace: Sequence[Mapping[str, Any]] = ()
+) -> Path:
+    """A folder with these records after the session's, and this trace."""
+    folder.mkdir()
+    session = {"configuration": "c", "site": {"id": "cell", "digest": SITE}, "modules": {}}
+    with AuditLog(folder / "audit.jsonl", clock=lambda: 0.0) as log:
+        for event, details in [("session-opened", session), *records]:
+            log.append(event, details)
+    (folder / "trace.jsonl").write_text("".join(json.dumps(line) + "\n" for line in trace))
+    (folder / "measured.jsonl").write_text("")
+    return folder

@@ -1,0 +1,142 @@
+"""The page about a run needs nothing else, and whatever a module said on it is text."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.apps.report_page.page import page_of
+from aeros.apps.report_page.run_data import read_left
+from aeros.runtime.audit.log import verify_log
+from tests.unit.apps.report_page.left_runs import decision, run_symbolic, written_run
+
+HOSTILE = (
+    "<script>alert(1)</script>",
+    '"><img src=x onerror=alert(1)>',
+    "</script><script>alert(1)</script>",
+    "</title></style><svg onload=alert(1)>",
+    "' onmouseover='alert(1)",
+    "<!--",
+    "&lt;b&gt;\x1b[31m\u202e",
+)
+
+
+class _Elements(HTMLParser):
+    """Every element and attribute of a page, and the text of its scripts."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.attributes: list[tuple[str, str, str]] = []
+        self.tags: list[str] = []
+        self.scripts: list[str] = []
+        self.text: list[str] = []
+        self._in_script = False
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.attributes += [(tag, name, value or "") for name, value in attrs]
+        self._in_script = tag == "script"
+
+    def handle_endtag(self, tag: str) -> None:
+        self._in_script = False
+
+    def handle_data(self, data: str) -> None:
+        (self.scripts if self._in_script else self.text).append(data)
+
+
+def elements(page: str) -> _Elements:
+    found = _Elements()
+    found.feed(page)
+    found.close()
+    return found
+
+
+def hostile_run(folder: Path, text: str) -> str:
+    noted: dict[str, Any] = {"instruction": text, "task": text}
+    records: list[tuple[str, dict[str, Any]]] = [
+        ("note", {"event": "routed", "details": noted}),
+        ("note", {"event": "plan", "details": {"steps": [text, {text: text}]}}),
+        ("step-began", {"module": "arm", "skill": text, "time": 0.0}),
+        ("decision", decision(0.5, "DENY", text, reasons=[["AE750", text, text], [text, text, text], text])),
+        ("decision", decision(0.6, "ATTENUATE", text, asked={"kind": text, "parameters": {text: text}})),
+        ("step-ended", {"module": "arm", "skill": text, "time": 1.0, "status": text, "reason": text}),
+        ("note", {"event": "step-ended", "details": {"skill": f"arm.{text}", "role": text, "outcome": text}}),
+        ("note", {"event": "run-ended", "details": {"reason": text, "measured": {text: 1}}}),
+        ("configuration-changed", {"configuration": text, "site": {"id": text, "digest": text},
+                                   "modules": {text: {"version": text, "manifest": text, "code": text}}}),
+    ]  # fmt: skip
+    trace = [
+        {"time": 0.0, "kind": "routed", "text": text, "details": noted},
+        {"time": 0.2, "kind": "plan", "text": text, "details": {"steps": [text, {text: text}]}},
+        {"time": 0.7, "kind": "fault", "text": text, "details": {}},
+        {"time": 0.8, "kind": "re-plan", "text": text, "details": {}},
+    ]
+    out = written_run(folder, records, trace)
+    return page_of(read_left(out), text, {}, text)
+
+
+@pytest.mark.parametrize("text", HOSTILE)
+def test_what_a_module_says_is_text(text: str, tmp_path: Path) -> None:
+    harmless = elements(hostile_run(tmp_path / "harmless", re.sub(r"\S", "x", text)))
+    found = elements(hostile_run(tmp_path / "hostile", text))
+    assert found.tags == harmless.tags
+    assert [one[:2] for one in found.attributes] == [one[:2] for one in harmless.attributes]
+    assert found.scripts == harmless.scripts
+
+
+def test_a_page_refers_to_nothing_outside_itself(tmp_path: Path) -> None:
+    out = run_symbolic(tmp_path, "--report")
+    page = (out / "report.html").read_text()
+    found = elements(page)
+    assert not {"link", "iframe", "object", "embed", "img", "base", "a"} & set(found.tags)
+    assert not [one for one in found.attributes if one[1] in ("src", "href", "action", "formaction")]
+    assert not [one for one in found.attributes if one[1].startswith("on") or one[1] == "style"]
+    assert re.findall(r"url\((?!#head\))", page) == []
+    assert re.findall(r"https?://(?!www\.w3\.org/2000/svg)", page) == []
+
+
+def test_no_script_may_run_but_its_own(tmp_path: Path) -> None:
+    found = elements(hostile_run(tmp_path / "out", HOSTILE[0]))
+    (policy,) = [value for tag, name, value in found.attributes if tag == "meta" and name == "content"]
+    (script,) = found.scripts
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    assert policy == f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'"
+
+
+def test_a_run_is_told_whole(tmp_path: Path) -> None:
+    out = run_symbolic(tmp_path, "--report")
+    allowed = verify_log(out / "audit.jsonl").decisions.allowed
+    text = " ".join(elements((out / "report.html").read_text()).text)
+    for said in (
+        "goal reached", "make_dumplings.prepare", "2 times, 1 failed", "re-plan 1: `make_dumplings.prepare`",
+        "sound", f"{allowed} allowed, 0 attenuated, 0 denied", "human_distance", "arm-separation", "× ALLOW",
+    ):  # fmt: skip
+        assert said in text, said
+    head = json.loads((out / "audit.jsonl").read_text().splitlines()[-1])["hash"]
+    assert head in text
+
+
+def test_a_denial_is_told_with_its_reasons(tmp_path: Path) -> None:
+    reasons = [["AE750", "arm-standing", "somebody is so near"], ["AE730", "envelope", "outside"]]
+    records = [("decision", decision(0.5, "DENY", reasons=reasons))]
+    page = page_of(read_left(written_run(tmp_path / "out", records)), "r", {}, "")
+    text = "".join(elements(page).text)
+    assert "AE750 arm-standing: somebody is so near" in text
+    assert "AE730 envelope: outside" in text
+    assert "No bounds are drawn under a site that is not at hand: " + "0" * 64 in text
+
+
+def test_what_follows_a_broken_link_is_not_shown(tmp_path: Path) -> None:
+    out = written_run(tmp_path / "out", [("decision", decision(time)) for time in (1.0, 2.0, 3.0)])
+    log = out / "audit.jsonl"
+    log.write_text(log.read_text().replace('"time":2.0', '"time":2.5'))
+    left = read_left(out)
+    assert [one.time for one in left.decisions] == [1.0]
+    assert "NOT SOUND: record 2 was edited" in "".join(elements(page_of(left, "r", {}, "")).text)

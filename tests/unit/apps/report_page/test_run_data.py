@@ -1,0 +1,93 @@
+"""What a run left is read as far as it is of the form that our writers give it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.apps.report_page.page import page_of
+from aeros.apps.report_page.run_data import Run, read_left
+from tests.unit.apps.report_page.left_runs import decision, run_symbolic, written_run
+
+
+def test_steps_are_told_with_role_and_outcome(tmp_path: Path) -> None:
+    left = read_left(run_symbolic(tmp_path))
+    assert [(run.skill.partition(".")[2], run.role, run.how, run.failed) for run in left.runs] == [
+        ("prepare", "step", "missed", True),
+        ("prepare", "step", "laid_out", False),
+        ("wrap", "step", "spoilt", True),
+        ("recover", "recovery", "aligned", False),
+        ("wrap", "retry", "wrapped", False),
+        ("boil", "step", "cooked", False),
+    ]
+    assert left.runs[0].after is None
+    assert [run.after for run in left.runs[1:]] == left.runs[:-1]
+    assert left.trouble == []
+    assert left.samples
+    assert left.samples == sorted(left.samples, key=lambda sample: sample[0])
+
+
+def test_a_trace_that_says_other_things_than_the_record_is_noticed(tmp_path: Path) -> None:
+    out = run_symbolic(tmp_path)
+    trace = out / "trace.jsonl"
+    trace.write_text(trace.read_text().replace('"missed"', '"laid_out"'))
+    assert read_left(out).trouble == ["trace.jsonl does not say what the record says that the agent told"]
+
+
+def test_a_fault_that_the_plant_told_is_no_contradiction(tmp_path: Path) -> None:
+    out = run_symbolic(tmp_path)
+    fault = {"time": 1.0, "kind": "fault", "text": "slips", "details": {}}
+    trace = out / "trace.jsonl"
+    trace.write_text(json.dumps(fault) + "\n" + trace.read_text())
+    left = read_left(out)
+    assert left.trouble == []
+    assert left.events[0].text == "slips"
+
+
+def test_without_trace_and_samples_the_record_is_enough(tmp_path: Path) -> None:
+    out = run_symbolic(tmp_path)
+    (out / "trace.jsonl").unlink()
+    (out / "measured.jsonl").unlink()
+    left = read_left(out)
+    assert len(left.runs) == 6
+    assert left.trouble == [
+        "trace.jsonl cannot be read: No such file or directory",
+        "measured.jsonl cannot be read: No such file or directory",
+    ]
+    assert "the run left no samples" in page_of(left, "r", {}, "")
+
+
+def test_a_skill_that_did_not_come_to_its_own_end_is_told_by_how_it_ended() -> None:
+    run = Run("a.b", 0.0, None, 1.0, "denied", "no", "step", "missed", True)
+    assert run.how == "denied"
+    run.status = "finished"
+    assert run.how == "missed"
+
+
+ODD: list[Any] = [None, 3, "x", [], {}, [[1, 2, 3]], {"a": [None]}, 1e999, True]
+
+
+@pytest.mark.parametrize("odd", ODD)
+def test_details_of_another_form_are_passed_over(odd: object, tmp_path: Path) -> None:
+    names = ("reasons", "decided", "time", "state", "module", "skill", "asked", "configuration")
+    records: list[tuple[str, dict[str, Any]]] = [("decision", decision(1.0) | {name: odd}) for name in names]
+    for event in ("step-began", "step-ended", "step-broken", "paused", "configuration-changed", "note"):
+        records += [
+            (event, {name: odd}) for name in ("time", "module", "site", "modules", "event", "details")
+        ]
+    records += [
+        ("note", {"event": kind, "details": {name: odd}})
+        for kind in ("step-ended", "run-ended", "routed", "plan")
+        for name in ("skill", "instruction", "steps", "reached", "measured", "reason")
+    ]
+    out = written_run(tmp_path / "out", records)
+    lines = [odd, {"time": odd}, {"time": 1.0, "state": odd}, {"time": 2.0, "state": {"human_distance": odd}},
+             {"time": 1.0, "kind": odd, "text": odd, "details": odd}]  # fmt: skip
+    for name in ("trace.jsonl", "measured.jsonl"):
+        (out / name).write_text("\n".join(map(json.dumps, lines)) + "\n[[[\n\xff")
+    left = read_left(out)
+    assert left.chain.sound
+    assert "</html>" in page_of(left, "r", {}, "")

@@ -1,0 +1,99 @@
+"""What was asked of a run is kept in the state folder and comes back, but for this command's own options."""
+
+from __future__ import annotations
+
+import json
+from argparse import Namespace
+from pathlib import Path
+from threading import Thread
+
+import pytest
+
+from aeros.agent.errors import RefusedError
+from aeros.agent.identity import exclusive
+from aeros.apps.watchdog.resumable_run import end_plant, end_task, forget, keep, restore
+from aeros.sim.kinematic.plant import make_plant
+from tests.unit.sim.hosting.hosted import Hosting
+
+
+def asked(state: Path, **changed: object) -> Namespace:
+    given = {"instruction": "fetch", "seed": 3, "ecms": [], "out": Path("out"), "resume": False, "crashes": 5}
+    return Namespace(state=state, **{**given, **changed})
+
+
+def test_what_was_asked_comes_back_wherever_it_is_resumed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    state = tmp_path / "new" / "state"
+    monkeypatch.chdir(tmp_path)
+    keep(asked(state))
+    assert state.stat().st_mode & 0o777 == 0o700
+    monkeypatch.chdir("/")
+    restored = restore(asked(state, instruction=None, seed=0, resume=True, crashes=9))
+    assert vars(restored) == {
+        "instruction": "fetch",
+        "seed": 3,
+        "ecms": [],
+        "out": tmp_path / "out",
+        "state": state,
+        # This command's own.
+        "resume": True,
+        "crashes": 9,
+    }
+
+
+def test_what_was_forgotten_cannot_be_resumed(tmp_path: Path) -> None:
+    keep(asked(tmp_path))
+    forget(tmp_path)
+    forget(tmp_path)
+    with pytest.raises(RefusedError, match="there is nothing to resume"):
+        restore(asked(tmp_path))
+
+
+@pytest.mark.parametrize(
+    "content", ["", "[]", "{", '"x"', '{"state": {}}', '{"state": {"path": 1}}', b"\xff"]
+)
+def test_what_cannot_be_read_is_refused(content: str | bytes, tmp_path: Path) -> None:
+    (tmp_path / "run.json").write_bytes(content.encode() if isinstance(content, str) else content)
+    with pytest.raises(RefusedError, match="cannot be read"):
+        restore(asked(tmp_path))
+
+
+def test_a_state_folder_that_cannot_be_written_is_refused_before_the_task_begins(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in its place")
+    with pytest.raises(RefusedError, match="cannot be written to"):
+        keep(asked(tmp_path / "file"))
+    (tmp_path / "state" / "run.json").mkdir(parents=True)
+    with pytest.raises(RefusedError, match="cannot be written to"):
+        keep(asked(tmp_path / "state"))
+
+
+def test_a_task_that_has_ended_ends_its_plant(tmp_path: Path) -> None:
+    keep(asked(tmp_path))
+    hosting = Hosting(make_plant("bare", 0))
+    hosting.join().close()
+    end_task(tmp_path, hosting.path)
+    hosting.thread.join(20.0)
+    assert hosting.events()[-1] == "ended"
+    assert not (tmp_path / "run.json").exists()
+    # Where none is there any more, nothing is left to end.
+    end_task(tmp_path, hosting.path)
+
+
+def test_the_end_of_a_plant_is_waited_for(tmp_path: Path) -> None:
+    hosting = Hosting(make_plant("bare", 0))
+    order: list[str] = []
+
+    def wait() -> None:
+        end_plant(hosting.join(), tmp_path)
+        order.append("waited")
+
+    with exclusive(tmp_path / "plant"):
+        waiting = Thread(target=wait)
+        waiting.start()
+        hosting.until("ended")
+        waiting.join(0.2)
+        order.append("film written")
+    waiting.join(20.0)
+    assert order == ["film written", "waited"]
+    assert json.loads((tmp_path / "plant" / "agent.lock").read_text() or "{}") == {}

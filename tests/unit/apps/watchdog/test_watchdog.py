@@ -1,0 +1,274 @@
+"""An agent under its watchdog, as processes: killed, interrupted, stopped, and in quarantine."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.agent.recovery.quarantine import Quarantine
+from aeros.cli.main import main
+from aeros.exit_codes import Exit
+from aeros.experiments.trials.kills import VICTIMS, trial_of
+from aeros.runtime.audit.log import verify_log
+from aeros.runtime.registry.registry import Registry
+from aeros.runtime.registry.registry_governor import Steering
+from aeros.session.plant_factory import PlantSetupError, connect_plant
+from tests.repo.tree import ROOT
+from tests.unit.experiments.common import WHERE, premises
+
+PATIENCE = 60.0
+"""Real seconds within which anything that a test waits for has happened."""
+
+
+class Watched:
+    """A task under a watchdog, in a folder of its own."""
+
+    def __init__(self, folder: Path, *options: str) -> None:
+        self.state, self.out = folder / "state", folder / "out"
+        self.process = self.start("make dumplings", "--plant", "symbolic", "--out", str(self.out), *options)
+
+    def start(self, *arguments: str) -> subprocess.Popen[str]:
+        command = [sys.executable, "-m", "aeros", "run", *arguments, "--watchdog", "--state", str(self.state)]
+        pipe = subprocess.PIPE
+        return subprocess.Popen(command, cwd=ROOT, stdout=pipe, stderr=subprocess.STDOUT, text=True)
+
+    @classmethod
+    def paused(cls, folder: Path, *options: str) -> Watched:
+        """One whose agent waits for the operator to resume, and has not ended, however slow we are."""
+        Steering(Registry(folder / "state").folder, resumed=False).close()
+        asked("pause", folder / "state")
+        watched = cls(folder, *options)
+        watched.until(lambda: watched.phases()[-1:] == ["paused"])
+        return watched
+
+    @classmethod
+    def killed(cls, folder: Path) -> Watched:
+        """One whose watchdog and agent are gone, while its plant and its task are there."""
+        watched = cls.paused(folder)
+        for pid in (watched.process.pid, watched.agent()):
+            os.kill(pid, signal.SIGKILL)
+        watched.end()
+        asked("resume", watched.state)
+        return watched
+
+    def until(self, holds: Callable[[], Any]) -> Any:
+        latest = time.monotonic() + PATIENCE
+        while not (found := holds()):
+            assert time.monotonic() < latest
+            assert self.process.poll() is None
+            time.sleep(0.005)
+        return found
+
+    def agent(self, other_than: int = 0) -> int:
+        """The process that holds the agent's folder; the watchdog does so for a moment itself."""
+        try:
+            pid = int(json.loads((self.state / "agent.lock").read_text())["pid"])
+        except (OSError, ValueError):
+            return 0
+        return 0 if pid in (other_than, self.process.pid) else pid
+
+    def events(self) -> list[dict[str, Any]]:
+        path = self.out / "audit.jsonl"
+        lines = path.read_bytes().splitlines() if path.exists() else []
+        return [json.loads(line) for line in lines if line.endswith(b"}")]
+
+    def notes(self, kind: str) -> list[dict[str, Any]]:
+        notes = (one["details"] for one in self.events() if one["event"] == "note")
+        return [one["details"] for one in notes if one["event"] == kind]
+
+    def phases(self) -> list[str]:
+        """Those of the agent's life, in order."""
+        return [one["after"] for one in self.notes("lifecycle")]
+
+    def end(self) -> tuple[int, str]:
+        said, _ = self.process.communicate(timeout=PATIENCE)
+        return self.process.returncode, said
+
+
+def asked(what: str, state: Path) -> None:
+    """As the operator asks it, in a terminal."""
+    assert main([what, "--state", str(state)]) == Exit.PROVED
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_whoever_is_killed_the_task_ends_and_nothing_is_done_twice_or_lost(seed: int) -> None:
+    modules = premises().configuration.modules
+    trial = trial_of(seed, "symbolic", modules, 0.8, WHERE, longest=PATIENCE)
+    assert trial.broken == []
+    assert set(trial.kills) <= set(VICTIMS)
+
+
+def test_an_agent_that_keeps_crashing_is_left_in_quarantine_and_released(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    watched = Watched.paused(tmp_path, "--crashes", "2")
+    first = watched.agent()
+    os.kill(first, signal.SIGKILL)
+    os.kill(watched.until(lambda: watched.agent(other_than=first)), signal.SIGKILL)
+    code, said = watched.end()
+    assert code == Exit.REJECTED
+    assert "left in quarantine: it crashed 2 times within 600 s; the last time, killed by SIGKILL" in said
+    asked("resume", watched.state)
+    state = str(watched.state)
+    anew = ["run", "make dumplings", "--plant", "symbolic", "--state", state, "--out", str(tmp_path / "anew")]
+    assert main(anew) == Exit.REJECTED
+    assert "this agent is in quarantine" in capsys.readouterr().err
+    assert main(["release", "--state", state]) == Exit.PROVED
+    assert Quarantine(watched.state).reason() is None
+    # The plant has waited, and the task goes on.
+    assert main(["run", "--resume", "--state", state]) == Exit.PROVED
+    log = str(watched.out / "audit.jsonl")
+    assert verify_log(Path(log)).sound
+    capsys.readouterr()
+    assert main(["audit", "replay", log, "--ecms", str(ROOT / "ecms")]) == Exit.PROVED
+    assert main(["run", "--resume", "--state", state]) == Exit.REJECTED
+    assert "there is nothing to resume" in capsys.readouterr().err
+
+
+def test_an_interrupt_stops_the_agent_and_starts_no_other(tmp_path: Path) -> None:
+    watched = Watched.paused(tmp_path)
+    watched.process.send_signal(signal.SIGINT)
+    code, said = watched.end()
+    assert code == Exit.INTERRUPTED
+    assert "crashed" not in said
+    assert watched.phases() == ["running", "paused", "running", "stopped"]
+    assert not (watched.state / "run.json").exists()
+
+
+def test_a_pause_outlasts_a_crash_and_so_does_a_stop(tmp_path: Path) -> None:
+    watched = Watched.paused(tmp_path)
+    os.kill(watched.agent(), signal.SIGKILL)
+    watched.until(lambda: len(watched.phases()) == 5)
+    assert watched.phases() == ["running", "paused", "recovered", "running", "paused"]
+    # Nobody is there to hear it but the agent that is started next.
+    second = watched.agent()
+    os.kill(watched.process.pid, signal.SIGSTOP)
+    os.kill(second, signal.SIGKILL)
+    asked("stop", watched.state)
+    os.kill(watched.process.pid, signal.SIGCONT)
+    code, said = watched.end()
+    assert code == Exit.REJECTED
+    assert "halted: the operator stops it" in said
+    assert said.count("crashed") == 2
+
+
+def test_an_agent_that_hangs_is_killed_and_the_task_goes_on(tmp_path: Path) -> None:
+    (tmp_path / "state").mkdir()
+    (tmp_path / "state" / "checkpoint.json").write_text("what an earlier task left")
+    watched = Watched.paused(tmp_path, "--silence", "8")
+    os.kill(watched.agent(), signal.SIGSTOP)
+    asked("resume", watched.state)
+    code, said = watched.end()
+    assert code == Exit.PROVED, said
+    assert "it gave no sign of life for 8 s and was killed" in said
+    assert verify_log(watched.out / "audit.jsonl").sound
+
+
+def test_a_task_that_had_ended_before_the_last_crash_is_told_as_it_ended(tmp_path: Path) -> None:
+    watched = Watched.paused(tmp_path)
+    # The agent comes to the end, and its watchdog does not hear of it any more.
+    os.kill(watched.process.pid, signal.SIGSTOP)
+    asked("resume", watched.state)
+    watched.until(lambda: not watched.agent())
+    ended = watched.notes("run-ended")
+    assert [one["reached"] for one in ended] == [True]
+    watched.process.kill()
+    watched.end()
+    records = len(watched.events())
+    watched.process = watched.start("--resume")
+    code, said = watched.end()
+    assert code == Exit.PROVED, said
+    assert "The task had ended.\n" in said
+    assert "steps      3 run" in said
+    assert (len(watched.events()), len(ended)) == (records, 1)
+    assert verify_log(watched.out / "audit.jsonl").sound
+    assert not (watched.state / "run.json").exists()
+
+
+def test_the_end_of_another_run_is_not_told_for_this_one(tmp_path: Path) -> None:
+    watched = Watched.killed(tmp_path)
+    state = ["--state", str(watched.state)]
+    assert main(["run", "make dumplings", "--plant", "symbolic", *state, "--out", str(tmp_path / "o")]) == 0
+    watched.process = watched.start("--resume")
+    code, said = watched.end()
+    assert code == Exit.REJECTED
+    assert "the audit record does not hold the record at which the checkpoint was made" in said
+
+
+def test_an_agent_whose_supervisor_is_gone_leaves_its_task_to_be_resumed(tmp_path: Path) -> None:
+    watched = Watched.killed(tmp_path)
+    resume = [sys.executable, "-m", "aeros", "run", "--resume", "--state", str(watched.state)]
+    alone = {**os.environ, "NOTIFY_SOCKET": str(tmp_path / "gone"), "WATCHDOG_USEC": "1000000"}
+    halted = subprocess.run(resume, cwd=ROOT, env=alone, capture_output=True, text=True, check=False)
+    assert halted.returncode == Exit.REJECTED, halted.stdout + halted.stderr
+    assert (watched.state / "run.json").exists()
+    ended = subprocess.run(resume, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert ended.returncode == Exit.PROVED, ended.stdout + ended.stderr
+    assert not (watched.state / "run.json").exists()
+
+
+def test_a_second_one_is_refused_with_what_the_first_is_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    watched = Watched.paused(tmp_path)
+    state = str(watched.state)
+    assert main(["run", "clean the table", "--plant", "symbolic", "--watchdog", "--state", state]) == 1
+    said = capsys.readouterr().err
+    assert f"has an agent already: pid {watched.process.pid} on " in said
+    assert "for “make dumplings”" in said
+    asked("resume", watched.state)
+    assert watched.end()[0] == Exit.PROVED
+
+
+@pytest.mark.parametrize("arguments", [[], ["make dumplings", "--resume"]])
+def test_an_instruction_or_resume_and_not_both(
+    arguments: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", *arguments, "--state", str(tmp_path)]) == Exit.USAGE
+    assert "give an instruction, or --resume and none" in capsys.readouterr().err
+
+
+def test_a_bag_does_not_go_with_a_watchdog(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["run", "make dumplings", "--watchdog", "--bag", str(tmp_path / "bag"), "--state", str(tmp_path)]
+    assert main(asked) == Exit.USAGE
+    assert "do not go with --watchdog" in capsys.readouterr().err
+
+
+@pytest.mark.physics
+def test_without_its_plant_a_task_ends_and_is_not_gone_on_with_on_another(tmp_path: Path) -> None:
+    # On physics seconds pass between the end of the first step and that of the task.
+    watched = Watched(tmp_path, "--plant", "physics", "--no-record")
+    watched.until(lambda: watched.notes("step-ended"))
+    plant = json.loads((watched.state / "plant" / "agent.lock").read_text())["pid"]
+    os.kill(plant, signal.SIGKILL)
+    code, said = watched.end()
+    assert code == Exit.REJECTED
+    assert "the plant has ended" in said
+    watched.process = watched.start("--resume")
+    code, said = watched.end()
+    assert code == Exit.REJECTED
+    assert "it is another plant" in said, said
+
+
+def test_a_plant_that_cannot_be_had_is_said_at_once(tmp_path: Path) -> None:
+    code, said = Watched(tmp_path, "--faults", "wrapper_bumped").end()
+    assert code == Exit.REJECTED
+    assert "the plant has ended: aeros: `--faults` needs the physics plant" in said
+
+
+def test_where_the_plant_is_gone_too_it_is_said_that_the_task_has_to_begin_anew(tmp_path: Path) -> None:
+    path = tmp_path / "plant.sock"
+    with socket.socket(socket.AF_UNIX) as left:
+        left.bind(str(path))
+    with pytest.raises(PlantSetupError, match="begin the task anew"):
+        connect_plant(path)

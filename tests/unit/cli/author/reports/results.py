@@ -1,0 +1,76 @@
+"""Results of real runs over the corpus, which the tests of every format share."""
+
+from __future__ import annotations
+
+import contextlib
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from aeros.cli.author.reports.result import Problem, Result
+from aeros.spec.backends.cvc5_solver import Cvc5
+from aeros.spec.backends.interval_solver import Boxes
+from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
+from aeros.spec.diagnostics.codes import Diagnostic, Label, Severity
+from aeros.spec.diagnostics.source import Source
+from aeros.spec.obligations.verdicts import Conclusion
+from aeros.spec.verification.certificate import check_lock
+from aeros.spec.verification.reports import Report, SubjectReport
+from aeros.spec.verification.verify import verify
+
+CORPUS = Path(__file__).parents[4] / "corpus"
+
+RUNS = {
+    "accepted": ["accepted/left_to_the_gate", "accepted/gate_named_without_need"],
+    "rejected": ["rejected/safety/fast_near_a_person", "rejected/dependencies/three_in_a_circle"],
+    "vacuous": ["rejected/safety/envelope_that_holds_nothing", "rejected/permission/permission_for_nothing"],
+    "undecided": ["accepted/left_to_the_gate"],
+    "second solver": ["accepted/distance_within_a_cube"],
+    "unreadable": ["rejected/form/bytes_that_are_not_utf8", "rejected/form/null_character_in_the_file"],
+    "no module": ["site/table.yaml"],
+    "every module": [
+        *("accepted", "rejected/form", "rejected/expressions", "rejected/permission"),
+        *("rejected/safety", "rejected/dependencies", "rejected/closed_loop"),
+    ],
+}
+
+
+@cache
+def result_of(run: str) -> Result:
+    """The result of one of the RUNS, with certificates required and missing."""
+    with contextlib.chdir(CORPUS), pytest.MonkeyPatch.context() as patch:
+        rlimit = DEFAULT_RLIMIT
+        if run == "undecided":
+            rlimit = 1
+            patch.setattr(Boxes, "decide", lambda *_: None)
+        second = Cvc5(rlimit=50_000) if run == "second solver" else None
+        report = verify(map(Path, RUNS[run]), Path("site/table.yaml"), rlimit, second=second)
+        locks = [
+            Problem(problem, module.path / "ecm.lock")
+            for module in report.modules
+            if module.certificate is not None
+            and (problem := check_lock(module.path, module.certificate)) is not None
+        ]
+    return Result(report, tuple(locks))
+
+
+def result_with(*diagnostics: Diagnostic, name: str = "module", path: Path = Path("module")) -> Result:
+    """A result made up of one module with these diagnostics under a site with none."""
+    site = SubjectReport("site", Path("site.yaml"), Conclusion.PROVED, ())
+    module = SubjectReport(name, path, Conclusion.REJECTED, diagnostics)
+    return Result(Report(site, (module,), None))
+
+
+def diagnostic_at(
+    text: str,
+    marked: str,
+    *,
+    headline: str = "wrong",
+    severity: Severity = Severity.ERROR,
+    path: str = "a.yaml",
+) -> Diagnostic:
+    """A diagnostic that underlines the first `marked` in `text`."""
+    start = text.index(marked)
+    span = Source(path, text).span(start, start + len(marked))
+    return Diagnostic("AE101", headline, Label(span, "here"), severity=severity)

@@ -1,0 +1,143 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aeros.cli.author.reports.junit import as_junit
+from aeros.spec.diagnostics.codes import Diagnostic, Severity
+from aeros.spec.obligations.verdicts import Conclusion
+from tests.repo.tree import ROOT
+from tests.unit.cli.author.reports.results import RUNS, diagnostic_at, result_of, result_with
+
+
+def suites_of(text: str) -> list[ET.Element]:
+    assert text.isascii()
+    root = ET.fromstring(text)  # noqa: S314  our own output
+    assert root.tag == "testsuites"
+    for suite in root:
+        for attribute, found in (
+            ("tests", "testcase"),
+            ("failures", "testcase/failure"),
+            ("errors", "testcase/error"),
+        ):
+            assert int(suite.attrib[attribute]) == len(suite.findall(found))
+        names = [case.attrib["name"] for case in suite.findall("testcase")]
+        assert len(set(names)) == len(names)
+    return list(root)
+
+
+def case_of(suite: ET.Element, name: str) -> ET.Element:
+    (case,) = (case for case in suite.findall("testcase") if case.attrib["name"] == name)
+    return case
+
+
+@pytest.mark.parametrize("run", RUNS)
+def test_each_subject_is_a_suite_and_each_obligation_a_case(run: str) -> None:
+    result = result_of(run)
+    suites = suites_of(as_junit(result))
+    assert len(suites) == len(result.subjects) + bool(result.certificates)
+    for subject, suite in zip(result.subjects, suites, strict=False):
+        ids = [one.id for one in subject.settled] + [one.obligation.id for one in subject.findings]
+        cases = suite.findall("testcase")
+        assert [case.attrib["name"] for case in cases] == [*ids, "form/readable"]
+        failed = [
+            case for case in cases if case.find("failure") is not None or case.find("error") is not None
+        ]
+        assert bool(failed) == (subject.conclusion is not Conclusion.PROVED)
+
+
+@pytest.mark.parametrize("run", RUNS)
+def test_every_diagnostic_is_told(run: str) -> None:
+    result = result_of(run)
+    told = as_junit(result)
+    for problem in result.problems:
+        assert f"[{problem.diagnostic.code}]" in told
+
+
+def test_a_guarded_obligation_passes_and_says_so() -> None:
+    _, module, *_ = suites_of(as_junit(result_of("accepted")))
+    case = case_of(module, "safety/tidy/approach/slow-near-person")
+    assert case.find("failure") is None
+    told = case.find("properties/property")
+    assert told is not None
+    assert told.attrib == {"name": "guarded", "value": "slow-near-person"}
+    shown = case.findtext("system-out") or ""
+    assert shown.startswith("not implied, so the gate decides `slow-near-person` each time; allowed while ")
+
+
+def test_a_refutation_fails_with_the_rendered_diagnostic() -> None:
+    suite = next(
+        one
+        for one in suites_of(as_junit(result_of("rejected")))
+        if one.attrib["name"] == "fast_near_a_person"
+    )
+    failure = case_of(suite, "safety/tidy/approach/slow-near-person").find("failure")
+    assert failure is not None
+    assert failure.attrib["type"] == "AE501"
+    assert "| " + " " * 16 + "^^^^^^^^^^^^^^^^ allows it\n" in (failure.text or "")
+
+
+def test_an_undecided_obligation_is_an_error_and_no_failure() -> None:
+    for suite in suites_of(as_junit(result_of("undecided"))):
+        assert suite.attrib["failures"] == "0"
+        assert int(suite.attrib["errors"]) > 0
+        assert {error.attrib["type"] for error in suite.findall("testcase/error")} == {"AE509"}
+
+
+def test_a_file_that_cannot_be_read_fails_one_case() -> None:
+    _, *modules = suites_of(as_junit(result_of("unreadable")))
+    for suite in modules:
+        (case,) = suite.findall("testcase")
+        assert case.attrib["name"] == "form/readable"
+        assert case.find("failure") is not None
+
+
+def test_a_warning_fails_nothing() -> None:
+    found = diagnostic_at("a", "a", severity=Severity.WARNING)
+    _, suite = suites_of(as_junit(result_with(found)))
+    assert suite.attrib["failures"] == "0"
+    assert "warning[AE101]" in (suite.findtext("system-out") or "")
+
+
+def test_certificates_are_a_suite_of_their_own() -> None:
+    *_, suite = suites_of(as_junit(result_of("accepted")))
+    assert suite.attrib["name"] == "certificates"
+    assert suite.attrib["failures"] == "2"
+
+
+def test_there_are_no_times_and_the_same_run_gives_the_same_bytes() -> None:
+    text = as_junit(result_of("vacuous"))
+    elements = list(ET.fromstring(text).iter())  # noqa: S314  our own output
+    assert len(elements) > 3
+    assert not [one for one in elements if {"time", "timestamp"} & one.attrib.keys()]
+    # In another process, where sets have another order.
+    print_it = (
+        "from aeros.cli.author.reports.junit import as_junit\n"
+        "from tests.unit.cli.author.reports.results import result_of\n"
+        "print(as_junit(result_of('vacuous')), end='')"
+    )
+    for seed in ("1", "2"):
+        ran = subprocess.run(
+            [sys.executable, "-c", print_it],
+            cwd=ROOT,
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert ran.stdout == text
+
+
+@given(st.text(st.characters(codec=None, categories=None)), st.text(st.characters(codec=None)))
+def test_it_is_well_formed_whatever_the_names(name: str, headline: str) -> None:
+    found = Diagnostic("AE101", headline + "]]>", notes=(name,), help=(headline,))
+    path = Path(name.replace("\x00", "") or "m")
+    _, suite = suites_of(as_junit(result_with(found, name=name, path=path)))
+    assert suite.find("testcase/failure") is not None

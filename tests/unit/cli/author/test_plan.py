@@ -1,0 +1,209 @@
+"""`aeros plan`, and the arguments of `aeros run` that go with it."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+
+import pytest
+
+from aeros.cli.main import main
+from aeros.exit_codes import Exit
+
+ROOT = Path(__file__).parents[4]
+ECMS = ["--ecms", str(ROOT / "ecms")]
+
+
+def test_a_plan_says_what_is_done_where_outcomes_differ(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", "make dumplings", *ECMS]) == Exit.PROVED
+    assert capsys.readouterr().out.splitlines()[2:] == [
+        "plan",
+        "  make_dumplings.prepare, tried 4 times at most",
+        "  if not wrapper_aligned",
+        "    make_dumplings.recover, tried 4 times at most",
+        "  make_dumplings.wrap, tried 4 times at most, recover between tries",
+        "  make_dumplings.boil, tried 4 times at most",
+        "proved the goal can be reached from each of the 5 states that declared outcomes may lead to; "
+        "the shortest way has 3 steps",
+    ]
+
+
+def test_any_goal_may_be_planned_for_and_the_plan_be_had_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    goal = "object_grasped and not object_delivered"
+    given = ["--goal", goal, "--start", "robot_at_target=true", "--start", "object_detected=true"]
+    assert main(["plan", *given, *ECMS, "--format", "json"]) == Exit.PROVED
+    shown = json.loads(capsys.readouterr().out)
+    assert shown["schema"] == "aeros/plan/1"
+    assert shown["goal"] == goal
+    assert shown["start"]["object_detected"] is True
+    assert [step["skill"] for step in shown["plan"]] == ["fetch_object.grasp"]
+    assert shown["steps_at_least"] == 1
+    assert shown["reason"] is None
+
+
+def test_where_there_is_no_plan_it_is_said_why(capsys: pytest.CaptureFixture[str]) -> None:
+    goal = ["--goal", "table_wiped and not estop_pressed"]
+    assert main(["plan", *goal, "--start", "estop_pressed=unknown", *ECMS]) == Exit.REJECTED
+    assert "`estop_pressed` is not measured, and no skill settles it" in capsys.readouterr().out
+    assert main(["plan", *goal, "--start", "estop_pressed=true", *ECMS]) == Exit.REJECTED
+    assert "`not estop_pressed`, which is not so as measured, and no skill" in capsys.readouterr().out
+
+
+def test_a_goal_that_holds_already_needs_no_plan(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", "--goal", "not table_wiped", *ECMS]) == Exit.PROVED
+    assert "plan   nothing to do: the goal holds" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [
+        ([], Exit.USAGE, "there is nothing to plan for: give an instruction, or --goal"),
+        (["--goal", "table_wipd"], Exit.REJECTED, "did you mean `table_wiped`?"),
+        (["--goal", "tool_speed > 3 m"], Exit.REJECTED, "--goal:1:14"),
+        (["fly away"], Exit.REJECTED, "no installed module provides"),
+        (["clean", "--start", "table_wipd=true"], Exit.USAGE, "did you mean `table_wiped`?"),
+        (["clean", "--start", "table_wiped=3 m"], Exit.REJECTED, "--start table_wiped:1:1"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(
+    arguments: list[str], code: Exit, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["plan", *arguments, *ECMS]) == code
+    assert said in capsys.readouterr().err
+
+
+def _run(folder: Path, *arguments: str) -> int:
+    where = ["--state", str(folder / "state"), "--out", str(folder / "out"), "--plant", "symbolic"]
+    return main(["run", "make dumplings", *ECMS, *where, *arguments])
+
+
+def test_a_run_may_pursue_another_goal_than_the_tasks(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _run(tmp_path, "--goal", "dumpling_wrapped and not dumpling_cooked") == Exit.PROVED
+    said = capsys.readouterr().out
+    assert "goal       dumpling_wrapped and not dumpling_cooked; measured on the symbolic plant" in said
+    assert "step make_dumplings.boil" not in said
+
+
+def test_a_plan_may_lead_through_the_skills_of_several_modules(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _run(tmp_path, "--goal", "dumpling_cooked and table_wiped") == Exit.PROVED
+    said = capsys.readouterr().out
+    assert "0 denied" in said
+    for module in ("clean_table", "make_dumplings"):
+        assert f"step {module}." in said
+
+
+def test_no_plan_in_time_leaves_the_robot_where_it_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["--planner", "smt", "--plan-within", "0.000001", "--timeout", "2"]
+    assert _run(tmp_path, *arguments) == Exit.REJECTED
+    said = capsys.readouterr().out
+    assert "nothing came within 1e-06 s; stands still" in said
+    assert "steps      0 run" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--goal", "dumpling_cooked", "--planner", "rules"], "--goal goes with --planner smt"),
+        (["--plan-within", "5"], "--plan-within goes with --planner smt"),
+        (["--composition", "any", "--planner", "smt"], "neither --planner nor --goal goes with it"),
+    ],
+)
+def test_arguments_that_contradict_each_other_are_refused(
+    arguments: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _run(tmp_path, *arguments) == Exit.USAGE
+    assert said in capsys.readouterr().err
+
+
+def test_the_page_on_planning_shows_what_is_answered(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(ROOT)
+    page = (ROOT / "docs" / "planning.md").read_text()
+    shown = page.split("```console\n")[1].split("```")[0]
+    answered = ""
+    for line in shown.splitlines():
+        if line.startswith("$ aeros "):
+            main(shlex.split(line)[2:])
+            answered += f"{line}\n{capsys.readouterr().out}"
+    assert answered == shown
+
+
+@pytest.mark.parametrize(
+    ("plan", "code", "said"),
+    [
+        (
+            "(make_dumplings.prepare)\n(make_dumplings.recover)\n(MAKE_DUMPLINGS.WRAP)\n(make_dumplings.boil)",
+            Exit.PROVED,
+            "accepted  4 steps",
+        ),
+        (
+            "; laid askew?\n(make_dumplings.prepare)\n(make_dumplings.wrap)\n(make_dumplings.boil)\n",
+            Exit.REJECTED,
+            "rejected  step 2, `make_dumplings.wrap`: its precondition `wrapper_aligned and",
+        ),
+        ("(make_dumplings.prepare)", Exit.REJECTED, "rejected  it ends, and the goal does not hold"),
+        ("(make_dumplings.prepar)", Exit.REJECTED, "no such skill; did you mean `make_dumplings.prepare`?"),
+        ("make_dumplings.prepare", Exit.USAGE, "line 1: expected a step in brackets"),
+    ],
+)
+def test_a_plan_from_elsewhere_is_judged(
+    plan: str, code: Exit, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "a.plan").write_text(plan)
+    assert main(["plan", "check", str(tmp_path / "a.plan"), "make dumplings", *ECMS]) == code
+    printed = capsys.readouterr()
+    assert said in printed.out + printed.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["check", "no.plan", "make dumplings"], "the plan to check: `no.plan`: No such file or directory"),
+        (["check", "ecms"], "there is nothing to plan for"),
+        (["make", "dumplings"], 'an instruction is one argument: "make dumplings"'),
+        (["check", "ecms", "make dumplings", "--pddl", "out"], "`check` does not go with --pddl"),
+    ],
+)
+def test_what_is_to_be_judged_has_to_be_said(
+    arguments: list[str],
+    said: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(ROOT)
+    assert main(["plan", *arguments]) == Exit.USAGE
+    assert said in capsys.readouterr().err
+
+
+def test_a_judgement_may_be_had_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "a.plan").write_text(
+        "(clean_table.organize)\n(clean_table.wipe)\n(clean_table.organize)\n(clean_table.verify)"
+    )
+    arguments = ["check", str(tmp_path / "a.plan"), "clean the table", "--format", "json"]
+    assert main(["plan", *arguments, *ECMS]) == Exit.PROVED
+    assert json.loads(capsys.readouterr().out) == {
+        "schema": "aeros/plan-check/1",
+        "steps": ["clean_table.organize", "clean_table.wipe", "clean_table.organize", "clean_table.verify"],
+        "accepted": True,
+        "problems": [],
+    }
+
+
+def test_the_same_problem_may_be_had_in_pddl(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    unknown = ["--start", "wrapper_aligned=unknown"]
+    assert main(["plan", "make dumplings", *unknown, *ECMS, "--pddl", str(tmp_path / "pddl")]) == Exit.PROVED
+    domain = (tmp_path / "pddl" / "domain.pddl").read_text()
+    assert "(:action make_dumplings-recover-aligned" in domain
+    assert ":effect (and (wrapper_aligned) (not (unknown-wrapper_aligned)))" in domain
+    assert "(:init (unknown-wrapper_aligned))" in (tmp_path / "pddl" / "problem.pddl").read_text()
+    (tmp_path / "file").write_text("")
+    assert main(["plan", "make dumplings", *ECMS, "--pddl", str(tmp_path / "file")]) == Exit.REJECTED
+    assert "cannot write to" in capsys.readouterr().err

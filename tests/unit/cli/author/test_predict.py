@@ -1,0 +1,121 @@
+"""`aeros predict`: exact numbers for the reference modules, and every refusal."""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.cli.main import main
+from aeros.exit_codes import Exit
+
+ROOT = Path(__file__).parents[4]
+CORPUS = ROOT / "tests" / "corpus"
+CLEAN, DUMPLINGS = str(ROOT / "ecms" / "clean_table"), str(ROOT / "ecms" / "make_dumplings")
+SURE = ("--set", "organize.left_over=0", "--set", "verify.verified=1")
+"""What follows wiping never fails."""
+
+
+def predictions(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, Any]:
+    assert main(["predict", *arguments, "--format", "json"]) == Exit.PROVED
+    shown = json.loads(capsys.readouterr().out)
+    assert shown["schema"] == "aeros/prediction/1"
+    (one,) = shown["predictions"]
+    return dict(one)
+
+
+def test_the_text_says_what_was_asked_and_what_comes_of_it(capsys: pytest.CaptureFixture[str]) -> None:
+    certain = ["--set", "wipe.wiped=70%", *SURE]
+    assert main(["predict", CLEAN, *certain, "--replans", "0"]) == Exit.PROVED
+    assert capsys.readouterr().out.splitlines() == [
+        "clean_table.clean_table at panda_cell, at most 0 re-plans",
+        "from clutter_on_table = true, sponge_seen = true, table_organized = false, table_verified = false, "
+        "table_wiped = false, wiping_area_clear = true",
+        "success probability     0.91                = 91/100",
+        "failure probability     0.09                = 9/100",
+        "expected invocations    3.42                = 171/50",
+        "  of these, retries     0.3                 = 3/10",
+        "  of these, recoveries  0.3                 = 3/10",
+        "expected re-plans       0                   = 0",
+    ]
+
+
+def test_json_has_exact_fractions_and_the_start(capsys: pytest.CaptureFixture[str]) -> None:
+    found = predictions(capsys, CLEAN, "--set", "wipe.streaky=3/10", *SURE, "--replans=1")
+    assert found["module"] == found["task"] == "clean_table"
+    assert found["replans_at_most"] == 1
+    assert found["start"]["clutter_on_table"] is True
+    assert found["success"] == {"exact": "9919/10000", "decimal": 0.9919}
+    assert Fraction(found["replans"]["exact"]) == Fraction(9, 100)
+
+
+@pytest.mark.parametrize(("tries", "exact"), [(0, "7/10"), (2, "973/1000"), (3, "9919/10000")])
+def test_a_retry_budget_can_be_asked_for(tries: int, exact: str, capsys: pytest.CaptureFixture[str]) -> None:
+    chances = ("--set", "wipe.wiped=0.7", *SURE)
+    found = predictions(capsys, CLEAN, *chances, "--replans=0", f"--retry=wipe={tries}")
+    assert found["success"]["exact"] == exact
+
+
+def test_fractions_longer_than_python_writes_are_written(capsys: pytest.CaptureFixture[str]) -> None:
+    found = predictions(capsys, CLEAN, "--set", "wipe.wiped=0.000000001", "--replans", "300")
+    assert len(found["success"]["exact"]) > 10_000
+    assert 0 < found["success"]["decimal"] < 1e-5
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--set", "wrap=0.7"],
+        ["--set", "wrap.wrapped=1e-999999999"],
+        ["--set", "wrap.wrapped=1.5"],
+        ["--set", "wrap.wrapped=1/0"],
+        ["--set", "wrap.wrapped=-1"],
+        ["--retry", "wrap"],
+        ["--retry", "wrap=many"],
+        ["--replans", "-1"],
+    ],
+)
+def test_what_is_not_well_formed_is_a_usage_error(
+    arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["predict", DUMPLINGS, *arguments])
+    assert ended.value.code == Exit.USAGE
+    assert "error: argument" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        ([str(ROOT / "ecms")], "holds several modules; name one"),
+        ([DUMPLINGS, "--task", "bake"], "has no task `bake`; it has make_dumplings"),
+        ([DUMPLINGS, "--set", "fry.done=1"], "has no skill `fry`"),
+        ([DUMPLINGS, "--set", "wrap.done=1"], "`wrap` has no outcome `done`"),
+        ([DUMPLINGS, "--set", "wrap.wrapped=1", "--set", "wrap.spoilt=1"], "are not a distribution"),
+        ([DUMPLINGS, "--retry", "wrap=4"], "`--retry wrap=4`: panda_cell allows at most 3"),
+        ([DUMPLINGS, "--retry", "fry=1"], "no rule of `make_dumplings` runs `fry`"),
+    ],
+)
+def test_what_the_module_does_not_have_is_a_usage_error(
+    arguments: list[str], why: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["predict", *arguments]) == Exit.USAGE
+    assert why in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("module", "code"),
+    [
+        ("rejected/closed_loop/rules_over_numbers", "AE803"),
+        ("rejected/form/unknown_invariant_left_to_the_gate", "AE122"),
+    ],
+)
+def test_what_cannot_be_predicted_is_refused(
+    module: str, code: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["predict", str(CORPUS / module), "--site", str(CORPUS / "site" / "table.yaml")]
+    assert main(arguments) == Exit.REJECTED
+    assert code in capsys.readouterr().err

@@ -1,0 +1,134 @@
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+from aeros.cli.main import main
+from aeros.exit_codes import Exit
+from aeros.spec.backends import cvc5_solver
+from aeros.spec.backends.cvc5_solver import Cvc5
+from aeros.spec.backends.solver_results import Answer, Result
+from aeros.spec.backends.z3_solver import Session
+from aeros.spec.verification.certificate import LOCK
+
+CORPUS = Path(__file__).parents[3] / "corpus"
+SITE = str(CORPUS / "site" / "table.yaml")
+_honest = Cvc5.answer
+_OPPOSITE = {Result.SAT: Result.UNSAT, Result.UNSAT: Result.SAT}
+
+
+@pytest.fixture
+def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    for name in ("cache", "tmp"):
+        (tmp_path / name).mkdir()
+    monkeypatch.setenv("AEROS_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "tmp"))
+    return Path(shutil.copytree(CORPUS / "accepted" / "left_to_the_gate", tmp_path / "left_to_the_gate"))
+
+
+def verify(*arguments: object) -> int:
+    return main(["verify", *map(str, arguments), "--site", SITE, "--second-solver", "cvc5"])
+
+
+def _lies_of(monkeypatch: pytest.MonkeyPatch, truth: Result) -> None:
+    """A cvc5 that says the opposite wherever `truth` is the answer."""
+
+    def answer(self: Cvc5, script: str) -> Answer:
+        said = _honest(self, script)
+        return Answer(_OPPOSITE[said.result], {}) if said.result is truth else said
+
+    monkeypatch.setattr(Cvc5, "answer", answer)
+
+
+@pytest.mark.parametrize("truth", [Result.SAT, Result.UNSAT])
+def test_a_second_solver_that_lies_ends_the_run_and_nothing_is_written(
+    truth: Result, module: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _lies_of(monkeypatch, truth)
+    before = sorted(module.iterdir())
+    output = module.parent / "report.json"
+    assert verify(module, "--format", "json", "--output", output) == Exit.OUR_BUG
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert "the solvers disagree about policy/" in shown.err
+    assert re.search(rf"^  (z3 [\d.]+|AEROS, by bounds alone,) says {truth.value}$", shown.err, re.MULTILINE)
+    assert re.search(rf"^  cvc5 [\d.]+ says {_OPPOSITE[truth].value}$", shown.err, re.MULTILINE)
+    assert "Please report it" in shown.err
+    assert sorted(module.iterdir()) == before
+    assert not output.exists()
+    kept = Path(shown.err.split()[-1])
+    assert _honest(Cvc5(), kept.read_text()).result is truth
+
+
+def test_kept_answers_are_examined_too(
+    module: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["verify", str(module), "--site", SITE]) == Exit.PROVED
+    lock = (module / LOCK).read_bytes()
+
+    _lies_of(monkeypatch, Result.SAT)
+    monkeypatch.setattr(Session, "ask", None)  # Z3 is not asked again
+    assert verify(module) == Exit.OUR_BUG
+    assert f"about policy/wait/satisfiable ({SITE}):" in capsys.readouterr().err
+    assert (module / LOCK).read_bytes() == lock
+
+
+def test_a_question_that_no_file_can_take_is_shown(
+    module: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _lies_of(monkeypatch, Result.SAT)
+    monkeypatch.setattr("tempfile.tempdir", str(module / "not_there"))
+    assert verify(module) == Exit.OUR_BUG
+    shown = capsys.readouterr().err
+    assert "no file could take" in shown
+    assert "(check-sat)" in shown
+
+
+def test_agreement_is_told_and_changes_no_certificate(
+    module: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["verify", str(module), "--site", SITE]) == Exit.PROVED
+    without = (module / LOCK).read_bytes()
+    (module / LOCK).unlink()
+    capsys.readouterr()
+    assert verify(module) == Exit.PROVED
+    assert re.search(r"^cvc5 [\d.]+ agreed on (\d+) of \1 questions$", capsys.readouterr().out, re.MULTILINE)
+    assert (module / LOCK).read_bytes() == without
+
+
+def test_what_is_beyond_the_second_solver_is_told_and_z3_stands(
+    module: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(Cvc5, "answer", lambda *_: Answer(Result.UNKNOWN, {}, "out of its depth"))
+    assert verify(module) == Exit.PROVED
+    shown = capsys.readouterr().out
+    assert re.search(r"agreed on 0 of (\d+) questions; \1 undecided by it, where Z3's word stands", shown)
+    assert re.search(r"^  safety/.*/slow-near-person \(.*ecm.yaml\): out of its depth$", shown, re.MULTILINE)
+    assert (module / LOCK).exists()
+    assert verify(module, "--format", "json") == Exit.PROVED
+    told = json.loads(capsys.readouterr().out)["second_solver"]
+    assert told["agreed"] == 0
+    assert len(told["undecided"]) == told["questions"] > 50
+
+
+def test_without_cvc5_the_cure_is_named(
+    module: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delitem(sys.modules, cvc5_solver.__name__)
+    monkeypatch.setitem(sys.modules, "cvc5", None)
+    with pytest.raises(SystemExit) as ended:
+        verify(module)
+    assert ended.value.code == Exit.USAGE
+    assert "pip install 'aeros[cvc5]'" in capsys.readouterr().err
+
+
+def test_a_solver_of_another_name_is_a_usage_error(module: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["verify", str(module), "--second-solver", "yices"])
+    assert ended.value.code == Exit.USAGE
+    assert "expected `cvc5`" in capsys.readouterr().err

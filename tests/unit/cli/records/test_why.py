@@ -1,0 +1,264 @@
+"""`aeros why`: from the audit log alone to the values that were measured and the rules they broke."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aeros.apps.why.causal_chain import Run
+from aeros.cli.main import main
+from aeros.runtime.audit.log import AuditLog
+from aeros.spec.expr.shortfall import Shortfall
+from aeros.spec.model.cause import Cause, told
+from tests.hypothesis_profiles import examples
+from tests.repo.tree import ROOT
+
+BASE = ROOT / "docs" / "codes" / "base"
+NEAR = Cause(
+    "rule",
+    "separation",
+    "human_distance >= 500 mm",
+    "ISO 13855",
+    "cell.yaml:299",
+    (Shortfall("human_distance", 0.41, "at least", 0.5, "m"),),
+    "AE750",
+)
+SKILL = {"module": "tidy", "skill": "wipe"}
+
+Events = Sequence[tuple[str, Mapping[str, Any]]]
+
+
+def note(event: str, **details: Any) -> tuple[str, Mapping[str, Any]]:
+    return "note", {"event": event, "details": details}
+
+
+STARTED = note("step-started", skill="tidy.wipe")
+GRIP = {"kind": "grip", "parameters": {}}
+WHY = {"causes": told([NEAR])}
+DENIED: Events = [
+    STARTED,
+    ("decision", {**SKILL, "verdict": "DENY", "asked": GRIP, **WHY}),
+    ("step-ended", {**SKILL, "status": "denied", "reason": "AE750", **WHY}),
+    note("step-ended", skill="tidy.wipe", status="denied", failed=True, reason="denied: AE750", **WHY),
+]
+FAILED = note(
+    "run-ended",
+    task="tidy.clean",
+    reached=False,
+    goal="clean",
+    measured={"clean": None},
+    reason="`wipe` was denied",
+)
+
+
+def log(folder: Path, events: Events) -> Path:
+    path = folder / "audit.jsonl"
+    with AuditLog(path) as audit:
+        for event, details in events:
+            audit.append(event, details)
+    return path
+
+
+def explained(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
+    assert main(["why", *arguments, "--format", "json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_a_chain_leads_from_the_end_to_the_value_measured_and_says_what_would_have_to_change(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log(tmp_path, [*DENIED, FAILED])
+    assert main(["why", str(tmp_path)]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "tidy.clean: the goal was not reached (`clean`; clean is unknown)",
+        "  because   `wipe` was denied  (record 4)",
+        "  because   step 1, tidy.wipe: denied  (record 3)",
+        "  because   the runtime says that it ended as denied  (record 2)",
+        "  because   the gate denied `grip`  (record 1)",
+        "            separation: human_distance is 0.41 m (at least 0.5 m)",
+        "               rule `human_distance >= 500 mm`; ISO 13855, cell.yaml:299",
+        "  to change human_distance is 0.41 m; at least 0.5 m is asked by `separation`",
+        "  failed    step 1, tidy.wipe: denied: AE750",
+    ]
+
+
+def test_programs_get_the_rule_the_value_and_the_bound(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = explained(capsys, str(log(tmp_path, [*DENIED, FAILED])))
+    (cause,) = found["chain"][-1]["causes"]
+    assert (cause["kind"], cause["rule"], cause["at"]) == ("rule", "separation", "cell.yaml:299")
+    (part,) = cause["shortfalls"]
+    assert (part["quantity"], part["value"], part["bound"], part["unit"]) == (
+        "human_distance",
+        0.41,
+        0.5,
+        "m",
+    )
+
+
+@pytest.mark.parametrize(
+    ("events", "headline", "said", "changes"),
+    [
+        (
+            [note("plan-rejected", planner="llm", problems=["`fly` is no skill"]), FAILED],
+            "tidy.clean: the goal was not reached (`clean`; clean is unknown)",
+            ["`wipe` was denied", "the plan of `llm` was rejected"],
+            [],
+        ),
+        (
+            [
+                note("step-not-started", skill="tidy.wipe", reason="no", causes=told([
+                    Cause("precondition", "tidy.wipe", "cloth_held", "", "", (
+                        Shortfall("cloth_held", False, "exactly", True),
+                        Shortfall("dirt", None, "known", True, why="is not measured"),
+                    )),
+                ])),
+                FAILED,
+            ],
+            "tidy.clean: the goal was not reached (`clean`; clean is unknown)",
+            ["`wipe` was denied", "tidy.wipe was not started: no"],
+            [
+                "cloth_held is false; true is asked by `tidy.wipe`",
+                "`dirt` is not measured; `tidy.wipe` needs it measured",
+            ],
+        ),
+        ([note("not-routed", reason="no installed module provides “fly”")],
+         "no installed module provides “fly”", ["no installed module provides “fly”"], []),
+        (DENIED[:3], "the record does not say how the run ended: it goes on, or was killed",
+         ["tidy.wipe ended as denied: AE750", "the gate denied it"],
+         ["human_distance is 0.41 m; at least 0.5 m is asked by `separation`"]),
+        ([], "the record does not say how the run ended: it goes on, or was killed", [], []),
+        ([note("run-ended", task="tidy.clean", reached=True)], "tidy.clean: the goal is measured", [], []),
+    ],
+)  # fmt: skip
+def test_each_way_to_end_is_explained(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    events: Events,
+    headline: str,
+    said: list[str],
+    changes: list[str],
+) -> None:
+    found = explained(capsys, str(log(tmp_path, events)))
+    assert found["headline"] == headline
+    assert [link["said"] for link in found["chain"]] == said
+    assert found["changes"] == changes
+
+
+def test_what_was_cancelled_beside_it_is_not_why_the_plan_failed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    beside = note("step-ended", skill="tidy.rest", status="cancelled", failed=True, reason="beside it")
+    events = [note("step-started", skill="tidy.rest"), *DENIED, beside, FAILED]
+    found = explained(capsys, str(log(tmp_path, events)))
+    assert found["chain"][1]["said"] == "step 2, tidy.wipe: denied"
+    assert [step["number"] for step in found["failed"]] == [1, 2]
+
+
+def test_a_broken_assumption_is_told_with_its_certificate(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    broken = note(
+        "broken-assumption",
+        skill="tidy.wipe",
+        certificate="ab" * 32,
+        obligations=["closed-loop/clean/progress"],
+    )
+    log(tmp_path, [broken, note("run-ended", task="tidy.clean", reached=True)])
+    assert main(["why", str(tmp_path)]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "tidy.clean: the goal is measured",
+        "  broken    tidy.wipe came to what it does not declare; "
+        "1 obligations of certificate abababababab rest on what it does  (record 0)",
+    ]
+
+
+def test_a_step_is_explained_by_its_number(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    fine = [STARTED, note("step-ended", skill="tidy.wipe", outcome="wiped", failed=False, reason="")]
+    path = str(log(tmp_path, [*fine, *DENIED, STARTED]))
+    assert explained(capsys, path, "--step", "1")["headline"] == "step 1, tidy.wipe, did not fail"
+    assert explained(capsys, path, "--step", "2")["chain"][0]["said"] == "step 2, tidy.wipe: denied"
+    assert "the record ends before" in explained(capsys, path, "--step", "3")["headline"]
+    assert main(["why", path, "--step", "4"]) == 2
+    assert "there is no step 4: the record has 3" in capsys.readouterr().err
+
+
+def test_a_log_that_was_altered_explains_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = log(tmp_path, DENIED)
+    path.write_bytes(path.read_bytes().replace(b"0.41", b"4.10"))
+    assert main(["why", str(path)]) == 1
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "it is not sound" in said.err
+
+
+def test_without_a_name_it_is_the_newest_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["why"]) == 2
+    assert "there is no run in `runs`" in capsys.readouterr().err
+    (tmp_path / "runs" / "one").mkdir(parents=True)
+    log(tmp_path / "runs" / "one", [FAILED])
+    assert main(["why"]) == 0
+
+
+def test_a_run_that_the_operator_blocks_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["policy", str(BASE / "site.yaml")]) == 0
+    for command, what in (("install", str(BASE / "tidy")), ("configure", "tidy"), ("activate", "tidy")):
+        assert main([command, what]) == 0
+    assert main(["block", "--id", "worn", "--reason", "a finger is worn", "--action", "grip"]) == 0
+    assert main(["run", "clean", "--plant", "symbolic", "--out", "runs/blocked"]) == 1
+    capsys.readouterr()
+    found = explained(capsys)
+    (cause,) = found["chain"][-1]["causes"]
+    assert (cause["kind"], cause["rule"], cause["code"]) == ("gate", "worn", "AE710")
+    assert "a finger is worn" in cause["text"]
+
+
+anything = st.recursive(
+    st.none() | st.booleans() | st.floats(allow_nan=False) | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+)
+names = ("skill", "reason", "causes", "failed", "problems", "measured", "goal", "reached", "status", "asked")
+events = st.sampled_from(
+    [
+        "step-started",
+        "step-ended",
+        "step-not-started",
+        "plan-rejected",
+        "broken-assumption",
+        "run-ended",
+        "not-routed",
+    ]
+)
+
+
+@examples(200)
+@given(
+    st.lists(
+        st.tuples(events, st.booleans(), st.dictionaries(st.sampled_from(names), anything, max_size=6)),
+        max_size=8,
+    )
+)
+def test_whatever_a_log_holds_is_explained_without_a_traceback(
+    listed: list[tuple[str, bool, dict[str, Any]]],
+) -> None:
+    records = [
+        {"event": "note" if noted else event, "details": {"event": event, "details": told} if noted else told}
+        for event, noted, told in listed
+    ]
+    run = Run(records)
+    assert run.why_it_ended().headline is not None
+    for step in run.steps:
+        assert run.why_step(step).headline

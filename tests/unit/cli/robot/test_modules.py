@@ -1,0 +1,221 @@
+"""Commands about what is on a robot: what they print, how they end, and that they refuse in words."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+import pytest
+
+from aeros.agent.agent import MEMORY
+from aeros.agent.identity import Identity
+from aeros.agent.memory.store import open_memory
+from aeros.cli.main import main
+from tests.repo.tree import ROOT
+
+BASE = ROOT / "docs" / "codes" / "base"
+
+
+@pytest.fixture
+def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A robot with the site of docs/codes in force; commands are run beside its folder."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["policy", str(BASE / "site.yaml"), "--state", "robot"]) == 0
+    return tmp_path / "robot"
+
+
+def run(*arguments: str) -> int:
+    return main([*arguments, "--state", "robot"])
+
+
+@pytest.mark.usefixtures("robot")
+def test_a_module_is_brought_up_listed_and_taken_down(capsys: pytest.CaptureFixture[str]) -> None:
+    capsys.readouterr()
+    said = []
+    for command in ("install", "configure", "activate", "deactivate", "remove"):
+        assert run(command, str(BASE / "tidy") if command == "install" else "tidy") == 0
+        said.append(capsys.readouterr().out)
+    assert said[0].startswith("tidy 1.0.0 is installed; sha256:")
+    assert said[1:] == [
+        f"tidy 1.0.0 is {state}\n" for state in ("configured", "active", "configured", "absent")
+    ]
+    assert run("list") == 0
+    assert capsys.readouterr().out == "nothing is installed\n"
+
+
+@pytest.mark.usefixtures("robot")
+def test_the_list_finds_by_capability_and_is_there_for_programs(capsys: pytest.CaptureFixture[str]) -> None:
+    run("install", str(BASE / "tidy"))
+    run("block", "--id", "worn", "--reason", "a finger is worn", "--action", "grip")
+    capsys.readouterr()
+    assert run("list") == 0
+    assert capsys.readouterr().out == "tidy 1.0.0  installed   tidying\nblocked: worn: a finger is worn\n"
+    assert run("list", "--capability", "cooking") == 1
+    assert "nothing is installed that provides it" in capsys.readouterr().out
+    assert run("list", "--capability", "tidying", "--format", "json") == 0
+    listed: Any = json.loads(capsys.readouterr().out)
+    (module,) = listed["modules"]
+    assert (module["name"], module["state"], module["capabilities"]) == ("tidy", "installed", ["tidying"])
+    assert [block["id"] for block in listed["blocks"]] == ["worn"]
+
+
+@pytest.mark.parametrize(
+    "command",
+    [("run", "--plant", "symbolic"), ("mcp", "--plant", "symbolic"), ("plan",)],
+    ids=lambda command: command[0],
+)
+@pytest.mark.usefixtures("robot")
+def test_a_module_that_is_not_active_is_named_to_who_asks_for_its_task(
+    command: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    if command[0] == "mcp":
+        pytest.importorskip("mcp", reason="the extra `mcp` is not installed")
+    run("install", str(BASE / "tidy"))
+    assert run(*command, "clean it") == 1
+    said = "no active module provides `clean it`; installed is `tidy.clean_up` (`aeros activate tidy`)"
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("robot")
+def test_plans_are_made_with_what_is_active_on_the_robot(capsys: pytest.CaptureFixture[str]) -> None:
+    for command in ("install", "configure", "activate"):
+        run(command, str(BASE / "tidy") if command == "install" else "tidy")
+    capsys.readouterr()
+    assert run("plan", "clean it") == 0
+    assert "tidy.wipe" in capsys.readouterr().out
+
+
+def test_a_broken_assumption_is_listed_beside_the_module_of_that_version(
+    robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run("install", str(BASE / "tidy"))
+    capsys.readouterr()
+    with open_memory(robot / MEMORY, Identity(uuid4(), "chef", "", 1)) as memory:
+        for version, time in (("0.9.0", 1.0), ("1.0.0", 2.0), ("1.0.0", 3.0)):
+            details = {
+                "module": "tidy",
+                "skill": "tidy.wipe",
+                "version": version,
+                "declared": ["wiped", "missed"],
+            }
+            proof = {"certificate": "ab" * 32, "obligations": ["closed-loop/clean/progress"], "halted": False}
+            memory.remember(time, "broken-assumption", details | proof)
+    assert run("list") == 0
+    assert capsys.readouterr().out.splitlines()[1:] == [
+        "broken: tidy.wipe came to none of `wiped`, `missed`, 2 times, last in session 1 at 3.00 s; "
+        "1 obligations of certificate abababababab rest on it"
+    ]
+    assert run("list", "--format", "json") == 0
+    (module,) = json.loads(capsys.readouterr().out)["modules"]
+    assert [one["time"] for one in module["broken_assumptions"]] == [2.0, 3.0]
+
+
+def test_a_memory_that_cannot_be_read_keeps_nothing_from_being_listed(
+    robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run("install", str(BASE / "tidy"))
+    (robot / MEMORY).write_text("no database at all, and longer than its header")
+    capsys.readouterr()
+    assert run("list") == 0
+    said = capsys.readouterr()
+    assert said.out.startswith("tidy 1.0.0")
+    assert "which assumptions were broken is not known" in said.err
+
+
+@pytest.mark.usefixtures("robot")
+def test_a_digest_pins_what_is_installed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("install", str(BASE / "tidy"), "--digest", "sha256:" + "0" * 64) == 1
+    refusal = capsys.readouterr().err
+    digest = refusal[refusal.index("sha256:") :].split()[0]
+    assert run("install", str(BASE / "tidy"), "--digest", digest) == 0
+
+
+@pytest.fixture
+def distribution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An installed distribution that offers the module `tidy`, and whose code must not be executed."""
+    package, metadata = tmp_path / "site" / "tidy_wares", tmp_path / "site" / "tidy_wares-1.dist-info"
+    shutil.copytree(BASE / "tidy", package / "tidy")
+    metadata.mkdir(parents=True)
+    for folder in (package, package / "tidy"):
+        (folder / "__init__.py").write_text("raise SystemExit('executed before it was proved')\n")
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: tidy_wares\nVersion: 1\n")
+    (metadata / "entry_points.txt").write_text(
+        "[aeros.ecms]\ntidy = tidy_wares.tidy\ngone = tidy_wares.gone\nodd = no.such:place\n"
+    )
+    monkeypatch.syspath_prepend(str(tmp_path / "site"))
+    return package
+
+
+@pytest.mark.usefixtures("robot", "distribution")
+def test_a_module_comes_out_of_an_installed_distribution_and_nothing_of_it_is_imported() -> None:
+    assert run("install", "tidy") == 0
+    assert "tidy_wares" not in sys.modules
+
+
+@pytest.mark.parametrize("name", ["gone", "odd"])
+@pytest.mark.usefixtures("robot", "distribution")
+def test_an_entry_point_that_names_no_folder_is_refused(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("install", name) == 1
+    assert "is no folder of a package" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("robot")
+def test_a_bundle_is_pinned_carried_and_installed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bundle", str(BASE / "tidy")]) == 0
+    said = capsys.readouterr().out
+    name, digest = said.split(":")[0], said[said.index("sha256:") :].strip()
+    assert run("install", name, "--digest", "sha256:" + "0" * 64) == 1
+    assert run("install", name, "--digest", digest) == 0
+    assert digest in capsys.readouterr().out
+    assert main(["bundle", str(BASE / "tidy"), "--out", "again.zip"]) == 0
+    assert Path("again.zip").read_bytes() == Path(name).read_bytes()
+    assert main(["bundle", str(BASE)]) == 1
+    assert "holds no module" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("install", "nowhere"), "is no folder, no file, and no entry point"),
+        (("activate", "tidy"), "there is no module `tidy` here"),
+        (("unblock", "worn"), "there is no block `worn` here"),
+        (("block", "--id", "x", "--reason", "y", "--action", "gripp"), "did you mean `grip`?"),
+    ],
+)
+@pytest.mark.usefixtures("robot")
+def test_refusals_say_why(arguments: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(*arguments) == 1
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("robot")
+def test_a_block_of_nothing_is_a_mistake(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("block", "--id", "x", "--reason", "y") == 2
+    assert "name what to block" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("robot")
+def test_the_policy_in_force_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    capsys.readouterr()
+    assert run("policy") == 0
+    assert capsys.readouterr().out.startswith("bench is in force; sha256:")
+
+
+def test_nobody_is_paused_where_nobody_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["pause", "--state", str(tmp_path / "none")]) == 1
+    assert "no robot runs from" in capsys.readouterr().err
+    assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.usefixtures("robot")
+@pytest.mark.parametrize("command", ["pause", "resume", "stop"])
+def test_what_is_asked_is_confirmed(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    capsys.readouterr()
+    assert run(command) == 0
+    assert capsys.readouterr().out

@@ -1,0 +1,274 @@
+"""What is kept of a run to be seen later: a film, an MCAP file; and a window while it goes on."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from collections import defaultdict
+from math import nextafter
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from rosbags.rosbag2 import Reader
+
+from aeros.cli.main import main
+from aeros.exit_codes import Exit
+from aeros.runtime.audit.log import verify_log
+from aeros.runtime.bus import messages
+from aeros.runtime.bus.messages import Message, Time
+from tests.unit.runtime.bus.test_messages import STORE, plain
+from tests.unit.sim.films import frames_of
+
+REPOSITORY = Path(__file__).parents[4]
+KINDS = {
+    one.ros: one
+    for one in vars(messages).values()
+    if isinstance(one, type) and issubclass(one, Message) and one is not Message
+}
+
+
+def arguments(folder: Path, *more: str, task: str = "make dumplings") -> list[str]:
+    return ["run", task, "--ecms", str(REPOSITORY / "ecms"), "--state", str(folder / "state"),
+            "--out", str(folder / "out"), *more]  # fmt: skip
+
+
+def told_in(file: Path) -> dict[str, list[tuple[int, Any]]]:
+    """Every message by topic, with the time under which it is kept, ns."""
+    found: dict[str, list[tuple[int, Any]]] = defaultdict(list)
+    with Reader(file) as reader:
+        for connection, time_, data in reader.messages():
+            there = STORE.deserialize_cdr(data, connection.msgtype)
+            message = msgspec.convert(plain(there), KINDS[connection.msgtype])
+            found[connection.topic].append((time_, message))
+    return found
+
+
+def lines_of(file: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
+
+
+def seconds(time_: Time) -> float:
+    return time_.sec + time_.nanosec / 1e9
+
+
+def value_of(message: Any, name: str) -> Any:
+    """What the message says of the name in the site's vocabulary."""
+    if name.startswith("joint_"):
+        return list(getattr(message, {"p": "position", "v": "velocity", "t": "effort"}[name[6]]))
+    return [message.point.x, message.point.y, message.point.z] if "point" in dir(message) else message.value
+
+
+def check_against_the_records(
+    file: Path, out: Path, least: int, goal: str
+) -> dict[str, list[tuple[int, Any]]]:
+    """Whether the file says what trace and audit log say, of more decisions than that; what it says."""
+    told, records, trace = told_in(file), lines_of(out / "audit.jsonl"), lines_of(out / "trace.jsonl")
+    events = [message for _, message in told["/aeros/events"]]
+    assert [(one.record, one.event, json.loads(one.details)) for one in events] == [
+        (record["sequence"], record["event"], record["details"]) for record in records
+    ]
+    decided = [record for record in records if record["event"] == "decision"]
+    assert len(decided) > least
+    said = [
+        (one.record, one.module, one.skill, one.verdict, json.loads(one.action), json.loads(one.reasons))
+        for _, one in told["/aeros/decisions"]
+    ]
+    names = ("module", "skill", "verdict", "decided", "reasons")
+    assert said == [(record["sequence"], *(record["details"][name] for name in names)) for record in decided]
+    compared = set()
+    at: dict[tuple[str, int], list[Any]] = defaultdict(
+        list
+    )  # several, where a plant is at two places at once
+    for topic, kept in told.items():
+        for time_, message in kept:
+            at[topic, time_].append(message)
+    for record in decided:
+        for name, (value, measured) in record["details"]["state"].items():
+            topic = "/joint_states" if name.startswith("joint_") else f"/aeros/state/{name}"
+            there = at[topic, round(measured * 1e9)]
+            assert value in [value_of(message, name) for message in there], (topic, measured)
+            compared.add(name)
+    assert {"joint_position", "tool_position", "tool_speed", "estop_pressed", goal} <= compared
+    notes = [json.loads(one.details) for one in events if one.event == "note"]
+    assert [(one["event"], one["details"]) for one in notes] == [
+        (line["kind"], line["details"]) for line in trace
+    ]
+    ended = trace[-1]
+    assert ended["kind"] == "run-ended"
+    for name, value in ended["details"]["measured"].items():
+        values = [message for _, message in told[f"/aeros/state/{name}"]]
+        assert (values[0].value, values[-1].value) == (False, value)
+        assert seconds(values[-1].header.stamp) <= nextafter(ended["time"], 1e9) + 1e-9
+    return told
+
+
+@pytest.mark.parametrize(
+    ("plant", "task", "least", "goal"),
+    [
+        ("symbolic", "make dumplings", 50, "dumpling_wrapped"),
+        ("kinematic", "fetch the object", 20, "object_delivered"),
+        pytest.param(
+            "physics",
+            "fetch the object",
+            20,
+            "object_delivered",
+            marks=[pytest.mark.physics, pytest.mark.deep],
+        ),
+    ],
+)
+def test_an_mcap_file_says_what_trace_and_audit_log_say(
+    plant: str, task: str, least: int, goal: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "kept" / "run.mcap"
+    given = ["--plant", plant, "--mcap", str(file)] + (["--no-record"] if plant == "physics" else [])
+    assert main(arguments(tmp_path, *given, task=task)) == Exit.PROVED
+    assert f"mcap       {file}\n" in capsys.readouterr().out
+    assert list(file.parent.iterdir()) == [file]
+    told = check_against_the_records(file, tmp_path / "out", least, goal)
+    simulated = lines_of(tmp_path / "out" / "trace.jsonl")[-1]["time"]
+    if plant == "symbolic":
+        assert "/tf" not in told
+        return
+    ticks = round(simulated * 240)
+    assert len(told["/joint_states"]) == ticks + 1
+    # The chain is known from the first motion on; a look of 24 ticks comes before it.
+    assert ticks - 25 <= len({time_ for time_, _ in told["/tf"]}) <= ticks + 1
+    # More than one at a time only where a plan told another chain.
+    assert len(told["/tf"]) <= ticks + 2 + len(told["/aeros/decisions"])
+    for time_, message in told["/tf"][:: ticks // 50]:
+        frames = [one.child_frame_id for one in message.transforms]
+        assert frames[-8:] == [*(f"j{joint}_link" for joint in range(1, 8)), "tool"]
+        assert round(seconds(message.transforms[0].header.stamp) * 1e9) == time_
+
+
+def test_the_file_alone_says_how_to_read_it(tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap"
+    assert main(arguments(tmp_path, "--plant", "symbolic", "--mcap", str(file))) == Exit.PROVED
+    ours = told_in(file)
+    counts: dict[str, int] = defaultdict(int)
+    with file.open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        summary = reader.get_summary()
+        assert summary is not None
+        assert {schema.encoding for schema in summary.schemas.values()} == {"ros2msg"}
+        assert all(schema.data for schema in summary.schemas.values())
+        for _, channel, message, there in reader.iter_decoded_messages():
+            time_, own = ours[channel.topic][counts[channel.topic]]
+            counts[channel.topic] += 1
+            assert message.log_time == time_
+            for field in ("value", "verdict", "details", "event"):
+                if hasattr(own, field):
+                    assert getattr(there, field) == getattr(own, field)
+    assert counts == {topic: len(told) for topic, told in ours.items()}
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (["--record", "run.avi"], "`run.avi`: expected a file named *.webp, *.gif, *.mp4"),
+        (["--record", "run"], "`run`: expected a file named *.webp, *.gif, *.mp4"),
+        (["--mcap", "run.bag"], "`run.bag`: expected a file named *.mcap"),
+        (["--record", "run.gif", "--no-record"], "not allowed with argument --record"),
+        (["--mcap", "run.mcap", "--bag", "bag"], "not allowed with argument --mcap"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(
+    given: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(arguments(tmp_path, *given))
+    assert ended.value.code == Exit.USAGE
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("plant", ["symbolic", "kinematic"])
+@pytest.mark.parametrize("given", [["--record", "run.gif"], ["--view"]])
+def test_a_plant_in_which_there_is_nothing_to_be_seen_refuses_to_show_it(
+    plant: str, given: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(arguments(tmp_path, "--plant", plant, *given)) == Exit.REJECTED
+    assert f"`{given[0]}` needs the physics plant: the {plant} plant has nothing" in capsys.readouterr().err
+    assert not (tmp_path / "out" / "audit.jsonl").exists()
+
+
+def test_a_file_that_is_there_is_refused_before_anything_moves(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "run.mcap"
+    file.write_bytes(b"mine")
+    assert main(arguments(tmp_path, "--plant", "symbolic", "--mcap", str(file))) == Exit.REJECTED
+    assert f"`{file}` exists already; give a new file with --mcap" in capsys.readouterr().err
+    assert file.read_bytes() == b"mine"
+    assert not (tmp_path / "out" / "audit.jsonl").exists()
+
+
+@pytest.mark.physics
+def test_a_film_that_is_there_is_refused_before_anything_moves(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    film = tmp_path / "run.gif"
+    film.write_bytes(b"mine")
+    assert main(arguments(tmp_path, "--record", str(film))) == Exit.REJECTED
+    assert f"`{film}` exists already; give another file with --record" in capsys.readouterr().err
+    assert film.read_bytes() == b"mine"
+    assert not (tmp_path / "out" / "audit.jsonl").exists()
+
+
+@pytest.mark.physics
+def test_without_a_display_a_view_is_refused_before_anything_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    assert main(arguments(tmp_path, "--view")) == Exit.REJECTED
+    assert "--view: there is no display: DISPLAY is not set" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def moving(folder: Path, film: str = "run.gif") -> subprocess.Popen[bytes]:
+    """A run that is filmed and kept, some steps into its task."""
+    given = ["--record", str(folder / film), "--mcap", str(folder / "run.mcap")]
+    command = [sys.executable, "-m", "aeros", *arguments(folder, *given)]
+    run = subprocess.Popen(command, cwd=REPOSITORY, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    audit, late = folder / "out" / "audit.jsonl", time.monotonic() + 120.0
+    while not audit.exists() or audit.read_bytes().count(b'"event":"decision"') < 15:
+        assert time.monotonic() < late
+        assert run.poll() is None
+        time.sleep(0.02)
+    return run
+
+
+@pytest.mark.physics
+@pytest.mark.parametrize("name", ["run.gif", pytest.param("run.mp4", marks=pytest.mark.deep)])
+def test_an_interrupted_run_leaves_a_film_and_a_file_up_to_there(name: str, tmp_path: Path) -> None:
+    run = moving(tmp_path, name)
+    run.send_signal(signal.SIGINT)
+    _, said = run.communicate(timeout=120.0)
+    assert b"stopping; Ctrl-C again ends at once" in said
+    assert run.returncode == Exit.INTERRUPTED
+    assert len(frames_of(tmp_path / name)) > 3
+    told = told_in(tmp_path / "run.mcap")
+    recorded = verify_log(tmp_path / "out" / "audit.jsonl").records
+    assert len(told["/aeros/events"]) == recorded
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["out", name, "run.mcap", "state"])
+
+
+@pytest.mark.physics
+def test_a_killed_run_leaves_no_film_and_of_the_messages_what_was_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = moving(tmp_path)
+    run.kill()
+    run.communicate(timeout=60.0)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["out", "run.mcap.part", "state"]
+    again = ["--plant", "symbolic", "--mcap", str(tmp_path / "run.mcap"), "--out", str(tmp_path / "again")]
+    assert main(arguments(tmp_path, *again)) == Exit.REJECTED
+    assert "run.mcap.part" in (said := capsys.readouterr().err)
+    assert "exists already" in said

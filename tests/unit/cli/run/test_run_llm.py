@@ -1,0 +1,80 @@
+"""`aeros run --planner llm`, with a server on this machine in place of a language model."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.cli.main import main
+from aeros.cli.run.planners import LLM_KEY
+from aeros.exit_codes import Exit
+from aeros.runtime.audit.log import verify_log
+from tests.unit.agent.stub_llm import says, stub
+
+ECMS = Path(__file__).parents[4] / "ecms"
+KEY = "sk-secret"
+
+
+def _run(folder: Path, *arguments: str) -> int:
+    where = ["--state", str(folder / "state"), "--out", str(folder / "out"), "--ecms", str(ECMS)]
+    return main(["run", "make dumplings", "--plant", "symbolic", *where, "--planner", "llm", *arguments])
+
+
+def step(skill: str, **more: Any) -> dict[str, Any]:
+    return {"skill": f"make_dumplings.{skill}", "inputs": {}, "retry": 0, "on_failure": None, **more}
+
+
+GOOD = {"plan": [step("prepare"), step("recover"), step("wrap", retry=2, on_failure="recover"), step("boil")]}
+
+
+def test_what_a_model_proposes_is_verified_then_decided_by_the_gate_and_the_key_is_kept_nowhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("httpx", reason="needs `pip install 'aeros[llm]'`")
+    monkeypatch.setenv(LLM_KEY, KEY)
+    hasty = {"plan": [step("boil")]}
+    with stub(says(hasty), says(GOOD)) as server:
+        assert _run(tmp_path, "--llm-url", server.url, "--llm-model", "stub") == Exit.PROVED
+    said = capsys.readouterr()
+    assert "goal reached" in said.out
+    assert "(try 2 of 3)" in said.out
+    assert "its precondition `dumpling_wrapped` does not hold" in json.dumps(server.asked[1])
+    assert server.headers[0]["authorization"] == f"Bearer {KEY}"
+    assert verify_log(tmp_path / "out" / "audit.jsonl").decisions.allowed > 50
+    left = [path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()]
+    assert KEY.encode() not in b"".join([*left, said.out.encode(), said.err.encode()])
+
+
+def test_where_a_model_does_not_help_the_rules_do_or_for_another_goal_a_search(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("httpx", reason="needs `pip install 'aeros[llm]'`")
+    with stub(says("I am a teapot.")) as server:
+        asked = ["--llm-url", server.url, "--llm-model", "stub"]
+        assert _run(tmp_path / "rules", *asked) == Exit.PROVED
+        assert "planned by rules instead, as the language model has no plan" in capsys.readouterr().out
+        assert _run(tmp_path / "smt", *asked, "--goal", "dumpling_wrapped") == Exit.PROVED
+        assert "planned by smt instead, as the language model has no plan" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("given", [[], ["--llm-url", "http://localhost/v1"], ["--llm-model", "stub"]])
+def test_a_model_needs_a_place_and_a_name(
+    given: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _run(tmp_path, *given) == Exit.USAGE
+    assert "--planner llm, --llm-url and --llm-model go together" in capsys.readouterr().err
+
+
+def test_without_what_asks_it_is_said_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "httpx", None)
+    monkeypatch.delitem(sys.modules, "aeros.agent.planning.llm_client", raising=False)
+    monkeypatch.delitem(sys.modules, "aeros.agent.planning.llm", raising=False)
+    asked = ["--llm-url", "http://localhost/v1", "--llm-model", "stub"]
+    assert _run(tmp_path, *asked) == Exit.REJECTED
+    assert "--planner llm needs `pip install 'aeros[llm]'` (httpx is missing)" in capsys.readouterr().err

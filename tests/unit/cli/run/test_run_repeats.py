@@ -1,0 +1,98 @@
+"""The same seed and plan repeat bit for bit, in another process that hashes otherwise: trace and record."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from aeros.exit_codes import Exit
+from tests.repo.tree import ROOT
+
+pytestmark = pytest.mark.physics
+
+FAULTS = """schema: aeros/faults/1
+description: Of several kinds, often, so that each comes up in a few seconds.
+faults:
+  weak:
+    at: {every: 1 s}
+    rate: 0.3
+    bursts: {mean_length: 3, within: 0.8}
+    weaken: {torque: 0.8, lasts: 500 ms}
+  late:
+    at: {every: 1 s}
+    rate: 0.3
+    delay: {by: 25 ms, lasts: 500 ms}
+  noisy:
+    at: {every: 1 s}
+    rate: 0.5
+    misread: {of: human_distance, noise: 10 mm, lasts: 500 ms}
+"""
+
+PERSON = """schema: aeros/people/1
+description: Somebody walks up and stays.
+people:
+  guest:
+    path:
+      - {at: [3 m, 0.5 m]}
+      - {at: [1.9 m, 0.2 m], speed: 1 m/s}
+    spread: 50 mm
+    delay: 500 ms
+"""
+
+
+CASES = {
+    "physics": (
+        "clean the table",
+        "--plant",
+        "physics",
+        "--timeout",
+        "6",
+        "--faults",
+        "FAULTS",
+        "--person",
+        "PERSON",
+    ),
+    "kinematic": ("clean the table", "--plant", "kinematic", "--timeout", "6"),
+    "symbolic": ("make dumplings", "--plant", "symbolic"),
+}
+"""Instructions on each plant; people and faults where there are any."""
+
+
+def digest(folder: Path, case: str, seed: int, hashes: int) -> str:
+    """Of the trace, and of the record with every reading that was decided on, of a run in its own process.
+
+    Not of when records were written, nor of the chain over them, which has that in it.
+    """
+    files = {"FAULTS": FAULTS, "PERSON": PERSON}
+    for name, text in files.items():
+        (folder / f"{name}.yaml").write_text(text)
+    words = [str(folder / f"{word}.yaml") if word in files else word for word in CASES[case]]
+    out = folder / f"{seed}-{hashes}"
+    words += ["--seed", str(seed), "--no-record", "--ecms", str(ROOT / "ecms")]
+    words += ["--state", f"{out}-state", "--out", str(out)]
+    ended = subprocess.run(
+        [sys.executable, "-m", "aeros", "run", *words],
+        env={**os.environ, "PYTHONHASHSEED": str(hashes), "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        check=False,
+    )
+    assert ended.returncode in (Exit.PROVED, Exit.REJECTED), ended.stderr
+    told = hashlib.sha256((out / "trace.jsonl").read_bytes())
+    records = [json.loads(line) for line in (out / "audit.jsonl").read_text().splitlines()]
+    assert sum(record["event"] == "decision" for record in records) >= 3
+    for record in records:
+        told.update(json.dumps([record["event"], record["details"]], sort_keys=True).encode())
+    return told.hexdigest()
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_run_repeats_whatever_the_hashes_and_another_seed_is_another_run(case: str, tmp_path: Path) -> None:
+    once = digest(tmp_path, case, 3, hashes=1)
+    assert digest(tmp_path, case, 3, hashes=2) == once
+    assert digest(tmp_path, case, 7, hashes=1) != once

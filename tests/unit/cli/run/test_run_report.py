@@ -1,0 +1,35 @@
+"""What a run writes and prints: one line for each event, and a summary whose numbers are the report's."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+from aeros.agent.execution.report import RunReport
+from aeros.cli.run.run_report import summary
+
+
+def report(**changed: Any) -> RunReport:
+    steps = [SimpleNamespace(role=None, allowed=5, attenuated=2, denied=1)] * 3
+    given: dict[str, Any] = {
+        "instruction": "x", "module": "m", "task": "t", "goal": "a and b", "reached": True,
+        "measured": {"a": True, "b": None}, "steps": tuple(steps), "replans": 4, "reason": None, **changed,
+    }  # fmt: skip
+    return RunReport(**given)
+
+
+def test_the_summary_holds_the_numbers_of_the_report() -> None:
+    modules = [SimpleNamespace(obligation_count=20, guarded_count=3)] * 2
+    proof = cast("Any", SimpleNamespace(modules=modules))
+    said = summary(proof, report(), "symbolic", 12.34, 5.67)
+    assert said.splitlines() == [
+        "",
+        "m.t: goal reached",
+        "goal       a and b; measured on the symbolic plant: a = true, b = unknown",
+        "modules    2 proved, 40 obligations, 6 left to the gate",
+        "steps      3 run, 0 retries, 0 recoveries, 4 re-plans",
+        "decisions  15 allowed, 6 attenuated, 3 denied",
+        "time       12.3 s simulated, 5.7 s real",
+    ]
+    missed = summary(proof, report(reached=False, reason="why"), "symbolic", 0.0, 0.0)
+    assert "m.t: goal not reached: why" in missed

@@ -1,0 +1,289 @@
+"""Trials that ask a plant the same, and have the same luck, share what it did, and no others do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from itertools import count
+from math import inf
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from aeros.experiments.condition import Condition
+from aeros.experiments.plant_cache import FollowingRuntime, Live, Take, Takes
+from aeros.experiments.random_stream import LuckOfASeed
+from aeros.experiments.trial_kinds import ALIKE, digest_of
+from aeros.experiments.trial_plants import Opened
+from aeros.experiments.trial_runner import run_trials
+from aeros.experiments.trial_store import Store
+from aeros.experiments.trials import task
+from aeros.experiments.trials.task import KIND, Tasks
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.ports import (
+    BEGINNING,
+    Ended,
+    Plant,
+    Runtime,
+    StepHandle,
+    StepRequest,
+    StepResult,
+    StepStatus,
+)
+from aeros.spec.diagnostics.errors import InternalError
+from tests.unit.experiments.common import ROOT, WHERE, Here, condition, premises, settings, told
+
+DRAWS = (0.5, 0.2, 0.7)
+"""With which each wait is compared: it fails where the rate is above it."""
+
+
+class Scripted:
+    """A plant and its runtime in one: a wait takes a second, and fails by the draws."""
+
+    opened = 0
+
+    def __init__(self, rate: float, slips: float = 0.0) -> None:
+        type(self).opened += 1
+        self.rate, self.slips = rate, slips
+        self.started, self.waited = 0, 0
+
+    def now(self) -> float:
+        return self.waited * (1.0 + self.slips)
+
+    def observe(self) -> Mapping[str, Any]:
+        return {}
+
+    def start(self, request: StepRequest) -> StepHandle:
+        self.started += 1
+        return StepHandle(self.started)
+
+    def wait(self, until: float = inf) -> Ended:
+        failed = DRAWS[self.waited] < self.rate
+        self.waited += 1
+        status = StepStatus.STOPPED if failed else StepStatus.FINISHED
+        return Ended(StepHandle(self.started), StepResult(status, "", allowed=self.waited))
+
+    def cancel(self, step: StepHandle, reason: str) -> None:
+        self.started += 100
+
+    def alike(self) -> tuple[float, float]:
+        had = DRAWS[: self.waited]
+        low = max((one for one in had if one < self.rate), default=0.0)
+        return low, min((one for one in had if one >= self.rate), default=1.0)
+
+
+@pytest.fixture(autouse=True)
+def _count() -> None:
+    Scripted.opened = 0
+
+
+def trial(takes: list[Take], rate: float, asked: str, slips: float = 0.0) -> tuple[Any, ...]:
+    """What comes of asking `asked`, a letter for each skill; a stop takes it back."""
+
+    with following(takes, rate, slips) as runtime:
+        answers = list(answers_of(runtime, asked))
+        return answers, runtime.now(), LuckOfASeed(0, rate).alike(runtime.state.chance)
+
+
+def following(takes: list[Take], rate: float, slips: float = 0.0) -> FollowingRuntime:
+    @contextmanager
+    def opened() -> Iterator[Live]:
+        plant = Scripted(rate, slips)
+        yield Live(cast(Runtime, plant), Opened(cast(Any, plant), {"waits": 0}, plant.alike))
+
+    return FollowingRuntime(premises().configuration, takes, LuckOfASeed(0, rate), opened)
+
+
+def answers_of(runtime: FollowingRuntime, asked: str) -> Iterator[bool]:
+    for skill in asked:
+        step = runtime.start(StepRequest("module", skill, {}))
+        assert not isinstance(step, StepResult)
+        if skill == "-":
+            runtime.cancel(step, "no more")
+        ended = runtime.wait()
+        assert ended is not None
+        yield ended.result.status is StepStatus.FINISHED
+
+
+def test_who_asks_the_same_follows_and_who_asks_something_else_goes_on_alone() -> None:
+    takes: list[Take] = []
+    assert trial(takes, 0.3, "ab") == ([True, False], 2.0, (0.2, 0.5))
+    assert Scripted.opened == 1
+    assert trial(takes, 0.3, "a") == ([True], 1.0, (0.0, 0.5))
+    assert trial(takes, 0.3, "ab") == ([True, False], 2.0, (0.2, 0.5))
+    assert trial(takes, 0.3, "") == ([], 0.0, (0.0, 1.0))
+    assert Scripted.opened == 1
+    assert trial(takes, 0.3, "ac") == ([True, False], 2.0, (0.2, 0.5))
+    assert Scripted.opened == 2
+    assert trial(takes, 0.3, "aca") == ([True, False, True], 3.0, (0.2, 0.5))
+    assert Scripted.opened == 3
+    assert trial(takes, 0.3, "a-") == ([True, False], 2.0, (0.2, 0.5))
+    assert Scripted.opened == 4
+
+
+def test_another_rate_follows_as_long_as_it_would_have_drawn_the_same() -> None:
+    takes: list[Take] = []
+    trial(takes, 0.3, "ab")
+    assert trial(takes, 0.1, "a") == ([True], 1.0, (0.0, 0.5))
+    assert trial(takes, 0.45, "ab") == ([True, False], 2.0, (0.2, 0.5))
+    assert Scripted.opened == 1
+    assert trial(takes, 0.1, "ab") == ([True, True], 2.0, (0.0, 0.2))
+    assert Scripted.opened == 2
+    assert trial(takes, 0.9, "a") == ([False], 1.0, (0.5, 1.0))
+    assert Scripted.opened == 3
+    # On the very number between two draws, only the condition that has it follows itself.
+    assert trial(takes, 0.5, "a") == ([True], 1.0, (0.0, 0.5))
+    assert Scripted.opened == 4
+    assert trial(takes, 0.5, "a")[0] == [True]
+    assert Scripted.opened == 4
+
+
+def test_a_plant_that_does_not_repeat_itself_is_noticed() -> None:
+    takes: list[Take] = []
+    trial(takes, 0.3, "ab")
+    with pytest.raises(InternalError, match="asked the same, a plant did something else"):
+        trial(takes, 0.3, "abc", slips=0.125)
+    assert len(takes) == 1
+
+
+def test_a_trial_has_no_record() -> None:
+    takes: list[Take] = []
+    trial(takes, 0.3, "a")
+    luck = LuckOfASeed(0, 0.3)
+    with FollowingRuntime(premises().configuration, takes, luck, lambda: pytest.fail("opened")) as runtime:
+        runtime.note("anything", {})
+        assert (runtime.head(), runtime.said_since(BEGINNING)) == (BEGINNING, ())
+        assert not runtime.is_stopped
+        assert not runtime.is_live
+        assert runtime.site is premises().configuration.site
+        assert runtime.certificate("unknown") is None
+        assert runtime.active_modules() is premises().configuration.modules
+
+
+def test_what_a_trial_would_take_alone_is_what_each_part_took_when_it_was_done(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock = count()
+    monkeypatch.setattr("aeros.experiments.plant_cache.process_time", lambda: next(clock))
+    takes: list[Take] = []
+    taken = []
+    for asked in ("ab", "ab", "abc"):
+        with following(takes, 0.3) as runtime:
+            list(answers_of(runtime, asked))
+        taken.append((runtime.is_live, runtime.spent_s, runtime.alone_s))
+    # A second passes from each look at the clock to the next: to prepare, which is not the trial's, to open,
+    # for each of two questions a skill, to close; and for a plant of its own that is asked everything again,
+    # as long as that goes on.
+    assert taken == [
+        (True, 3 + 4 + 1, 1 + 4 + 1),
+        (False, 0, 1 + 4 + 1),
+        (True, 11 + 2 + 1, 1 + 6 + 1),
+    ]
+
+
+def test_takes_are_kept_until_those_of_other_plants_are_asked_for() -> None:
+    takes = Takes()
+    first = takes.of("plants")
+    assert takes.of("plants") is first
+    assert takes.of("others") is not first
+    assert takes.of("plants") is not first
+
+
+def test_on_the_symbolic_plant_trials_that_share_find_what_each_finds_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(KIND, "_takes", Takes())  # those of other tests aside
+    seeds = range(6)
+    rates, bursts = ("1/10", "1/2", "9/10"), [{"bursts": {"mean_length": one}} for one in ("2", "8")]
+    conditions = [
+        condition(task="clean_table", architecture=name, **changed)
+        for name in ("flat", "behaviour_tree", "progprompt", "aeros")
+        for changed in [{"rate": one} for one in rates] + bursts
+    ]
+    with Store(tmp_path) as store:
+        run_trials(conditions, seeds, WHERE, Here(), 1, store, lambda _: None)
+        trials = dict(store.trials)
+    assert len(trials) == len(seeds) * len(conditions)
+    lived = dict.fromkeys(seeds, 0)
+    for (_, seed), one in trials.items():
+        lived[seed] += one["live"]
+    # The first seed has nothing to follow but itself; whatever is drawn later has mostly been drawn before.
+    assert sum(lived.values()) < len(trials) / 4
+    assert lived[5] < lived[0]
+    for tried in conditions:
+        for seed in seeds:
+            # A kind that has run nothing, so that there is nothing to be followed.
+            with Tasks().opened(tried, premises()) as alone:
+                assert told(alone(seed), ALIKE) == told(
+                    trials[digest_of(tried, premises().digest), seed], ALIKE
+                )
+
+
+def test_nothing_is_compiled_in_what_trials_at_symbolic_plants_follow(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    opened: list[Plant] = []
+
+    class Counted(Executor):
+        def __init__(self, configuration: Any, gate: Any, plant: Plant, *more: Any) -> None:
+            opened.append(plant)
+            super().__init__(configuration, gate, plant, *more)
+
+    monkeypatch.setattr(task, "Executor", Counted)
+    needed = []
+    with Tasks().opened(condition(task="clean_table", rate="1/2"), premises()) as trial:
+        for seed in range(8):
+            before = len(opened)
+            found = trial(seed)
+            needed.append(found["live"])
+            # Who needs a plant is rehearsed at another, of which nothing is kept.
+            assert len(opened) - before == (2 if found["live"] else 0)
+        assert not trial(0)["live"]
+    assert needed[0]
+    assert any(needed[1:])
+    assert not all(needed)
+
+
+def test_a_plant_that_draws_something_else_when_asked_again_is_noticed() -> None:
+    class Fickle(LuckOfASeed):
+        def would_do(self, seen: Any) -> bool:
+            return super().would_do(seen) and Scripted.opened < 2
+
+    takes: list[Take] = []
+    trial(takes, 0.3, "ab")
+    luck = Fickle(0, 0.3)
+
+    @contextmanager
+    def opened() -> Iterator[Live]:
+        plant = Scripted(0.3)
+        yield Live(cast(Runtime, plant), Opened(cast(Any, plant), {"waits": 0}, plant.alike))
+
+    with (
+        FollowingRuntime(premises().configuration, takes, luck, opened) as runtime,
+        pytest.raises(InternalError, match="asked the same, a plant did something else"),
+    ):
+        list(answers_of(runtime, "abc"))
+
+
+@pytest.mark.physics
+def test_on_physics_trials_that_share_find_what_each_finds_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(KIND, "_takes", Takes())  # those of other tests aside
+    faults = (ROOT / "aeros/experiments/data/faults/fetch_object.yaml").read_text()
+    given = settings("fetch_object", faults=faults)
+    named = (("flat", "1/10"), ("flat", "9/10"), ("behaviour_tree", "1/10"), ("behaviour_tree", "9/10"))
+    conditions = [
+        Condition.of("task", "physics", {**given, "architecture": name, "rate": rate}) for name, rate in named
+    ]
+    with Store(tmp_path) as store:
+        run_trials(conditions, [0], WHERE, Here(), 1, store, lambda _: None)
+        found = [store.trials[digest_of(one, premises().digest), 0] for one in conditions]
+    # With seed 0 the object is missed at the higher rate alone, so of four trials two had to be simulated.
+    assert [one["failed_tries"] for one in found] == [0, 1, 0, 3]
+    assert [one["live"] for one in found] == [False, False, True, True]
+    for tried, one in list(zip(conditions, found, strict=True))[:2]:
+        # A kind that has run nothing, so that there is nothing to be followed.
+        with Tasks().opened(tried, premises()) as alone:
+            assert told(alone(0), ALIKE) == told(one, ALIKE)

@@ -1,0 +1,357 @@
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.runtime.audit.check import GENESIS, end_record, verify_log
+from aeros.runtime.audit.checkpoints import EVERY, AnchorError, Signing, verify_signed
+from aeros.runtime.audit.keys import (
+    KeyRefusedError,
+    PublicKey,
+    SigningKey,
+    make_key,
+    read_public_key,
+    read_signing_key,
+)
+from aeros.runtime.audit.log import AuditError, AuditLog
+from aeros.runtime.canonical_json import canonical
+
+
+@pytest.fixture(autouse=True)
+def unsynced(monkeypatch: pytest.MonkeyPatch) -> None:
+    """These are tests of what is written, not of when."""
+    monkeypatch.setattr(os, "fdatasync", lambda file: None)
+    monkeypatch.setattr(os, "fsync", lambda file: None)
+
+
+@pytest.fixture
+def key(tmp_path: Path) -> SigningKey:
+    make_key(tmp_path / "key")
+    return read_signing_key(tmp_path / "key")
+
+
+@pytest.fixture
+def stranger(tmp_path: Path) -> SigningKey:
+    make_key(tmp_path / "stranger")
+    return read_signing_key(tmp_path / "stranger")
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    return tmp_path / "audit.jsonl"
+
+
+@pytest.fixture
+def anchor(tmp_path: Path) -> Path:
+    return tmp_path / "anchor"
+
+
+def write(log: Path, key: SigningKey, anchor: Path | None = None, count: int = 3) -> list[bytes]:
+    with AuditLog(log, signing=Signing(key, anchor)) as opened:
+        for number in range(count):
+            opened.append("event", {"number": number})
+    return log.read_bytes().splitlines(keepends=True)
+
+
+def rehashed(records: list[dict[str, Any]]) -> bytes:
+    """What somebody without the key makes of these records: a chain that is sound."""
+    lines, previous = [], GENESIS
+    for sequence, record in enumerate(records):
+        body = {**record, "sequence": sequence, "previous": previous}
+        body.pop("hash", None)
+        line, previous = end_record(canonical(body))
+        lines.append(line)
+    return b"".join(lines)
+
+
+def events(log: Path) -> list[str]:
+    return [json.loads(line)["event"] for line in log.read_bytes().splitlines()]
+
+
+# What is written.
+
+
+def test_a_log_is_signed_when_it_is_opened_every_so_often_and_when_it_is_closed(
+    log: Path, key: SigningKey
+) -> None:
+    write(log, key, count=EVERY + 5)
+    found = events(log)
+    assert found[:2] == ["log-began", "checkpoint"]
+    assert [place for place, event in enumerate(found) if event == "checkpoint"] == [1, EVERY + 2, EVERY + 8]
+    assert found.count("event") == EVERY + 5
+    report = verify_signed(log, key.public)
+    assert (report.chain.sound, report.signed, report.closed) == (True, len(found), True)
+    assert report.anchored == 0
+
+
+def test_a_log_that_was_begun_without_a_key_is_signed_from_the_first_record_on(
+    log: Path, key: SigningKey
+) -> None:
+    with AuditLog(log) as opened:
+        for number in range(2 * EVERY):
+            opened.append("event", {"number": number})
+    write(log, key, count=0)
+    assert verify_signed(log, key.public).signed == 2 * EVERY + 2
+
+
+def test_two_logs_of_the_same_moment_are_told_apart(log: Path, key: SigningKey, tmp_path: Path) -> None:
+    other = tmp_path / "other.jsonl"
+    for path in (log, other):
+        AuditLog(path, clock=lambda: 1.5, signing=Signing(key)).close()
+    assert log.read_bytes() != other.read_bytes()
+
+
+def test_the_anchor_is_the_newest_checkpoint(log: Path, key: SigningKey, anchor: Path) -> None:
+    lines = write(log, key, anchor)
+    assert json.loads(anchor.read_bytes()) == json.loads(lines[-1])["details"]
+    report = verify_signed(log, key.public, anchor)
+    assert (report.chain.why, report.anchored) == ("", len(lines))
+
+
+def test_the_log_is_durable_before_its_anchor_names_it(
+    log: Path, key: SigningKey, anchor: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done: list[str] = []
+    replace = Path.replace
+    monkeypatch.setattr(os, "fdatasync", lambda file: done.append("log synced"))
+
+    def spy(path: Path, target: Path) -> Path:
+        done.append("anchored")
+        return replace(path, target)
+
+    monkeypatch.setattr(Path, "replace", spy)
+    AuditLog(log, signing=Signing(key, anchor)).close()
+    assert done == ["log synced", "log synced", "anchored", "log synced", "anchored"]
+
+
+def test_an_anchor_that_cannot_be_written_is_an_audit_error(
+    log: Path, key: SigningKey, tmp_path: Path
+) -> None:
+    with pytest.raises(AuditError, match=r"its anchor .* cannot be written"):
+        AuditLog(log, signing=Signing(key, tmp_path / "absent" / "anchor"))
+    opened = AuditLog(log, signing=Signing(key, tmp_path / "anchor"))
+    (tmp_path / "anchor.new").mkdir()
+    for number in range(EVERY - 1):
+        opened.append("event", {"number": number})
+    with pytest.raises(AuditError, match=r"its anchor .* cannot be written"):
+        opened.append("event", {})
+    with pytest.raises(AuditError, match=r"its anchor .* cannot be written"):
+        opened.append("event", {})
+    opened.close()
+
+
+def test_a_crash_is_mended_in_a_signed_log(log: Path, key: SigningKey, anchor: Path) -> None:
+    opened = AuditLog(log, signing=Signing(key, anchor))
+    for number in range(EVERY - 1):
+        opened.append("event", {"number": number})
+    os.close(opened._file)  # as a kill would
+    with log.open("ab") as file:
+        file.write(b'{"torn')
+    assert verify_signed(log, key.public, anchor).chain.why == f"record {EVERY + 1} is cut short"
+    write(log, key, anchor, count=EVERY)
+    assert events(log)[EVERY + 1 : EVERY + 3] == ["tail-mended", "checkpoint"]
+    assert verify_signed(log, key.public, anchor).chain.sound
+
+
+# What is noticed.
+
+
+def test_a_cut_tail_is_noticed_by_the_anchor_alone(log: Path, key: SigningKey, anchor: Path) -> None:
+    lines = write(log, key, anchor)
+    log.write_bytes(b"".join(lines[:2]))
+    assert verify_log(log).sound
+    by_key = verify_signed(log, key.public)
+    assert (by_key.chain.sound, by_key.closed) == (True, False)
+    by_anchor = verify_signed(log, key.public, anchor).chain
+    assert (by_anchor.bad_record, by_anchor.why) == (
+        2,
+        "the log was cut: it ends before record 5, which the anchor holds",
+    )
+
+
+def test_a_rewrite_of_the_whole_is_noticed_by_the_key(log: Path, key: SigningKey) -> None:
+    records = [json.loads(line) for line in write(log, key)]
+    records[3]["details"] = {"number": 7}
+    log.write_bytes(rehashed(records))
+    assert verify_log(log).sound
+    found = verify_signed(log, key.public).chain
+    assert found.bad_record == 5
+    assert found.why == "the checkpoint in record 5 was signed for other records than those before it"
+
+
+def test_a_rewrite_with_another_key_is_noticed(log: Path, key: SigningKey, stranger: SigningKey) -> None:
+    write(log, stranger)
+    assert (
+        verify_signed(log, key.public).chain.why == "the checkpoint in record 1 is not signed with this key"
+    )
+
+
+def test_a_log_without_checkpoints_is_not_signed(log: Path, key: SigningKey) -> None:
+    for count in (0, 2):
+        with AuditLog(log) as opened:
+            for number in range(count):
+                opened.append("event", {"number": number})
+        found = verify_signed(log, key.public).chain
+        assert (found.bad_record, found.why) == (count, "no checkpoint of this key is in the log")
+
+
+def test_an_end_that_should_hold_checkpoints_and_does_not_is_noticed(log: Path, key: SigningKey) -> None:
+    records = [json.loads(line) for line in write(log, key, count=2 * EVERY)]
+    kept = [record for record in records if record["event"] != "checkpoint" or record["sequence"] == 1]
+    log.write_bytes(rehashed(kept[: EVERY + 2]))
+    assert verify_signed(log, key.public).signed == 2
+    log.write_bytes(rehashed(kept[: EVERY + 3]))
+    found = verify_signed(log, key.public).chain
+    assert found.why == f"record {EVERY + 2} should be a checkpoint: {EVERY} records before it are not signed"
+
+
+def test_another_log_of_the_same_key_is_noticed_by_the_anchor(
+    log: Path, key: SigningKey, anchor: Path, tmp_path: Path
+) -> None:
+    write(log, key, anchor)
+    write(tmp_path / "other", key)
+    assert verify_signed(tmp_path / "other", key.public).chain.sound
+    found = verify_signed(tmp_path / "other", key.public, anchor).chain
+    assert found.why == "the anchor is of another log, or this one was rewritten from its first record"
+
+
+def test_whoever_has_the_key_cannot_rewrite_what_is_anchored(
+    log: Path, key: SigningKey, anchor: Path
+) -> None:
+    before = write(log, key, anchor, count=0)
+    log.write_bytes(b"".join(before[:2]))
+    for number in range(2):
+        write(log, key, count=number)
+    assert verify_signed(log, key.public).chain.sound
+    found = verify_signed(log, key.public, anchor).chain
+    assert found.why == "record 2 is not the checkpoint that the anchor holds: the log was rewritten"
+
+
+def test_a_forged_checkpoint_is_noticed_field_by_field(log: Path, key: SigningKey) -> None:
+    lines = write(log, key)
+    last = json.loads(lines[-1])
+    changes: dict[str, Any] = {
+        "log": "0" * 64,
+        "sequence": 4,
+        "head": "0" * 64,
+        "time": 1.5,
+        "closing": False,
+        "key": "0" * 64,
+        "signature": last["details"]["signature"].upper(),
+    }
+    assert changes.keys() == last["details"].keys()
+    for name, value in changes.items():
+        forged = {**last, "details": {**last["details"], name: value}}
+        log.write_bytes(rehashed([*map(json.loads, lines[:-1]), forged]))
+        assert verify_signed(log, key.public).chain.bad_record == 5, name
+    for forged in ({**last, "written": 1.5}, {**last, "details": {}}):
+        log.write_bytes(rehashed([*map(json.loads, lines[:-1]), forged]))
+        assert verify_signed(log, key.public).chain.bad_record == 5
+
+
+# Continuing hides nothing.
+
+
+def test_a_log_that_was_cut_is_not_continued_over_its_anchor(
+    log: Path, key: SigningKey, anchor: Path
+) -> None:
+    lines = write(log, key, anchor)
+    before = anchor.read_bytes()
+    for kept, why in ((2, "the log was cut"), (0, "each log has its own anchor")):
+        log.write_bytes(b"".join(lines[:kept]))
+        with pytest.raises(AuditError, match=why):
+            AuditLog(log, signing=Signing(key, anchor))
+        assert log.read_bytes() == b"".join(lines[:kept])
+    assert anchor.read_bytes() == before
+
+
+def test_a_log_of_another_key_is_not_continued(log: Path, key: SigningKey, stranger: SigningKey) -> None:
+    write(log, stranger)
+    with pytest.raises(AuditError, match="not signed with this key"):
+        AuditLog(log, signing=Signing(key))
+
+
+@pytest.mark.parametrize(
+    ("content", "why"),
+    [
+        (b"", "is not an anchor"),
+        (b"[1]", "is not an anchor"),
+        (b"{}", "is not an anchor"),
+        (b"\xff", "is not"),
+    ],
+)
+def test_what_is_no_anchor_is_refused(
+    content: bytes, why: str, log: Path, key: SigningKey, anchor: Path
+) -> None:
+    write(log, key)
+    with pytest.raises(AnchorError, match="there is no anchor"):
+        verify_signed(log, key.public, anchor)
+    anchor.write_bytes(content)
+    with pytest.raises(AnchorError, match=why):
+        verify_signed(log, key.public, anchor)
+    with pytest.raises(AuditError, match=why):
+        AuditLog(log, signing=Signing(key, anchor))
+    assert anchor.read_bytes() == content
+
+
+def test_an_anchor_without_our_signature_is_refused(log: Path, key: SigningKey, anchor: Path) -> None:
+    write(log, key, anchor)
+    anchor.write_bytes(canonical({**json.loads(anchor.read_bytes()), "sequence": 2}))
+    with pytest.raises(AnchorError, match="is not signed with this key"):
+        verify_signed(log, key.public, anchor)
+
+
+# Keys.
+
+
+def test_the_private_key_is_the_owners_alone_and_never_overwritten(tmp_path: Path) -> None:
+    path = tmp_path / "key"
+    public = make_key(path)
+    assert path.stat().st_mode & 0o777 == 0o600
+    assert read_public_key(public).id == read_signing_key(path).public.id
+    content = path.read_bytes()
+    with pytest.raises(KeyRefusedError, match="is there already"):
+        make_key(path)
+    public.unlink()
+    with pytest.raises(KeyRefusedError, match="cannot be written: File exists"):
+        make_key(path)
+    assert path.read_bytes() == content
+    path.chmod(0o640)
+    with pytest.raises(KeyRefusedError, match="is open to others"):
+        read_signing_key(path)
+
+
+@pytest.mark.parametrize("read", [read_signing_key, read_public_key])
+def test_what_is_no_key_is_refused(read: Callable[[Path], SigningKey | PublicKey], tmp_path: Path) -> None:
+    from cryptography.hazmat.primitives import serialization as form
+    from cryptography.hazmat.primitives.asymmetric.ec import SECP256R1, generate_private_key
+
+    path = tmp_path / "key"
+    with pytest.raises(KeyRefusedError, match="cannot be read"):
+        read(path)
+    path.write_bytes(b"nonsense")
+    path.chmod(0o600)
+    with pytest.raises(KeyRefusedError, match="is not a p"):
+        read(path)
+    other = generate_private_key(SECP256R1())
+    private = other.private_bytes(form.Encoding.PEM, form.PrivateFormat.PKCS8, form.NoEncryption())
+    public = other.public_key().public_bytes(form.Encoding.PEM, form.PublicFormat.SubjectPublicKeyInfo)
+    path.write_bytes(private if read is read_signing_key else public)
+    with pytest.raises(KeyRefusedError, match="not an Ed25519 one"):
+        read(path)
+
+
+def test_without_cryptography_signing_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import sys
+
+    monkeypatch.setitem(sys.modules, "cryptography.hazmat.primitives.asymmetric.ed25519", None)
+    for refused in (make_key, read_signing_key, read_public_key):
+        with pytest.raises(KeyRefusedError, match=r"pip install 'aeros\[audit\]'"):
+            refused(tmp_path / "key")

@@ -1,0 +1,35 @@
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+
+import pytest
+
+from aeros.cli.main import main
+from aeros.exit_codes import Exit
+from aeros.runtime.audit.format import explain_problem
+
+
+def log_of(folder: Path, schema: str) -> Path:
+    record = {"previous": hashlib.sha256(schema.encode()).hexdigest(), "sequence": 0}
+    log = folder / "audit.jsonl"
+    log.write_text(json.dumps(record) + "\n")
+    return log
+
+
+def test_a_log_of_a_newer_version_is_called_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = log_of(tmp_path, "aeros/audit/2")
+    said = "`aeros/audit/2` was written by a newer AEROS, and this one reads `aeros/audit/1`"
+    assert explain_problem(log, "why").startswith(said)
+    assert main(["audit", "verify", str(log)]) == Exit.REJECTED
+    assert f"NOT SOUND: {said}; install a newer AEROS\n" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("content", [b"", b"[]\n", b"\xff", b"{}\n", b'{"previous": 3}\n'])
+def test_whatever_else_is_wrong_stays_said(tmp_path: Path, content: bytes) -> None:
+    log = log_of(tmp_path, "aeros/audit/1")
+    assert explain_problem(log, "why") == "why"
+    log.write_bytes(content)
+    assert explain_problem(log, "why") == "why"
+    assert explain_problem(tmp_path / "nowhere", "why") == "why"

@@ -1,0 +1,322 @@
+from __future__ import annotations
+
+import json
+import os
+from math import nan
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from aeros.runtime.audit.check import GENESIS, end_record
+from aeros.runtime.audit.log import BATCH, AuditError, AuditLog, DecisionCounts, verify_log
+from aeros.runtime.canonical_json import MOST_SIZE, canonical
+from aeros.runtime.gate.decision import Verdict
+from aeros.spec.model.model import Durability
+
+
+@pytest.fixture
+def log_path(tmp_path: Path) -> Path:
+    return tmp_path / "audit.jsonl"
+
+
+@pytest.fixture
+def unsynced(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For tests of what is written rather than when: thousands of syncs take seconds."""
+    monkeypatch.setattr(os, "fdatasync", lambda file: None)
+    monkeypatch.setattr(os, "fsync", lambda file: None)
+
+
+def write(path: Path, count: int = 5) -> list[bytes]:
+    with AuditLog(path, clock=lambda: 1.5) as log:
+        for number in range(count):
+            assert log.append("event", {"number": number, "speed": 0.1}) == number
+    return path.read_bytes().splitlines(keepends=True)
+
+
+def test_a_log_is_one_sound_chain(log_path: Path) -> None:
+    lines = write(log_path)
+    report = verify_log(log_path)
+    assert (report.sound, report.records, report.why) == (True, 5, "")
+    records = [json.loads(line) for line in lines]
+    assert [record["sequence"] for record in records] == [0, 1, 2, 3, 4]
+    assert [record["previous"] for record in records[1:]] == [record["hash"] for record in records[:-1]]
+    assert report.head == records[-1]["hash"]
+
+
+def test_a_log_is_continued_where_it_ended(log_path: Path) -> None:
+    write(log_path)
+    with AuditLog(log_path) as log:
+        assert log.append("event", {}) == 5
+    assert verify_log(log_path).records == 6
+
+
+def test_append_returns_only_after_fdatasync(log_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    synced: list[bytes] = []
+    real = os.fdatasync
+
+    def spy(file: int) -> None:
+        real(file)
+        synced.append(log_path.read_bytes())
+
+    with AuditLog(log_path) as log:
+        monkeypatch.setattr(os, "fdatasync", spy)
+        log.append("event", {"unique": "here"})
+    assert len(synced) == 1
+    assert b'"unique":"here"' in synced[0]
+
+
+@pytest.mark.usefixtures("unsynced")
+def test_a_crash_at_any_byte_of_the_last_record_is_mended_and_noted(log_path: Path) -> None:
+    lines = write(log_path)
+    sound = b"".join(lines[:-1])
+    for kept in range(1, len(lines[-1])):
+        log_path.write_bytes(sound + lines[-1][:kept])
+        torn = verify_log(log_path)
+        assert (torn.sound, torn.bad_record, torn.why) == (False, 4, "record 4 is cut short")
+        with AuditLog(log_path) as log:
+            assert log.append("event", {"after": "crash"}) == 5
+        mended = [json.loads(line) for line in log_path.read_bytes().splitlines()]
+        assert verify_log(log_path).records == len(mended) == 6
+        assert mended[4]["event"] == "tail-mended"
+        assert mended[4]["details"]["bytes"] == kept
+
+
+@pytest.mark.usefixtures("unsynced")
+def test_a_crash_while_mending_is_mended_too(log_path: Path) -> None:
+    lines = write(log_path)
+    sound, torn = b"".join(lines[:-1]), lines[-1][:-1] * 3
+    log_path.write_bytes(sound + torn)
+    AuditLog(log_path).close()
+    note = log_path.read_bytes()[len(sound) :]
+    for kept in range(len(note)):
+        log_path.write_bytes(sound + note[:kept] + torn[kept:])
+        with AuditLog(log_path) as log:
+            log.append("event", {})
+        assert verify_log(log_path).sound
+        assert b"tail-mended" in log_path.read_bytes()
+
+
+def test_a_last_record_with_a_hole_is_a_crash_and_an_earlier_one_is_not(log_path: Path) -> None:
+    lines = write(log_path)
+    log_path.write_bytes(b"".join(lines[:-1]) + b"\0" * 40 + lines[-1][40:])
+    AuditLog(log_path).close()
+    assert verify_log(log_path).records == 5
+    log_path.write_bytes(lines[0] + b"\0" * 40 + b"".join(lines[1:])[40:])
+    with pytest.raises(AuditError, match="record 1 was edited"):
+        AuditLog(log_path)
+
+
+def test_every_edited_byte_is_found(log_path: Path) -> None:
+    content = b"".join(write(log_path))
+    chance = Random(1)  # noqa: S311 - a test, the same every time
+    for _ in range(500):
+        place = chance.randrange(len(content))
+        byte = chance.choice([value for value in range(256) if value != content[place]])
+        log_path.write_bytes(content[:place] + bytes([byte]) + content[place + 1 :])
+        report = verify_log(log_path)
+        assert report.bad_record == content[:place].count(b"\n"), (place, byte)
+
+
+@pytest.mark.parametrize(
+    ("order", "bad", "why"),
+    [
+        ([0, 2, 3, 4], 1, "record 1 is missing or moved: number 2 stands in its place"),
+        ([0, 1, 1, 2, 3, 4], 2, "record 2 is missing or moved: number 1 stands in its place"),
+        ([0, 2, 1, 3, 4], 1, "record 1 is missing or moved: number 2 stands in its place"),
+        ([1, 2, 3, 4], 0, "record 0 is missing or moved: number 1 stands in its place"),
+    ],
+)
+def test_deleted_repeated_and_reordered_records_are_found(
+    log_path: Path, order: list[int], bad: int, why: str
+) -> None:
+    lines = write(log_path)
+    log_path.write_bytes(b"".join(lines[number] for number in order))
+    report = verify_log(log_path)
+    assert (report.bad_record, report.why) == (bad, why)
+    with pytest.raises(AuditError, match="is not sound"):
+        AuditLog(log_path)
+
+
+def test_a_forged_record_with_a_right_hash_breaks_the_chain_after_it(log_path: Path) -> None:
+    lines = write(log_path)
+    forged = {**json.loads(lines[2]), "event": "forged"}
+    del forged["hash"]
+    log_path.write_bytes(b"".join([*lines[:2], end_record(canonical(forged))[0], *lines[3:]]))
+    report = verify_log(log_path)
+    assert (report.bad_record, report.why) == (3, "record 3 does not follow the one before it")
+
+
+@pytest.mark.parametrize("body", [b"[]", b"{}", b'{"sequence":true}', b'{"event":"decision"}', b"x" * 9])
+def test_a_line_with_a_right_hash_that_is_no_record_is_found(log_path: Path, body: bytes) -> None:
+    log_path.write_bytes(end_record(body)[0])
+    assert verify_log(log_path).bad_record == 0
+
+
+@pytest.mark.parametrize(
+    "spelt",
+    [
+        b'{"details":{"verdict":"ALLOW","verdict":"DENY"},"event":"decision",%b,"written":1.5}',
+        b'{"details":{},"event":"note", %b,"written":1.5}',
+        b'{"details":{"speed":1e0},"event":"note",%b,"written":1.5}',
+        b'{"details":{"speed":NaN},"event":"note",%b,"written":1.5}',
+        b'{"details":{"kind":"\\u0061"},"event":"note",%b,"written":1.5}',
+        b'{"written":1.5,"details":{},"event":"note",%b}',
+        b'{"details":{},"event":"note","extra":1,%b,"written":1.5}',
+        b'{"details":{},"event":"note",%b}',
+        b'{"details":{},"event":"note",%b,"written":"1.5"}',
+    ],
+)
+def test_a_record_with_a_right_hash_has_one_spelling(log_path: Path, spelt: bytes) -> None:
+    place = b'"previous":"' + GENESIS.encode() + b'","sequence":0'
+    log_path.write_bytes(end_record(spelt % place)[0])
+    assert (verify_log(log_path).bad_record, verify_log(log_path).why) == (0, "record 0 is not a record")
+    log_path.write_bytes(end_record(b'{"details":{},"event":"note",%b,"written":1.5}' % place)[0])
+    assert verify_log(log_path).sound
+
+
+def test_what_is_too_large_or_too_deep_to_hold_is_a_sound_record_too(log_path: Path) -> None:
+    deep: list[object] = [nan]
+    for _ in range(40):
+        deep = [deep]
+    with AuditLog(log_path) as log:
+        log.append("event", {"deep": deep, "many": [nan] * (MOST_SIZE // 3), "long": "x" * MOST_SIZE})
+    assert verify_log(log_path).sound
+
+
+def test_a_cut_tail_at_a_record_boundary_is_not_noticed(log_path: Path) -> None:
+    # Stated by the module's docstring; it takes an anchor (test_audit_checkpoints).
+    lines = write(log_path)
+    log_path.write_bytes(b"".join(lines[:2]))
+    assert verify_log(log_path).sound
+
+
+def test_a_log_that_cannot_be_read_is_not_sound(log_path: Path) -> None:
+    assert not verify_log(log_path).sound
+
+
+def test_only_one_writer_at_a_time(log_path: Path) -> None:
+    with AuditLog(log_path), pytest.raises(AuditError, match="another process writes"):
+        AuditLog(log_path)
+    AuditLog(log_path).close()
+
+
+def test_after_a_failed_write_nothing_more_is_written(
+    log_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(file: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    log = AuditLog(log_path)
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fdatasync", full)
+        with pytest.raises(AuditError, match="No space left"):
+            log.append("event", {})
+    with pytest.raises(AuditError, match="No space left"):
+        log.append("event", {})
+    log.close()
+    with pytest.raises(AuditError, match="it is closed"):
+        log.append("event", {})
+
+
+def test_an_interrupted_write_is_never_written_over(log_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(file: int) -> None:
+        raise KeyboardInterrupt
+
+    log = AuditLog(log_path)
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fdatasync", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            log.append("event", {})
+    with pytest.raises(AuditError, match="an earlier record was not written"):
+        log.append("event", {})
+    log.close()
+
+
+def test_short_writes_are_continued(log_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    real = os.pwrite
+    monkeypatch.setattr(os, "pwrite", lambda file, data, at: real(file, data[:7], at))
+    write(log_path)
+    assert verify_log(log_path).records == 5
+
+
+def test_a_folder_that_is_not_there_is_an_audit_error(tmp_path: Path) -> None:
+    with pytest.raises(AuditError, match="cannot be opened"):
+        AuditLog(tmp_path / "absent" / "audit.jsonl")
+
+
+def test_decisions_are_counted(log_path: Path) -> None:
+    with AuditLog(log_path) as log:
+        for verdict in (Verdict.ALLOW, Verdict.DENY, Verdict.ATTENUATE, Verdict.ALLOW):
+            log.append("decision", {"verdict": verdict.value})
+        log.append("note", {"verdict": "ALLOW"})
+    assert verify_log(log_path).decisions == DecisionCounts(allowed=2, attenuated=1, denied=1)
+
+
+# What the site chooses: when records are durable.
+
+RECORDS = [
+    ("step-began", {}),
+    ("decision", {"verdict": "DENY"}),
+    ("decision", {"verdict": "ALLOW"}),
+    ("note", {"verdict": "ALLOW"}),
+    ("decision", {"verdict": "ATTENUATE"}),
+    ("step-ended", {}),
+]
+
+
+def synced_after(log: AuditLog, monkeypatch: pytest.MonkeyPatch) -> list[bool]:
+    """After which of `RECORDS`, and finally after closing, all is synced."""
+    synced: list[int] = []
+    after = []
+    monkeypatch.setattr(os, "fdatasync", lambda file: synced.append(os.fstat(file).st_size))
+    for event, details in RECORDS:
+        log.append(event, details)
+        after.append(bool(synced) and synced[-1] == log.path.stat().st_size)
+    log.close()
+    return [*after, synced[-1] == log.path.stat().st_size]
+
+
+@pytest.mark.parametrize(
+    ("durability", "expected"),
+    [
+        (Durability.EVERY_RECORD, [True] * 7),
+        (Durability.BEFORE_MOTION, [False, False, True, False, True, False, True]),
+        (Durability.BATCHED, [False] * 6 + [True]),
+    ],
+)
+def test_a_record_is_durable_when_the_site_says(
+    log_path: Path, durability: Durability, expected: list[bool], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert synced_after(AuditLog(log_path, durability=durability), monkeypatch) == expected
+    assert verify_log(log_path).records == len(RECORDS)
+
+
+def test_a_batch_is_synced_when_it_is_full(log_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    synced: list[int] = []
+    with AuditLog(log_path, durability=Durability.BATCHED) as log:
+        monkeypatch.setattr(os, "fdatasync", synced.append)
+        counts = []
+        for _ in range(2 * BATCH):
+            log.append("event", {})
+            counts.append(len(synced))
+    assert counts == [0] * (BATCH - 1) + [1] * BATCH + [2]
+
+
+@pytest.mark.parametrize("durability", [Durability.BEFORE_MOTION, Durability.BATCHED])
+def test_a_failing_sync_is_an_audit_error_in_every_mode(
+    log_path: Path, durability: Durability, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(file: int) -> None:
+        raise OSError(5, "Input/output error")
+
+    log = AuditLog(log_path, durability=durability)
+    log.append("note", {})
+    monkeypatch.setattr(os, "fdatasync", broken)
+    if durability is Durability.BEFORE_MOTION:
+        with pytest.raises(AuditError, match="Input/output error"):
+            log.append("decision", {"verdict": "ALLOW"})
+    else:
+        with pytest.raises(AuditError, match="Input/output error"):
+            log.close()
+    log.close()

@@ -1,0 +1,94 @@
+"""Pause, resume and stop on the bus do to a run what the commands of those names do."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from aeros.runtime.bus.in_process import InProcessBus
+from aeros.runtime.bus.messages import TriggerRequest, TriggerResponse
+from aeros.runtime.bus.operator_services import TRIGGER, steered
+from aeros.runtime.bus.port import NobodyAnswersError
+from aeros.runtime.execution.governor import Command
+from aeros.runtime.registry import control_page as module
+from aeros.runtime.registry.control_page import Live
+from aeros.runtime.registry.registry import Registry
+from aeros.runtime.registry.registry_governor import Steered
+from tests.unit.runtime.together import Cart, asking, configuration, move
+
+_LONG = 10.0
+
+
+@pytest.fixture
+def bus(tmp_path: Path) -> Iterator[InProcessBus]:
+    bus = InProcessBus()
+    with steered(bus, tmp_path):
+        yield bus
+
+
+def ask(bus: InProcessBus, what: str) -> TriggerResponse:
+    return bus.call(f"/aeros/{what}", TRIGGER, TriggerRequest())
+
+
+@pytest.mark.parametrize(
+    ("what", "command"), [("pause", Command.PAUSE), ("resume", Command.RUN), ("stop", Command.STOP)]
+)
+def test_each_says_to_the_run_what_its_command_does(
+    what: str, command: Command, bus: InProcessBus, tmp_path: Path
+) -> None:
+    with Live(tmp_path) as live:
+        assert ask(bus, what).success
+        assert live.command is command
+
+
+def test_while_something_moves_it_is_not_said_that_nothing_does(
+    bus: InProcessBus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "_PATIENCE", 0.05)
+    with Live(tmp_path) as live, live.acting(live.generation):
+        said = ask(bus, "stop")
+        assert not said.success
+        assert said.message == "something still moves after 0.05 s; use the robot's own stop"
+        assert ask(bus, "resume").success
+
+
+def test_a_run_that_cannot_be_reached_is_said_to_be(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    bus = InProcessBus()
+    with steered(bus, tmp_path / "file"):
+        said = ask(bus, "stop")
+    assert not said.success
+    assert said.message.startswith("the run cannot be reached")
+
+
+def test_nobody_answers_afterwards(tmp_path: Path) -> None:
+    bus = InProcessBus()
+    with steered(bus, tmp_path):
+        pass
+    with pytest.raises(NobodyAnswersError):
+        ask(bus, "stop")
+
+
+def test_a_run_pauses_resumes_and_stops(tmp_path: Path) -> None:
+    registry = Registry(tmp_path / "state")
+    bus = InProcessBus()
+    with Steered(configuration(), registry) as governor, steered(bus, registry.folder):
+        cart = Cart(tmp_path / "audit.jsonl", {"reach": asking(move(), move())}, governor=governor)
+        step = cart.start("reach")
+        assert ask(bus, "pause").success
+        ended: list[str] = []
+        thread = threading.Thread(target=lambda: ended.append(cart.ends(1)[step].reason))
+        thread.start()
+        thread.join(0.1)
+        assert (cart.begun(), ended) == ([], [])
+        assert ask(bus, "stop").success
+        thread.join(_LONG)
+        assert (cart.begun(), ended) == ([], ["the operator stops it"])
+        assert ask(bus, "resume").success
+        cart.start("reach")
+        assert [one.status.value for one in cart.ends(1).values()] == ["finished"]
+        assert [len(cart.records(name)) for name in ("paused", "resumed")] == [1, 1]
+        cart.audit.close()

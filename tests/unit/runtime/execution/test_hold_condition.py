@@ -1,0 +1,151 @@
+"""What a skill must hold to is watched as long as it runs; what breaks it, or hides it, halts the skill."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.runtime.ports import Completion, Reading, StepResult, StepStatus
+from aeros.skill import Inputs, Observation, SkillBody, act
+from aeros.spec.expr import terms as t
+from aeros.spec.model.model import Clause, Ecm, Site
+from tests.unit.runtime.conftest import METRES
+from tests.unit.runtime.one_step import Bench, twice, watched
+
+
+def holding(site: Site, ecm: Ecm) -> Ecm:
+    """`lift` holds to `holding and human_distance >= 2 m`."""
+    far = t.Compare("<=", t.Literal(Fraction(2), METRES), site.state["human_distance"].variable)
+    term = t.And((site.state["holding"].variable, far))
+    clause = Clause(term, "holding and human_distance >= 2 m", site.span)
+    return replace(ecm, skills={"lift": replace(ecm.skills["lift"], hold=clause)})
+
+
+@pytest.fixture
+def bench(site: Site, make_ecm: Any, tmp_path: Path) -> Bench:
+    bench = Bench(site, holding(site, make_ecm("")), tmp_path / "audit.jsonl", twice)
+    bench.plant.values["holding"] = True
+    return bench
+
+
+def said(result: StepResult) -> list[str]:
+    (cause,) = result.causes
+    assert (cause.kind, cause.rule) == ("hold", "handling.lift")
+    return [str(one) for one in cause.shortfalls]
+
+
+def test_what_holds_throughout_changes_nothing(bench: Bench) -> None:
+    assert bench.submit() == StepResult(StepStatus.FINISHED, "", allowed=2)
+    bench.assert_cleaned_up(finished=True)
+
+
+@pytest.mark.parametrize(
+    ("tick", "why"),
+    [
+        ({"holding": False}, ["holding is false"]),
+        ({"human_distance": 1.5}, ["human_distance is 1.5 m (at least 2 m)"]),
+        (
+            {"holding": False, "human_distance": 1.5},
+            ["holding is false", "human_distance is 1.5 m (at least 2 m)"],
+        ),
+        ({"holding": 1}, ["`holding` is not true or false"]),
+        ({"human_distance": float("nan")}, ["`human_distance` is not finite"]),
+        ({"holding": Reading(True, -0.2)}, ["`holding` is 0.2 s old; after 0.1 s it is unknown"]),
+        ({"holding": Reading(True, 5.0)}, ["`holding` was measured in the future"]),
+    ],
+)  # fmt: skip
+def test_a_tick_at_which_it_does_not_hold_halts_the_motion_and_the_skill(
+    bench: Bench, tick: dict[str, Any], why: list[str]
+) -> None:
+    bench.plant.during = [{}, tick]
+    result = bench.submit()
+    assert result.status is StepStatus.UNHELD
+    assert said(result) == why
+    assert bench.plant.count("halt") == 1
+    bench.assert_cleaned_up(finished=False)
+    (ended,) = bench.records("step-ended")
+    assert ended["details"]["status"] == "unheld"
+    assert ended["details"]["causes"][0]["text"] == "holding and human_distance >= 2 m"
+
+
+def test_what_is_not_measured_at_ticks_is_observed_there(site: Site, make_ecm: Any, tmp_path: Path) -> None:
+    one = Bench(site, holding(site, make_ecm("")), tmp_path / "audit.jsonl", twice)
+    one.plant.values["holding"] = True
+
+    def monitored(monitor: Any, until: float) -> Any:
+        one.plant.calls.append(("advance", until))
+        seen = {"human_distance": 20.0}
+        assert monitor(one.plant.now(), seen) is None
+        assert one.plant.count("halt") == 0
+        one.plant.values["holding"] = False
+        assert monitor(one.plant.now(), seen) is None
+        assert one.plant.count("halt") == 1
+        return dict.fromkeys(one.plant._halted, Completion(False, "halted"))
+
+    one.plant.advance = monitored  # type: ignore[method-assign]
+    result = one.submit()
+    assert result.status is StepStatus.UNHELD
+    assert said(result) == ["holding is false"]
+
+
+def test_a_skill_whose_condition_does_not_hold_at_its_beginning_asks_for_nothing(bench: Bench) -> None:
+    bench.plant.values["holding"] = False
+    assert bench.submit().status is StepStatus.UNHELD
+    assert bench.plant.executed == []
+    assert bench.gate.asked == []
+
+
+def test_a_condition_that_breaks_while_the_skill_computes_lets_no_action_begin(
+    site: Site, make_ecm: Any, tmp_path: Path
+) -> None:
+    def lift(observed: Observation, inputs: Inputs) -> SkillBody:
+        one.plant.values["holding"] = False
+        yield act("move", speed=0.1)
+
+    one = Bench(site, holding(site, make_ecm("")), tmp_path / "audit.jsonl", lift)
+    one.plant.values["holding"] = True
+    assert one.submit().status is StepStatus.UNHELD
+    assert one.plant.executed == []
+
+
+def test_a_silent_sensor_is_no_condition_that_holds(bench: Bench) -> None:
+    del bench.plant.values["holding"]
+    result = bench.submit()
+    assert said(result) == ["`holding` is not measured"]
+
+
+def test_a_halted_skill_runs_its_own_clean_up_once(site: Site, make_ecm: Any, tmp_path: Path) -> None:
+    ends: list[str] = []
+    bench = Bench(site, holding(site, make_ecm("")), tmp_path / "audit.jsonl", watched(ends))
+    bench.plant.values["holding"] = True
+    bench.plant.during = [{"holding": False}]
+    assert bench.submit().status is StepStatus.UNHELD
+    assert ends == ["closed"]
+
+
+def test_what_breaks_between_two_actions_is_noticed_before_the_skill_goes_on(
+    site: Site, make_ecm: Any, tmp_path: Path
+) -> None:
+    resumed = []
+
+    def lift(observed: Observation, inputs: Inputs) -> SkillBody:
+        for number in range(3):
+            resumed.append(number)
+            yield act("move", speed=0.1)
+
+    one = Bench(site, holding(site, make_ecm("")), tmp_path / "audit.jsonl", lift)
+    one.plant.values["holding"] = True
+    ends = one.plant.advance
+
+    def ends_with_the_hand_empty(monitor: Any, until: float) -> Any:
+        over = ends(monitor, until)
+        one.plant.values["holding"] = False
+        return over
+
+    one.plant.advance = ends_with_the_hand_empty  # type: ignore[method-assign]
+    assert one.submit().status is StepStatus.UNHELD
+    assert resumed == [0]

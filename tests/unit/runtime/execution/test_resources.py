@@ -1,0 +1,134 @@
+"""Laws of the resource manager, whatever is asked for and released in whatever order."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aeros.runtime.execution.resources import Resources
+from aeros.spec.diagnostics.errors import MisuseError
+from tests.hypothesis_profiles import examples
+
+NAMES = ("arm", "camera", "memory", "wheels")
+CAPACITIES = st.fixed_dictionaries({name: st.integers(1, 3) for name in NAMES})
+NEEDS = st.frozensets(st.sampled_from(NAMES))
+MOVES = st.lists(st.one_of(NEEDS, st.integers(0, 30)), max_size=40)
+"""Asking for something, or releasing what the n-th one asked for."""
+
+small = examples(300)
+
+
+def _follow(capacities: dict[str, int], moves: list[frozenset[str] | int]) -> None:
+    """Each law after each move, against a model that only knows who asked for what and when."""
+    manager = Resources(capacities)
+    asked: list[frozenset[str]] = []
+    waiting: list[int] = []
+    holding: list[int] = []
+    for move in moves:
+        if isinstance(move, int):
+            if move < len(asked):
+                manager.release(move)
+                waiting = [who for who in waiting if who != move]
+                holding = [who for who in holding if who != move]
+        else:
+            manager.ask(len(asked), move)
+            waiting.append(len(asked))
+            asked.append(move)
+        granted = manager.grant()
+        # Each once, and in the order they asked in.
+        assert [who for who in waiting if who in granted] == granted
+        waiting = [who for who in waiting if who not in granted]
+        holding += granted
+        held = {name: sum(name in asked[who] for who in holding) for name in NAMES}
+        assert held == {name: manager.held(name) for name in NAMES}
+        assert all(held[name] <= capacities[name] for name in NAMES)
+        for place, who in enumerate(waiting):
+            # Nobody waits for nothing: something of it is taken, or awaited by one who came before.
+            taken = {name for name in asked[who] if held[name] == capacities[name]}
+            awaited = set().union(*(asked[other] for other in waiting[:place]))
+            assert taken or asked[who] & awaited
+        if waiting:
+            # The first waits for what is taken, so once that is released it is his.
+            assert any(held[name] == capacities[name] for name in asked[waiting[0]])
+    for _ in range(len(asked) + 1):
+        for who in holding:
+            manager.release(who)
+        holding = manager.grant()
+        waiting = [who for who in waiting if who not in holding]
+    assert waiting == []
+    assert {manager.held(name) for name in NAMES} == {0}
+
+
+@small
+@given(CAPACITIES, MOVES)
+def test_nothing_is_lost_nobody_starves_and_nobody_waits_for_nothing(
+    capacities: dict[str, int], moves: list[frozenset[str] | int]
+) -> None:
+    _follow(capacities, moves)
+
+
+@small
+@given(CAPACITIES, MOVES, NEEDS, st.lists(NEEDS, max_size=20))
+def test_who_comes_later_takes_nothing_that_one_waits_for(
+    capacities: dict[str, int],
+    moves: list[frozenset[str] | int],
+    needs: frozenset[str],
+    later: list[frozenset[str]],
+) -> None:
+    """What is granted when to those who are there is the same, whoever else comes after them."""
+    alone, crowded = Resources(capacities), Resources(capacities)
+    first = [move for move in moves if not isinstance(move, int)]
+    for who, wanted in enumerate([*first, needs]):
+        alone.ask(who, wanted)
+        crowded.ask(who, wanted)
+    for number, wanted in enumerate(later, len(first) + 1):
+        crowded.ask(number, wanted)
+    for _ in range(len(first) + 2):
+        among = alone.grant()
+        others = crowded.grant()
+        assert [who for who in others if who <= len(first)] == among
+        for who in others:
+            crowded.release(who)
+        for who in among:
+            alone.release(who)
+
+
+def test_who_needs_nothing_that_is_awaited_goes_ahead() -> None:
+    manager = Resources({"arm": 1, "camera": 1, "wheels": 1})
+    for who, needs in enumerate([{"arm"}, {"arm", "camera"}, {"camera"}, {"wheels"}]):
+        manager.ask(who, needs)
+    assert manager.grant() == [0, 3]
+    manager.release(0)
+    assert manager.grant() == [1]
+    manager.release(1)
+    assert manager.grant() == [2]
+
+
+def test_what_there_is_less_of_is_granted_again_once_it_is_free() -> None:
+    manager = Resources({"camera": 2})
+    for who in range(3):
+        manager.ask(who, {"camera"})
+    assert manager.grant() == [0, 1]
+    manager.under({"camera": 1})
+    manager.release(0)
+    assert manager.grant() == []
+    manager.release(1)
+    assert manager.grant() == [2]
+
+
+def test_what_there_is_none_of_is_said() -> None:
+    manager = Resources({"arm": 1, "camera": 0})
+    assert manager.lacking({"arm"}) is None
+    assert manager.lacking({"arm", "camera"}) == "camera"
+    assert manager.lacking({"wheels"}) == "wheels"
+
+
+def test_nobody_asks_twice() -> None:
+    manager = Resources({"arm": 1})
+    manager.ask(1, {"arm"})
+    with pytest.raises(MisuseError):
+        manager.ask(1, {"arm"})
+    manager.grant()
+    with pytest.raises(MisuseError):
+        manager.ask(1, ())

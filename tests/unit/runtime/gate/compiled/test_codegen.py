@@ -1,0 +1,96 @@
+"""Written functions accept exactly the values that `Form.take` accepts, and give the same scalars."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import inf, nan
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aeros.runtime.gate.compiled.codegen import Writer
+from aeros.runtime.gate.value_check import Form
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import BOOL, EnumType, FamilyType, IntegerType, VectorType
+from aeros.spec.expr.units import LENGTH, NUMBER
+from aeros.spec.model.model import Declared
+from tests.unit.runtime.conftest import METRES, SIDES, declare
+
+RANGE = (Fraction(-1, 10), Fraction(2))
+DECLARED: dict[str, Declared] = {
+    "truth": declare("x", BOOL, t.Role.STATE),
+    "member": declare("x", SIDES, t.Role.STATE),
+    "number": declare("x", METRES, t.Role.STATE, range=RANGE),
+    "whole": declare("x", IntegerType(NUMBER), t.Role.STATE, range=(Fraction(-1), Fraction(3))),
+    "vector": declare("x", VectorType(LENGTH), t.Role.STATE, range=RANGE),
+    "family": declare("x", FamilyType(EnumType("joints", ("j1", "j2")), METRES), t.Role.STATE, range=RANGE),
+}
+
+_SCALARS = (
+    st.booleans()
+    | st.sampled_from(["left", "right", "up", "", -0.1, 2.0, 2, 3, 2**60, nan, inf, -inf, None])
+    | st.floats(-0.2, 2.1)
+    | st.integers(-2, 4)
+)
+VALUES = _SCALARS | st.lists(_SCALARS, max_size=4) | st.lists(_SCALARS, max_size=4).map(tuple)
+
+
+def in_words(form: Form, value: Any) -> dict[str, Any] | None:
+    """What `Form` itself makes of a value, None where it objects."""
+    scalars: dict[str, Any] = {}
+    return scalars if form.take(value, scalars) is None else None
+
+
+@pytest.mark.parametrize("name", DECLARED)
+@given(value=VALUES)
+def test_a_written_function_takes_what_its_form_takes(name: str, value: Any) -> None:
+    form = Form(DECLARED[name])
+    assert repr(Writer().taking(form)(value)) == repr(in_words(form, value))
+
+
+@pytest.mark.parametrize(
+    ("name", "accepted", "refused"),
+    [
+        ("truth", [True, False], [1, 0.0, "True", None]),
+        ("member", ["left", "right"], ["up", True, None, 0]),
+        # -0.1 as a double is below -1/10.
+        ("number", [-0.09999999999999999, 2, 2.0], [-0.1, 2.0000000000000004, nan, inf, True, "1", None]),
+        ("whole", [-1, 0.0, 3.0, 3], [0.5, 4, -2.0, False, nan]),
+        ("vector", [(0.0, 1.0, 2.0), [0, 1, 2]], [(0.0, 1.0), (0.0, 1.0, 3.0), (0.0, 1.0, None), 1.0, "abc"]),
+        ("family", [(0.0, 2.0), [1, 1]], [(0.0,), (0.0, 2.5), {0: 1.0, 1: 1.0}]),
+    ],
+)
+def test_values_at_the_edges(name: str, accepted: list[Any], refused: list[Any]) -> None:
+    form = Form(DECLARED[name])
+    taking = Writer().taking(form)
+    assert [value for value in accepted if taking(value) is None] == []
+    assert [value for value in refused if taking(value) is not None] == []
+    assert [value for value in accepted if taking(value) != in_words(form, value)] == []
+
+
+def test_a_range_that_is_implied_is_not_checked_and_the_type_is() -> None:
+    writer = Writer()
+    writer.implied = frozenset({"x"})
+    taking = writer.taking(Form(DECLARED["number"]))
+    assert taking(100.0) == {"x": 100.0}
+    assert taking(100) == {"x": 100.0}
+
+
+def test_a_failed_check_leaves_by_the_statement_that_is_asked_for() -> None:
+    writer = Writer()
+    writer.leaving = "return 'left'"
+    writer.require("value > 1")
+    start = len(writer.lines)
+    writer.line("return 'stayed'")
+    writer.lines.insert(start, "  if True:")
+    writer.indent(start + 1)
+    function = writer.function("check", ["def check(value):", *writer.lines])
+    assert (function(1), function(2)) == ("left", "stayed")
+
+
+def test_written_code_reaches_no_builtins() -> None:
+    writer = Writer()
+    with pytest.raises(NameError, match="open"):
+        writer.function("check", ["def check():", "  return open"])()

@@ -1,0 +1,112 @@
+"""Readings in columns: whoever looks at them sees what is seen of the same readings one by one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import nan
+from random import Random
+from typing import Any
+
+import pytest
+
+from aeros.runtime.execution.step import ObservationFilter
+from aeros.runtime.gate.gate import CompiledGate
+from aeros.runtime.ports import Moment, Names, Reading
+from aeros.runtime.records.encode_readings import ReadingsTeller, told_readings
+from aeros.spec.diagnostics.errors import MisuseError
+from tests.unit.runtime.bench import (
+    ALLOWED,
+    NOW,
+    STATE,
+    codes,
+    configuration,
+    denied,
+    gate,
+    measured,
+    request,
+)
+
+_VALUES: tuple[Any, ...] = (
+    0.0, -0.0, 0.5, 1, 3.0, 1e9, nan, True, False, None, "brush", "spoon", (0.25, -0.5), (0.25, nan),
+    (True, False), (0.25, 0.0, 0.25), [0.25, 0.0, 0.25], [[1.0]], 10**400,
+)  # fmt: skip
+_TIMES: tuple[Any, ...] = (NOW, NOW, NOW, NOW - 0.01, NOW - 1000.0, NOW + 1.0, 100, nan, None)
+
+_ORDER = Names(STATE)
+
+
+def _moment(values: dict[str, Any], order: Names = _ORDER, time: Any = NOW) -> Moment:
+    return Moment(order, tuple(values[name] for name in order.names), time)
+
+
+def test_the_gate_decides_moments_as_readings_one_by_one() -> None:
+    chance = Random(11)  # noqa: S311 - a test, the same every time
+    afresh = CompiledGate(configuration())
+    fewer = Names(set(STATE) - {"wind"})
+    more = Names({*STATE, "mood"})
+    allowed = 0
+    values: dict[str, Any] = {**STATE, "mood": 1.0}
+    for _ in range(4000):
+        if chance.random() < 0.3:
+            values = {**STATE, "mood": 1.0}
+        else:
+            values = {**values, chance.choice(list(STATE)): chance.choice((*_VALUES, *STATE.values()))}
+        order, time = chance.choice((_ORDER, _ORDER, _ORDER, fewer, more)), chance.choice(_TIMES)
+        one_by_one = measured({name: values[name] for name in order.names}, time)
+        asked = request(*chance.choice(ALLOWED))
+        together = replace(asked, readings=_moment(values, order, time)).decided_by(afresh)
+        assert together == replace(asked, readings=one_by_one).decided_by(gate())
+        allowed += not codes(together)
+    assert 200 < allowed < 3800
+
+
+def test_what_was_never_made_as_a_moment_is_denied() -> None:
+    assert denied(replace(request(), readings=object.__new__(Moment))) == [("AE701", "state")]
+
+
+def test_a_moment_is_its_readings() -> None:
+    values = dict(STATE)
+    moment = _moment(values)
+    assert moment == measured(values)
+    assert moment["load"] == Reading(0.5, NOW)
+    assert moment.get("mood") is None
+    assert list(moment) == sorted(values)
+
+
+@pytest.mark.parametrize("column", [(), tuple(range(len(STATE) + 1)), list(STATE.values())])
+def test_a_column_has_a_value_for_each_name(column: Any) -> None:
+    with pytest.raises(MisuseError):
+        Moment(_ORDER, column, NOW)
+
+
+def test_names_are_texts() -> None:
+    with pytest.raises(MisuseError):
+        Names([1, 2])  # type: ignore[list-item]
+
+
+def test_moments_are_told_as_readings_one_by_one() -> None:
+    chance = Random(12)  # noqa: S311 - a test, the same every time
+    teller = ReadingsTeller()
+    values = dict(STATE)
+    orders = (_ORDER, Names(set(STATE) - {"wind"}), Names(["load"]))
+    for _ in range(3000):
+        values[chance.choice(list(STATE))] = chance.choice(_VALUES)
+        moment = _moment(values, chance.choice(orders), chance.choice(_TIMES))
+        if chance.random() < 0.2:
+            assert teller.tell(dict(moment)) == told_readings(dict(moment))
+        assert teller.tell(moment) == told_readings(dict(moment))
+
+
+def test_a_skill_sees_of_moments_what_it_sees_of_readings_one_by_one() -> None:
+    chance = Random(13)  # noqa: S311 - a test, the same every time
+    (ecm,), site = configuration().modules.values(), configuration().site
+    sensed, other = ObservationFilter(ecm, site), ObservationFilter(ecm, site)
+    values = dict(STATE)
+    seen: dict[str, Any] = {}
+    for _ in range(500):
+        values[chance.choice(list(STATE))] = chance.choice((0.5, True, "brush"))
+        order, time = chance.choice((_ORDER, Names(set(STATE) - {"wind"}))), chance.choice(_TIMES[:-1])
+        # Whatever was done to what it saw before.
+        seen.clear()
+        seen = sensed.observe(_moment(values, order, time), NOW)
+        assert seen == other.observe(dict(_moment(values, order, time)), NOW)

@@ -1,0 +1,142 @@
+"""Explanations agree with the decisions they explain, and say of every condition what became of it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from math import nan
+
+import pytest
+from hypothesis import given
+
+from aeros.cli.run.decision_text import decision_text, explanation_text
+from aeros.runtime.gate.decision import Verdict
+from aeros.runtime.gate.explain import Clause, Explainer, Explanation
+from aeros.runtime.gate.gate import GateMode
+from aeros.runtime.gate.wire import explain_line, explanation_json
+from tests.differential.test_gate_modes import fast_requests, requests
+from tests.unit.runtime.bench import Request, configuration, gate, request, without
+
+EXPLAINER = Explainer(configuration(), GateMode.COMPILED)
+
+
+def explained(asked: Request, by: Explainer = EXPLAINER) -> Explanation:
+    return by.explain(asked.caller, asked.readings, asked.action, asked.now, asked.usage)
+
+
+def clause(found: Explanation, name: str) -> Clause:
+    (one,) = (one for one in found.clauses if one.name == name)
+    return one
+
+
+@given(requests() | fast_requests())
+def test_an_explanation_agrees_with_its_decision(asked: Request) -> None:
+    found = explained(asked)
+    assert found.decision == asked.decided_by(gate())
+    failing = {one.name for one in found.clauses if one.holds is False}
+    named = {"AE730": "envelope", "AE731": "permission"}
+    assert failing == {named.get(one.code, one.rule) for one in found.decision.reasons}
+    assert found.layers["invariants"] is all(one.code != "AE750" for one in found.decision.reasons)
+    rules = [rule.id for rule in configuration().site.rules_on(asked.action.kind)]
+    assert [one.name for one in found.clauses] == ["envelope", "permission", *rules]
+    obligations = configuration().certificates["handling"].obligations
+    verdicts = {str(claim_id): verdict for claim_id, verdict in obligations.items()}
+    for one in (*found.clauses, *found.reduced):
+        assert one.obligation is None or verdicts[one.obligation] == "PROVED"
+        left_out = one.obligation is not None and one.holds is None
+        assert left_out is (one.holds is None)
+        assert left_out is (
+            one.obligation is not None and (one in found.reduced or found.decision.verdict is Verdict.ALLOW)
+        )
+    assert bool(found.reduced) is (found.decision.verdict is Verdict.ATTENUATE)
+
+
+def test_what_was_proved_was_not_evaluated_and_the_rest_was_at_these_values() -> None:
+    found = explained(request(speed=0.25, human_distance=1.5))
+    assert clause(found, "top-speed").obligation == "safety/quickly/move/top-speed"
+    assert clause(found, "top-speed").holds is None
+    assert clause(found, "permission").obligation == "permission/quickly/move"
+    assert clause(found, "near-person").values == {"human_distance": "1.5 m", "speed": "0.25 m/s"}
+    assert clause(found, "near-person").holds is True
+    assert set(found.layers.values()) == {True}
+
+
+@pytest.mark.parametrize("mode", [GateMode.Z3, GateMode.SHADOW])
+def test_a_gate_that_asks_the_solver_leaves_nothing_out(mode: GateMode) -> None:
+    found = explained(request(), Explainer(configuration(), mode))
+    assert all(one.holds for one in found.clauses)
+    assert clause(found, "top-speed").obligation == "safety/quickly/move/top-speed"
+
+
+def test_a_value_that_is_missing_or_malformed_leaves_what_reads_it_unknown() -> None:
+    asked = request()
+    far = asked.readings["human_distance"]
+    for broken in (
+        without(asked, "human_distance"),
+        replace(asked, readings={**asked.readings, "human_distance": far._replace(value=nan)}),
+    ):
+        found = explained(broken)
+        assert clause(found, "separation").missing == ("human_distance",)
+        assert clause(found, "separation").holds is None
+        assert clause(found, "top-speed").holds is True  # something objects, so the proof is not relied on
+        assert found.layers["form"] is False
+        assert found.layers["invariants"] is None
+
+
+def test_what_is_no_request_passes_no_layer() -> None:
+    for found in (
+        explained(replace(request(), now=nan)),
+        explain_line(EXPLAINER, "handling", "quickly", b"{"),
+    ):
+        assert found.decision.verdict is Verdict.DENY
+        assert found.layers["form"] is False
+        assert {passed for name, passed in found.layers.items() if name != "form"} == {None}
+        assert "not known: overrides" in explanation_text(found)
+
+
+def test_callers_and_kinds_that_do_not_exist_are_explained_too() -> None:
+    asked = request()
+    for broken, layer in (
+        (replace(asked, caller=replace(asked.caller, module="nobody")), "lifecycle"),
+        (replace(asked, caller=replace(asked.caller, skill="nothing")), "lifecycle"),
+        (replace(asked, action=replace_kind(asked, "fly")), "form"),
+    ):
+        found = explained(broken)
+        assert found.layers[layer] is False
+        assert found.decision.verdict is Verdict.DENY
+
+
+def replace_kind(asked: Request, kind: str) -> object:
+    return asked.action._replace(kind=kind)
+
+
+def test_the_text_says_what_became_of_every_condition() -> None:
+    asked = request(human_distance=1.0, speed=0.5)
+    found = explained(asked)
+    text = explanation_text(found)
+    assert text.startswith("ATTENUATE move(target=(0.25, 0.125, 0.25), speed=0.25)\n  AE750 near-person: ")
+    assert text.splitlines()[0] == decision_text(found.decision).splitlines()[0]
+    first, again = text.split("  decided again, as attenuated\n")
+    assert "near-person   fails" in first
+    assert "[human_distance = 1 m, speed = 0.5 m/s]" in first
+    assert "near-person   holds" in again
+    assert "top-speed     by safety/quickly/move/top-speed" in again
+
+
+def test_the_json_says_the_same_as_the_text() -> None:
+    found = json.loads(json.dumps(explanation_json(explained(request(human_distance=1.0, speed=0.5)))))
+    by_name = {one["name"]: one for one in found["conditions"]}
+    assert found["verdict"] == "ATTENUATE"
+    assert found["layers"]["invariants"] is False
+    assert by_name["near-person"] == {
+        "name": "near-person",
+        "text": "human_distance < 1200 mm implies speed <= 250 mm/s",
+        "proved_by": None,
+        "evaluated": True,
+        "holds": False,
+        "values": {"human_distance": "1 m", "speed": "0.5 m/s"},
+        "missing": [],
+    }
+    again = {one["name"]: one for one in found["conditions_after_attenuation"]}
+    assert again["top-speed"]["proved_by"] == "safety/quickly/move/top-speed"
+    assert again["top-speed"]["evaluated"] is False

@@ -1,0 +1,373 @@
+"""The layers of the gate behind the form: a test per code, and how verdicts follow from objections."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from math import nextafter
+from typing import Any
+
+import pytest
+
+from aeros.runtime.gate import conditions
+from aeros.runtime.gate.configuration import Configuration, configure
+from aeros.runtime.gate.decision import Caller, Verdict
+from aeros.runtime.gate.gate import CompiledGate, GateDisagreementError, GateMode
+from aeros.skill import Action
+from aeros.spec.diagnostics.codes import CODES
+from aeros.spec.expr import terms as t
+from aeros.spec.model.model import Access, Block, Risk, Rule, Site
+from tests.unit.runtime.bench import ALLOWED, codes, configuration, denied, gate, request, without
+
+
+def changed(site: dict[str, Any] | None = None, ecm: dict[str, Any] | None = None) -> CompiledGate:
+    """A gate of the bench with some of its site or module replaced, and the certificate as it was."""
+    old = configuration()
+    module = replace(old.modules["handling"], **(ecm or {}))
+    return CompiledGate(
+        configure(replace(old.site, **(site or {})), {"handling": (module, old.certificates["handling"])})
+    )
+
+
+def skill_changed(name: str, **fields: Any) -> CompiledGate:
+    skills = configuration().modules["handling"].skills
+    return changed(ecm={"skills": {**skills, name: replace(skills[name], **fields)}})
+
+
+# ALLOW.
+
+
+@pytest.mark.parametrize("mode", GateMode)
+@pytest.mark.parametrize(("skill", "kind"), ALLOWED)
+def test_what_nothing_objects_to_is_allowed_without_reasons(skill: str, kind: str, mode: GateMode) -> None:
+    asked = request(skill, kind)
+    decision = asked.decided_by(gate(mode))
+    assert (decision.verdict, decision.action, decision.reasons) == (Verdict.ALLOW, asked.action, ())
+
+
+def test_lists_and_whole_numbers_reach_the_plant_as_tuples_and_doubles() -> None:
+    decision = request(target=[0, 0, 0.25], speed=0, hand=[0, 0, 0]).decided_by(gate())
+    assert decision.action == Action("move", {"target": (0.0, 0.0, 0.25), "speed": 0.0})
+    assert repr(decision.action.parameters) == "{'target': (0.0, 0.0, 0.25), 'speed': 0.0}"
+
+
+def test_a_default_on_the_bound_of_its_range_is_inside_it() -> None:
+    asked = request("paced", "carry", gait=0.0625)
+    assert asked.decided_by(gate()).verdict is Verdict.ALLOW
+    assert denied(request("paced", "carry", gait=0.1)) == [("AE730", "carry"), ("AE750", "slow-carry")]
+
+
+# AE710 to AE742: finite layers.
+
+
+@pytest.mark.parametrize(
+    ("module", "skill", "action"),
+    [
+        ("handling", None, None),
+        ("handling", "quickly", None),
+        ("handling", "quickly", "move"),
+        (None, None, "move"),
+    ],
+)
+def test_an_operator_block_denies_what_it_matches(
+    module: str | None, skill: str | None, action: str | None
+) -> None:
+    block = Block("lent", "it is lent", module, skill, action)
+    blocked = changed(site={"blocks": (block,)})
+    assert denied(request(), blocked) == [("AE710", "lent")]
+    other = changed(site={"blocks": (replace(block, module="others"),)})
+    assert request().decided_by(other).verdict is Verdict.ALLOW
+
+
+def test_a_module_that_is_not_active_is_denied() -> None:
+    asked = replace(request(), caller=Caller("handlin", "quickly", {}))
+    assert denied(asked) == [("AE720", "handlin"), ("AE730", "move")]
+
+
+def test_a_skill_that_the_module_does_not_have_is_denied() -> None:
+    asked = replace(request(), caller=Caller("handling", "fast", {}))
+    assert denied(asked) == [("AE720", "fast"), ("AE730", "move")]
+
+
+def test_with_nothing_active_everything_is_denied() -> None:
+    nothing = CompiledGate(configure(configuration().site, {}))
+    for skill, kind in ALLOWED:
+        assert ("AE720", "handling") in denied(request(skill, kind), nothing)
+
+
+def test_a_kind_that_is_not_in_the_envelope_is_denied() -> None:
+    asked = replace(request(), action=Action("throw", {"force": 1.0}))
+    assert denied(asked) == [("AE741", "quickly"), ("AE730", "throw")]
+
+
+def test_an_action_outside_the_envelope_is_denied() -> None:
+    assert denied(request("slowly", speed=0.125)) == [("AE730", "move")]
+
+
+def test_an_action_outside_the_permission_is_denied() -> None:
+    permission = configuration().modules["handling"].permission
+    skills = configuration().modules["handling"].skills
+    narrow = skills["slowly"].envelope["move"]
+    strict = changed(ecm={"permission": {**permission, "move": narrow}, "manifest_digest": "other"})
+    assert denied(request(speed=0.2), strict) == [("AE731", "move")]
+    assert request(speed=0.05).decided_by(strict).verdict is Verdict.ALLOW
+
+
+def test_a_kind_without_a_permission_is_denied() -> None:
+    assert denied(request(), changed(ecm={"permission": {}})) == [("AE731", "move")]
+
+
+@pytest.mark.parametrize("layer", ["skill", "module", "site"])
+def test_an_actuator_that_any_layer_withholds_is_denied(layer: str) -> None:
+    withheld = {
+        "skill": lambda: skill_changed("quickly", actuators=frozenset()),
+        "module": lambda: changed(ecm={"access": Access()}),
+        "site": lambda: changed(site={"access": Access()}),
+    }[layer]()
+    assert denied(request(), withheld) == [("AE740", "arm")]
+
+
+def test_a_grant_to_another_module_is_none() -> None:
+    asked = replace(request(), action=Action("drive", {}))
+    assert denied(asked) == [("AE740", "wheels"), ("AE730", "drive")]
+
+
+def test_more_risk_than_the_skill_declares_or_the_site_allows_is_denied() -> None:
+    assert denied(request(), skill_changed("quickly", risk=Risk.LOW)) == [("AE741", "quickly")]
+    assert denied(request(), skill_changed("quickly", risk=Risk.HIGH)) == [("AE741", "quickly")]
+    assert denied(request(), changed(site={"risk_ceiling": Risk.LOW})) == [("AE741", "quickly")]
+
+
+@pytest.mark.parametrize("used", [3, 4, 2**63, pytest.param(10**5000, id="beyond str")])
+def test_a_quota_that_is_used_up_denies(used: int) -> None:
+    assert denied(replace(request("quickly", "carry"), usage={"carry-rate": used})) == [
+        ("AE742", "carry-rate")
+    ]
+
+
+def test_a_quota_whose_use_is_not_known_denies() -> None:
+    assert denied(replace(request("quickly", "carry"), usage={})) == [("AE703", "carry-rate")]
+
+
+@pytest.mark.parametrize("used", [-1, 0.0, False, None, "0", {"value": 1}])
+@pytest.mark.parametrize("asked", [request("quickly", "carry"), request()], ids=["governed", "not governed"])
+def test_a_use_that_is_no_count_denies_every_action(asked: Any, used: Any) -> None:
+    reasons = denied(replace(asked, usage={"carry-rate": used}))
+    assert ("AE704", "carry-rate") in reasons
+
+
+def test_a_quota_that_the_site_does_not_have_denies() -> None:
+    assert denied(replace(request(), usage={"carry-rate": 0, "other": 0})) == [("AE702", "other")]
+
+
+def test_a_quota_does_not_concern_other_kinds() -> None:
+    assert replace(request(), usage={}).decided_by(gate()).verdict is Verdict.ALLOW
+    last = replace(request("quickly", "carry"), usage={"carry-rate": 2})
+    assert last.decided_by(gate()).verdict is Verdict.ALLOW
+
+
+# AE750: Φ.
+
+
+@pytest.mark.parametrize(
+    ("kind", "rule", "values"),
+    [
+        ("move", "stop-button", {"stop_pressed": True}),
+        ("carry", "stop-button", {"stop_pressed": True}),
+        ("move", "separation", {"human_distance": 0.4, "speed": 0.1}),
+        ("move", "short-reach", {"hand": (0.25, 0.75, 0.25)}),
+        ("carry", "joints-in-range", {"joint_angle": (0.0, 2.125)}),
+        ("carry", "some-joint-ready", {"joint_ready": (False, False)}),
+        ("carry", "momentum", {"load": 2.0, "gait": 0.0625}),
+    ],
+)
+def test_an_action_that_breaks_an_invariant_is_denied(kind: str, rule: str, values: dict[str, Any]) -> None:
+    assert denied(request("quickly", kind, **values)) == [("AE750", rule)]
+
+
+def test_rules_that_were_proved_are_reported_once_anything_objects() -> None:
+    assert denied(request(speed=0.6, target=(0.25, 0.45, 0.25))) == [
+        ("AE730", "move"),
+        ("AE731", "move"),
+        ("AE750", "top-speed"),
+        ("AE750", "on-the-table"),
+    ]
+
+
+def test_the_protective_stop_is_allowed_whatever_the_state() -> None:
+    state = {"stop_pressed": True, "human_distance": 0.0}
+    assert request("slowly", "stop", **state).decided_by(gate()).verdict is Verdict.ALLOW
+    blind = replace(request("slowly", "stop"), readings={}, usage={})
+    assert blind.decided_by(gate()).verdict is Verdict.ALLOW
+
+
+def test_every_violated_rule_of_every_layer_is_reported_at_once() -> None:
+    block = Block("lent", "it is lent", "handling", None, None)
+    strict = changed(site={"blocks": (block,), "access": Access(), "risk_ceiling": Risk.LOW})
+    state = {"human_distance": 0.1, "stop_pressed": True, "load": 6.0, "joint_angle": (3.5, 3.5)}
+    asked = request("quickly", "carry", gait=0.5, **state)
+    asked = replace(without(asked, "joint_ready"), usage={"carry-rate": 3})
+    assert denied(asked, strict) == [
+        ("AE705", "load"),
+        ("AE703", "joint_ready"),
+        ("AE710", "lent"),
+        ("AE740", "arm"),
+        ("AE741", "quickly"),
+        ("AE742", "carry-rate"),
+        ("AE730", "carry"),
+        ("AE731", "carry"),
+        ("AE750", "stop-button"),
+        ("AE750", "separation"),
+        ("AE750", "joints-in-range"),
+        ("AE750", "slow-carry"),
+    ]
+
+
+# Boundaries: a double is the rational it denotes.
+
+
+def test_the_double_nearest_to_a_bound_is_denied_where_it_is_above_it() -> None:
+    assert Fraction(0.1) > Fraction(1, 10)
+    assert denied(request("quickly", "carry", gait=0.1)) == [("AE730", "carry"), ("AE750", "slow-carry")]
+    below = request("quickly", "carry", gait=nextafter(0.1, 0.0))
+    assert below.decided_by(gate()).verdict is Verdict.ALLOW
+
+
+def test_the_boundary_of_a_product_is_decided_exactly() -> None:
+    allowed = request("quickly", "carry", load=1.6, gait=0.0625)  # 1.6 as a double is above 8/5
+    assert denied(allowed) == [("AE750", "momentum")]
+    just = request("quickly", "carry", load=nextafter(1.6, 0.0), gait=0.0625)
+    assert just.decided_by(gate()).verdict is Verdict.ALLOW
+
+
+# ATTENUATE.
+
+
+@pytest.mark.parametrize("mode", GateMode)
+def test_an_action_that_only_an_attenuating_rule_denies_is_reduced(mode: GateMode) -> None:
+    decision = request(human_distance=1.0, speed=0.5).decided_by(gate(mode))
+    assert decision.verdict is Verdict.ATTENUATE
+    assert decision.action == Action("move", {"target": (0.25, 0.125, 0.25), "speed": 0.25})
+    assert codes(decision) == [("AE750", "near-person")]
+
+
+def test_the_reduced_parameter_is_the_double_below_the_bound() -> None:
+    decision = request(fitted="knife", speed=0.2).decided_by(gate())
+    assert decision.action is not None
+    assert decision.action.parameters["speed"] == nextafter(0.1, 0.0)
+
+
+def test_two_rules_attenuate_at_once() -> None:
+    decision = request(human_distance=1.0, fitted="knife", speed=0.5).decided_by(gate())
+    assert codes(decision) == [("AE750", "near-person"), ("AE750", "knife-speed")]
+    assert decision.verdict is Verdict.ATTENUATE
+    assert decision.action is not None
+    assert decision.action.parameters["speed"] == nextafter(0.1, 0.0)
+
+
+def test_nothing_is_attenuated_where_another_rule_objects_too() -> None:
+    assert denied(request(human_distance=0.4, speed=0.5)) == [
+        ("AE750", "separation"),
+        ("AE750", "near-person"),
+    ]
+    assert denied(request(human_distance=1.0, speed=0.5, dirt=2.0)) == [
+        ("AE705", "dirt"),
+        ("AE750", "near-person"),
+    ]
+    assert denied(request("slowly", human_distance=1.0, speed=0.5)) == [
+        ("AE730", "move"),
+        ("AE750", "near-person"),
+    ]
+
+
+@pytest.mark.parametrize(("pace", "reduced"), [(3.0, 0.5), (-3.0, -0.5)])
+def test_a_negative_parameter_is_reduced_towards_zero(pace: float, reduced: float) -> None:
+    decision = request("quickly", "sweep", wind=2.0, gust=5.0, pace=pace).decided_by(gate())
+    assert decision.verdict is Verdict.ATTENUATE
+    assert decision.action == Action("sweep", {"tool": "knife", "wet": True, "pace": reduced})
+
+
+def rules_of(*names: str, site: Site) -> list[Rule]:
+    return [next(rule for rule in site.rules if rule.id == name) for name in names]
+
+
+def with_rules(*rules: Rule) -> CompiledGate:
+    """A gate of the bench with these rules first, in place of those of the same name."""
+    old = configuration()
+    names = {rule.id for rule in rules}
+    others = (rule for rule in old.site.rules if rule.id not in names)
+    return CompiledGate(replace(old, site=replace(old.site, rules=(*rules, *others))))
+
+
+def test_what_is_still_denied_after_attenuation_is_denied() -> None:
+    near, knife = rules_of("near-person", "knife-speed", site=configuration().site)
+    wrong = with_rules(replace(knife, attenuations=near.attenuations))
+    assert denied(request(fitted="knife", speed=0.5), wrong) == [("AE750", "knife-speed")]
+
+
+def test_an_attenuation_never_enlarges() -> None:
+    near, knife = rules_of("near-person", "knife-speed", site=configuration().site)
+    reduced = near.attenuations["move"]["speed"]
+    assert isinstance(reduced, t.Extremum)
+    # `speed: 250 mm/s` without the `min`: after the knife's rule, that would be larger.
+    wrong = with_rules(knife, replace(near, attenuations={"move": {"speed": reduced.right}}))
+    decision = request(human_distance=1.0, fitted="knife", speed=0.5).decided_by(wrong)
+    assert decision.action is not None
+    assert decision.action.parameters["speed"] == nextafter(0.1, 0.0)
+
+
+# Modes and certificates.
+
+
+def test_a_certificate_of_something_else_proves_nothing() -> None:
+    """Φ is tightened and the certificate still says PROVED: of another site, so the gate decides."""
+    old = configuration()
+    slow, button = rules_of("slow-carry", "stop-button", site=old.site)
+    rules = tuple(replace(one, terms=button.terms) if one is slow else one for one in old.site.rules)
+    site = replace(old.site, rules=rules, digest="of another file")
+    asked = request("slowly", "carry", stop_pressed=True)
+    trusting = CompiledGate(
+        configure(site, {"handling": (old.modules["handling"], old.certificates["handling"])})
+    )
+    assert ("AE750", "slow-carry") in denied(asked, trusting)
+
+
+def test_an_invariant_that_the_certificate_does_not_mention_is_decided() -> None:
+    old = configuration()
+    certificate = old.certificates["handling"]
+    nothing = replace(certificate, obligations={})
+    silent = CompiledGate(replace(old, certificates={"handling": nothing}))
+    assert denied(request(stop_pressed=True), silent) == [("AE750", "stop-button")]
+    uncertified = CompiledGate(replace(old, certificates={}))
+    assert denied(request(stop_pressed=True), uncertified) == [("AE750", "stop-button")]
+
+
+def falsely_proved() -> Configuration:
+    """The broken twin: its certificate says PROVED where the truth is GUARDED."""
+    old = configuration()
+    certificate = old.certificates["handling"]
+    lies = dict.fromkeys(certificate.obligations, "PROVED")
+    return replace(old, certificates={"handling": replace(certificate, obligations=lies)})
+
+
+def test_a_certificate_that_lies_is_found_by_the_shadow_gate() -> None:
+    asked = request(stop_pressed=True)
+    assert asked.decided_by(CompiledGate(falsely_proved())).verdict is Verdict.ALLOW  # what a lie does
+    assert asked.decided_by(CompiledGate(falsely_proved(), GateMode.Z3)).verdict is Verdict.DENY
+    with pytest.raises(GateDisagreementError, match="compiled gate"):
+        asked.decided_by(CompiledGate(falsely_proved(), GateMode.SHADOW))
+
+
+def test_a_solver_that_cannot_decide_denies(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(conditions.SolverCondition, "decide", lambda self, values: conditions.Truth.UNDECIDED)
+    decision = request().decided_by(gate(GateMode.Z3))
+    assert decision.verdict is Verdict.DENY
+    assert codes(decision)[:3] == [("AE790", "move"), ("AE790", "move"), ("AE790", "stop-button")]
+    assert {code for code, _ in codes(decision)} == {"AE790"}
+
+
+def test_a_reason_names_a_code_that_is_registered() -> None:
+    text = "AE701 AE702 AE703 AE704 AE705 AE706 AE707 AE710 AE720 AE730 AE731 AE740 AE741 AE742 AE750 AE790"
+    motions = "AE751 AE752 AE760 AE761 AE762 AE763 AE764"
+    registered = {code for code in CODES if code.startswith("AE7")}
+    assert registered == {*text.split(), *motions.split()}

@@ -1,0 +1,132 @@
+"""Requests of another form are refused with the code that says how, and checked values are put."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from types import MappingProxyType
+from typing import Any
+
+import pytest
+
+from aeros.runtime.gate.decision import Caller
+from aeros.runtime.gate.request_check import as_executed, request_fault, take_given, take_readings
+from aeros.runtime.gate.value_check import Form
+from aeros.runtime.ports import Reading
+from aeros.skill import Action
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import BOOL, VectorType
+from aeros.spec.expr.units import LENGTH
+from tests.unit.runtime.conftest import METRES, declare
+
+CALLER = Caller("m", "s", {})
+ACTION = Action("move", {})
+
+
+class Name(str):
+    __slots__ = ()
+
+
+class Sly(dict[str, Any]):
+    """A mapping that could run code of the asker's."""
+
+
+class SlyCaller(Caller):
+    """Likewise."""
+
+
+def forms(**more: Any) -> dict[str, Form]:
+    found = {
+        "speed": declare("speed", METRES, t.Role.PARAMETER, range=(Fraction(0), Fraction(1)), **more),
+        "gently": declare("gently", BOOL, t.Role.PARAMETER),
+        "target": declare("target", VectorType(LENGTH), t.Role.PARAMETER, range=(Fraction(-1), Fraction(1))),
+    }
+    return {name: Form(one) for name, one in found.items()}
+
+
+def test_a_request_of_the_right_form_has_no_fault() -> None:
+    assert request_fault(CALLER, {}, ACTION, {}) is None
+
+
+@pytest.mark.parametrize(
+    ("caller", "readings", "action", "usage", "what"),
+    [
+        (None, {}, ACTION, {}, "caller"),
+        (SlyCaller("m", "s", {}), {}, ACTION, {}, "caller"),
+        (Caller(3, "s", {}), {}, ACTION, {}, "caller"),  # type: ignore[arg-type]
+        (Caller("m", Name("s"), {}), {}, ACTION, {}, "caller"),
+        (Caller("m", "s", Sly()), {}, ACTION, {}, "inputs"),
+        (CALLER, {}, ("move", {}), {}, "action"),
+        (CALLER, {}, Action(Name("move"), {}), {}, "action"),
+        (CALLER, {}, Action("move", MappingProxyType({})), {}, "parameters"),
+        (CALLER, {}, Action("move", {Name("speed"): 1.0}), {}, "parameters"),
+        (CALLER, [], ACTION, {}, "state"),
+        (CALLER, {1: 2}, ACTION, {}, "state"),
+        (CALLER, {}, ACTION, None, "usage"),
+    ],
+)
+def test_what_is_no_request_is_refused(
+    caller: Any, readings: Any, action: Any, usage: Any, what: str
+) -> None:
+    fault = request_fault(caller, readings, action, usage)
+    assert fault is not None
+    assert (fault.code, fault.rule) == ("AE701", what)
+
+
+def test_given_values_are_put_as_scalars() -> None:
+    values: dict[str, Any] = {}
+    given = {"speed": 0.5, "gently": True, "target": (0.1, 0.2, 0.3)}
+    assert list(take_given(forms(), given, "of `move`", values)) == []
+    assert values == {"speed": 0.5, "gently": True, "target.x": 0.1, "target.y": 0.2, "target.z": 0.3}
+
+
+def test_every_value_that_is_missing_unknown_or_malformed_is_an_objection() -> None:
+    given = {"speed": 2.0, "pace": 1.0, "target": (0.1, 0.2)}
+    found = [(one.code, one.rule) for one in take_given(forms(), given, "of `move`", {})]
+    assert found == [("AE702", "pace"), ("AE705", "speed"), ("AE703", "gently"), ("AE704", "target")]
+
+
+def test_a_default_stands_for_what_is_missing_as_a_double_in_its_range() -> None:
+    values: dict[str, Any] = {}
+    third = Fraction(1, 3)
+    declared = {"speed": forms(default=third)["speed"]}
+    assert list(take_given(declared, {}, "of `move`", values)) == []
+    assert values == {"speed": float(third)}
+    assert list(take_given(declared, {"speed": 0.25}, "of `move`", values)) == []
+    assert values == {"speed": 0.25}
+
+
+AGED = {
+    name: Form(declare(name, METRES, t.Role.STATE, range=(Fraction(0), Fraction(1)), max_age=Fraction(1, 2)))
+    for name in ("near", "far")
+}
+
+
+@pytest.mark.parametrize(
+    ("readings", "codes"),
+    [
+        ({"near": Reading(0.5, 9.75)}, []),
+        ({"near": Reading(0.5, 9.75), "far": Reading(0.5, 1.0)}, []),  # not required, so it may be old
+        ({"near": Reading(0.5, 9.0)}, [("AE706", "near")]),
+        ({"far": Reading(0.5, 9.75)}, [("AE703", "near")]),
+        ({"near": Reading(0.5, 9.75), "new": Reading(1.0, 1.0)}, [("AE702", "new")]),
+        ({"near": (0.5, 9.75)}, [("AE701", "near")]),
+        ({"near": Reading(1.5, 9.75)}, [("AE705", "near")]),
+        ({"near": Reading(0.5, 10.5)}, [("AE707", "near")]),
+        ({"near": Reading(0.5, 9.75), "far": Reading(7.0, 9.75)}, [("AE705", "far")]),
+    ],
+)
+def test_readings_are_taken_that_are_fresh_where_it_matters(
+    readings: dict[str, Any], codes: list[tuple[str, str]]
+) -> None:
+    values: dict[str, Any] = {}
+    found = take_readings(AGED, readings, 10.0, frozenset({"near"}), values)
+    assert [(one.code, one.rule) for one in found] == codes
+    if not codes:
+        assert values["near"] == 0.5
+
+
+def test_the_plant_gets_doubles_and_tuples_in_the_declared_order() -> None:
+    made = as_executed(forms(), {"target": [0, 1.5, [2]], "gently": True, "speed": 1})
+    assert made == {"speed": 1.0, "gently": True, "target": (0.0, 1.5, (2.0,))}
+    assert list(made) == ["speed", "gently", "target"]
+    assert (type(made["speed"]), made["gently"]) == (float, True)

@@ -1,0 +1,38 @@
+"""Which denials may pass: those that speak of what is measured, all of them."""
+
+from __future__ import annotations
+
+import pytest
+
+from aeros.runtime.gate.decision import Reason
+from aeros.runtime.gate.transient import may_pass
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.text.discovery import reference_site
+from tests.unit.runtime.bench import Request, codes, configuration, gate, request, without
+
+
+@pytest.mark.parametrize(
+    ("asked", "passing"),
+    [
+        (request("quickly", "move", human_distance=0.4), True),
+        (request("quickly", "carry", stop_pressed=True, human_distance=0.4), True),
+        (without(request("quickly", "move"), "human_distance"), True),
+        (request("quickly", "move", speed=0.6), False),
+        (request("quickly", "carry", gait=0.2), False),
+        (request("quickly", "move", human_distance=0.4, speed=0.6), False),
+        (request("slowly", "sweep"), False),
+        (request("quickly", "move", human_distance="near"), False),
+    ],
+)
+def test_a_denial_may_pass_if_everything_it_says_is_about_the_state(asked: Request, passing: bool) -> None:
+    decision = asked.decided_by(gate())
+    assert decision.action is None, codes(decision)
+    assert may_pass(decision.reasons, asked.action.kind, configuration().site) is passing
+
+
+@pytest.mark.parametrize(("about", "passing"), [("joint_position", True), ("target", False)])
+def test_joints_that_are_elsewhere_may_come_to_rest_but_a_plan_stays_wrong(about: str, passing: bool) -> None:
+    site = load_site(reference_site(), Diagnostics())
+    assert site is not None
+    assert may_pass([Reason("AE761", about, "elsewhere")], "move_tool", site) is passing

@@ -1,0 +1,71 @@
+"""What is said of a rule that does not hold: the quantities, their values, and the bounds they broke."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from aeros.runtime.gate.violation import Violation
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.text.discovery import reference_site
+
+SITE = load_site(reference_site(), Diagnostics())
+SAFE: dict[str, Any] = {
+    **{f"joint_velocity[j{joint}]": 0.0 for joint in range(1, 8)},
+    **{f"joint_position[j{joint}]": -0.5 if joint == 4 else 0.5 for joint in range(1, 8)},
+    "target.x": 0.5, "target.y": 0.0, "target.z": 0.3,
+    "tool_position.x": 0.0, "tool_position.y": 0.0, "tool_position.z": 0.3,
+    "base_position.x": 0.0, "base_position.y": 0.0, "base_position.z": 0.0,
+    "human_distance": 20.0, "link_speed": 0.0, "contact_force": 0.0, "speed": 0.2,
+    "estop_pressed": False, "holding": False,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("rule", "measured", "said"),
+    [
+        ("emergency-stop", {"estop_pressed": True}, "estop_pressed is true"),
+        ("collision-force", {"contact_force": 80.0}, "contact_force is 80 N (at most 65 N)"),
+        (
+            "joint-speeds",
+            {"joint_velocity[j3]": -2.5},
+            "abs(joint_velocity[j3]) is 2.5 rad/s (at most 2.175 rad/s)",
+        ),
+        (
+            "joint-positions",
+            {"joint_position[j6]": -0.5},
+            "joint_position[j6] is -0.5 rad (at least -0.0175 rad)",
+        ),
+        (
+            "link-speeds-near-person",
+            {"human_distance": 1.0, "link_speed": 0.3},
+            "human_distance is 1 m (at least 1.2 m), link_speed is 0.3 m/s (at most 0.25 m/s)",
+        ),
+        (
+            "reduced-speed-towards-person",
+            {"human_distance": 1.5, "speed": 0.25},
+            "human_distance is 1.5 m (below 1.2 m), human_distance is 1.5 m (at least 1.7 m), "
+            "speed is 0.25 m/s (at most 0.2 m/s)",
+        ),
+        ("arm-separation", {"human_distance": 0.9}, "human_distance is 0.9 m (at least 0.927 m)"),
+        (
+            "carrying-speed",
+            {"holding": True, "speed": 0.4},
+            "holding is true, speed is 0.4 m/s (at most 0.3 m/s)",
+        ),
+        (
+            "own-base",
+            {"target.x": 0.1, "target.z": 0.3},
+            None,
+        ),
+    ],
+)  # fmt: skip
+def test_each_part_that_is_not_as_required_is_named(
+    rule: str, measured: dict[str, Any], said: str | None
+) -> None:
+    assert SITE is not None
+    term = next(one for one in SITE.rules if one.id == rule).terms["move_tool"]
+    text = str(Violation(rule, term, {**SAFE, **measured}))
+    assert text == said if said else "target.x" in text

@@ -1,0 +1,217 @@
+"""Where a module's code runs is the site's decision, and a weaker host is never passed over in silence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from fractions import Fraction
+from functools import partial
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from aeros.runtime.audit.log import AuditLog
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate.compiled.rules import Watched
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.decision import Decision, Verdict
+from aeros.runtime.gate.port import Gate
+from aeros.runtime.isolation.isolated_run import IsolatedRun
+from aeros.runtime.isolation.layers import Layer
+from aeros.runtime.isolation.run_factory import SkillRuns
+from aeros.runtime.isolation.zygote_pool import Nursery
+from aeros.runtime.ports import StepRequest, StepResult, StepStatus
+from aeros.runtime.skills.contract import SkillRefusedError
+from aeros.runtime.skills.in_process_run import SkillRun
+from aeros.sim.fake import FakePlant
+from aeros.skill import Action, act
+from aeros.spec.model.model import Ecm, Isolation, Site
+
+CODE = "from aeros.skill import act\ndef lift(observed, inputs):\n    yield act('move', h=inputs['height'])\n"
+SPIN = "def lift(observed, inputs):\n    while True: pass\n    yield\n"
+INPUTS = {"height": 0.1}
+
+
+class FakeNursery:
+    """A host that lacks what it is told to; it is never asked for a worker."""
+
+    def __init__(self, **missing: str) -> None:
+        self.missing = {layer: missing.get(layer.value) for layer in Layer}
+
+    def close(self) -> None:
+        pass
+
+
+def _given(nursery: Nursery, preload: Sequence[str]) -> Nursery:
+    return nursery
+
+
+def _runs(site: Site, ecm: Ecm, isolation: Isolation, **missing: str) -> SkillRuns:
+    host = cast("Nursery", FakeNursery(**missing))
+    return SkillRuns(replace(site, isolation=isolation), [ecm], lambda preload: host)
+
+
+def test_a_module_that_the_site_trusts_runs_in_this_process(site: Site, make_ecm: Any) -> None:
+    ecm = make_ecm(CODE)
+    trusting = replace(site, isolation=Isolation(trusted=frozenset({ecm.id})))
+    with SkillRuns(trusting, [ecm]) as runs:
+        assert runs.details()["layers"] == {}  # nothing was started, so nothing was probed
+        assert runs.details()["trusted"] == ["handling"]
+        run = runs(trusting, ecm, ecm.skills["lift"], INPUTS)
+        assert isinstance(run, SkillRun)
+        assert run.resume({}, 1.0) == act("move", h=0.1)
+
+
+def test_a_module_that_the_site_does_not_speak_of_is_isolated(
+    site: Site, make_ecm: Any, nursery: Nursery
+) -> None:
+    ecm = make_ecm(CODE)
+    runs = SkillRuns(site, [ecm], lambda preload: nursery)
+    run = runs(site, ecm, ecm.skills["lift"], INPUTS)
+    assert isinstance(run, IsolatedRun)
+    assert run.resume({}, 1.0) == act("move", h=0.1)
+    run.close()
+    assert runs.refusal is None
+    assert runs.warning is None
+    assert runs.details()["layers"]["landlock"] == "in place"
+
+
+def test_code_that_was_changed_is_refused_before_any_worker_sees_it(
+    site: Site, make_ecm: Any, nursery: Nursery
+) -> None:
+    ecm = make_ecm(CODE)
+    (Path(ecm.folder) / "skills.py").write_text(SPIN)
+    with pytest.raises(SkillRefusedError, match="is not what was certified"):
+        SkillRuns(site, [ecm], lambda preload: nursery)(site, ecm, ecm.skills["lift"], INPUTS)
+
+
+@pytest.mark.parametrize("layer", ["landlock", "seccomp", "rlimits"])
+def test_a_host_that_lacks_a_layer_refuses(layer: str, site: Site, make_ecm: Any) -> None:
+    ecm = make_ecm(CODE)
+    runs = _runs(site, ecm, Isolation(), **{layer: "no such call"})
+    assert runs.refusal is not None
+    assert (
+        f"`handling` may not run here: the site requires isolation that this host lacks ({layer}: no such"
+        in (runs.refusal)
+    )
+    assert runs.details()["layers"][layer] == "missing: no such call"
+    with pytest.raises(SkillRefusedError, match="no such call"):
+        runs(site, ecm, ecm.skills["lift"], INPUTS)
+
+
+def test_a_host_without_bubblewrap_refuses_where_the_site_requires_it(site: Site, make_ecm: Any) -> None:
+    ecm = make_ecm(CODE)
+    assert _runs(site, ecm, Isolation(), bubblewrap="none").refusal is None
+    required = Isolation(require=frozenset({"bubblewrap"}))
+    assert "bubblewrap: none" in str(_runs(site, ecm, required, bubblewrap="none").refusal)
+
+
+def test_a_site_may_be_warned_instead(site: Site, make_ecm: Any) -> None:
+    runs = _runs(site, make_ecm(CODE), Isolation(refuses=False), landlock="no such call")
+    assert runs.refusal is None
+    assert runs.warning == ("skill code is isolated less than the site requires (landlock: no such call)")
+    assert runs.details()["missing"] == "warn"
+
+
+def test_a_worker_puts_on_what_the_host_has(site: Site, make_ecm: Any, bare: Nursery) -> None:
+    """The layers that are there hold, also where another is missing."""
+    text = (
+        "from aeros.skill import act\n"
+        "import sys\n"
+        "def lift(observed, inputs):\n"
+        "    try:\n"
+        "        open('/proc/self/statm')\n"
+        "    except OSError:\n"
+        "        yield act('blocked')\n"
+        "    yield act('open')\n"
+    )
+    if bare.missing[Layer.LANDLOCK] or bare.missing[Layer.SECCOMP]:
+        pytest.skip("this host lacks a layer")
+    ecm = make_ecm(text)
+    warning = replace(site, isolation=Isolation(refuses=False))
+    seen = {}
+    for lacking in (None, Layer.LANDLOCK, Layer.SECCOMP):
+        weaker = Nursery.__new__(Nursery)
+        weaker.__dict__.update(bare.__dict__)
+        weaker.missing = {**bare.missing, **({} if lacking is None else {lacking: "left out"})}
+        run = SkillRuns(warning, [ecm], partial(_given, weaker))(warning, ecm, ecm.skills["lift"], INPUTS)
+        seen[lacking] = run.resume({}, 1.0)
+        run.close()
+    assert seen == dict.fromkeys((None, Layer.LANDLOCK, Layer.SECCOMP), act("blocked"))
+
+
+@pytest.mark.parametrize(
+    ("text", "numpy"),
+    [(CODE, False), ("import numpy as np\n" + CODE, True), ("from numpy.linalg import inv\n" + CODE, True)],
+)
+def test_numpy_is_preloaded_for_code_that_imports_it(
+    text: str, numpy: bool, site: Site, make_ecm: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[Sequence[str]] = []
+
+    def remember(preload: Sequence[str]) -> FakeNursery:
+        asked.append(preload)
+        return FakeNursery()
+
+    monkeypatch.setattr("aeros.runtime.isolation.run_factory.Nursery", remember)
+    SkillRuns(site, [make_ecm(text)]).close()
+    assert ("numpy" in asked[0], "numpy.linalg" in asked[0]) == (numpy, numpy)
+    assert "math" in asked[0]
+
+
+# The executor, over workers.
+
+
+class AllowAll:
+    def __init__(self, configuration: Configuration) -> None:
+        self.watched = Watched(configuration.site)
+
+    def decide(self, caller: Any, readings: Any, action: Action, now: float, usage: Any) -> Decision:
+        return Decision(Verdict.ALLOW, action, ())
+
+
+@contextmanager
+def _executor(site: Site, ecm: Ecm, runs: SkillRuns, log: Path) -> Iterator[tuple[Executor, FakePlant]]:
+    plant = FakePlant({"tool_position": (0.3, 0.0, 0.5), "human_distance": 20.0, "holding": False})
+    configuration = Configuration(site=site, modules={ecm.id: ecm}, certificates={}, digest="c" * 64)
+    with AuditLog(log) as audit:
+        yield Executor(configuration, cast("Gate", AllowAll(configuration)), plant, audit, runs), plant
+
+
+def test_a_step_runs_in_a_worker(site: Site, make_ecm: Any, nursery: Nursery, tmp_path: Path) -> None:
+    ecm = make_ecm(CODE)
+    with _executor(site, ecm, SkillRuns(site, [ecm], lambda preload: nursery), tmp_path / "log") as (
+        executor,
+        plant,
+    ):
+        result = executor.submit(StepRequest("handling", "lift", {"height": 0.05}))
+    assert result == StepResult(StepStatus.FINISHED, "", allowed=1)
+    assert plant.executed == [act("move", h=0.05)]
+
+
+def test_a_step_that_spins_is_timed_out_and_the_plant_stopped(
+    site: Site, make_ecm: Any, nursery: Nursery, tmp_path: Path
+) -> None:
+    ecm = make_ecm(SPIN)
+    hasty = replace(site, isolation=Isolation(answer_within=Fraction(1)))
+    runs = SkillRuns(hasty, [ecm], lambda preload: nursery)
+    with _executor(hasty, ecm, runs, tmp_path / "log") as (executor, plant):
+        result = executor.submit(StepRequest("handling", "lift", {}))
+    assert result.status is StepStatus.TIMED_OUT
+    assert result.reason == "the skill did not answer within 1 s and was killed"
+    assert plant.count("stop") == 1
+    assert plant.executed == []
+
+
+def test_a_module_that_may_not_run_here_is_refused_as_a_step(
+    site: Site, make_ecm: Any, tmp_path: Path
+) -> None:
+    ecm = make_ecm(CODE)
+    runs = _runs(site, ecm, Isolation(), seccomp="no such call")
+    with _executor(site, ecm, runs, tmp_path / "log") as (executor, plant):
+        result = executor.submit(StepRequest("handling", "lift", {}))
+    assert result.status is StepStatus.REFUSED
+    assert "seccomp: no such call" in result.reason
+    assert plant.executed == []

@@ -1,0 +1,110 @@
+"""Rules that look back, from the plant's readings to the gate, the monitor and the record.
+
+Values of histories are held to the definition in tests/differential/test_past_time.py.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.runtime.audit.log import AuditLog
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.gate import CompiledGate, GateMode
+from aeros.runtime.ports import StepRequest, StepResult, StepStatus
+from aeros.runtime.skills.in_process_run import run_in_process
+from aeros.sim.fake import FakePlant
+from aeros.spec.elaborate.past_time import Histories
+from aeros.spec.expr import terms as t
+from aeros.spec.model.model import Access, Clause, Rule, Site
+from tests.unit.runtime.conftest import METRES, SPAN
+
+CODE = """
+from aeros.skill import act
+
+def lift(observed, inputs):
+    yield act("move")
+"""
+NAME = "once within 5 s (human_distance < 2 m)"
+STEP = 0.0625  # s, less than a reading speaks for
+
+
+class Bench:
+    def __init__(self, site: Site, ecm: Any, log: AuditLog) -> None:
+        near = t.Compare("<", site.state["human_distance"].variable, t.Literal(Fraction(2), METRES))
+        histories = Histories()
+        far = t.Not(histories.flat(t.Since(t.TRUE, near, Fraction(5)), SPAN))
+        memory = Rule("memory", f"not {NAME}", "", "", {"move": far}, {}, SPAN, SPAN)
+        arm = Access(actuators=frozenset({"arm"}))
+        site = replace(site, rules=(*site.rules, memory), histories=histories.kept, access=arm, quotas=())
+        anything = Clause(t.TRUE, "true", SPAN)
+        skill = replace(ecm.skills["lift"], envelope={"move": anything})
+        ecm = replace(ecm, skills={"lift": skill}, permission={"move": anything}, access=arm)
+        self.configuration = configuration = Configuration(site, {"handling": ecm}, {}, "c" * 64)
+        self.plant = FakePlant({"tool_position": (0.3, 0.0, 0.5), "human_distance": 20.0, "holding": False})
+        self.plant.duration = STEP
+        self.executor = Executor(
+            configuration, CompiledGate(configuration, GateMode.SHADOW), self.plant, log, run_in_process
+        )
+
+    def lift(self) -> StepResult:
+        return self.executor.submit(StepRequest("handling", "lift", {}))
+
+    def lift_at(self, time: float, distance: float) -> StepResult:
+        self.plant.time, self.plant.values["human_distance"] = time, distance
+        return self.lift()
+
+
+@pytest.fixture
+def bench(site: Site, make_ecm: Any, tmp_path: Path) -> Iterator[Bench]:
+    with AuditLog(tmp_path / "audit.jsonl") as log:
+        yield Bench(site, make_ecm(CODE), log)
+
+
+def test_what_was_is_remembered_for_as_long_as_the_rule_says(bench: Bench) -> None:
+    assert bench.lift_at(0.0, 20.0).status is StepStatus.FINISHED
+    denied = bench.lift_at(STEP, 1.5)
+    assert denied.reason.startswith("AE750 memory")
+    ticks = 80  # of `STEP` in 5 s
+    for tick in range(2, ticks + 2):
+        assert bench.lift_at(tick * STEP, 20.0).status is StepStatus.DENIED
+    assert bench.lift_at((ticks + 2) * STEP, 20.0).status is StepStatus.FINISHED
+
+
+def test_what_nobody_watched_is_unknown_and_denied_until_it_is_over(bench: Bench) -> None:
+    assert bench.lift_at(0.0, 20.0).status is StepStatus.FINISHED
+    denied = bench.lift_at(3.0, 20.0)  # anybody may have come and gone
+    assert denied.reason == f"AE703 {NAME}: `{NAME}` is not measured"
+    for tick in range(1, 81):
+        assert bench.lift_at(3.0 + tick * STEP, 20.0).status is StepStatus.DENIED
+    assert bench.lift_at(3.0 + 81 * STEP, 20.0).status is StepStatus.FINISHED
+
+
+def test_a_motion_is_stopped_by_what_comes_to_pass_while_it_runs(bench: Bench) -> None:
+    bench.plant.during = [{}, {"human_distance": 1.5}]
+    ended = bench.lift()
+    assert (ended.status, ended.reason) == (
+        StepStatus.STOPPED,
+        "monitor:memory: once within 5 s (human_distance < 2 m) is true",
+    )
+    bench.plant.during = []
+    assert bench.lift_at(STEP, 20.0).reason.startswith("AE750 memory")  # seen by a tick alone
+
+
+def test_a_plant_cannot_tell_the_gate_what_was(bench: Bench) -> None:
+    bench.plant.values[NAME] = False
+    assert bench.lift_at(0.0, 1.5).reason.startswith("AE750 memory")
+
+
+def test_the_record_holds_what_was_decided_on(bench: Bench, tmp_path: Path) -> None:
+    bench.lift_at(0.0, 1.5)
+    lines = (tmp_path / "audit.jsonl").read_text(encoding="utf-8").splitlines()
+    (decision,) = [one for one in map(json.loads, lines) if one["event"] == "decision"]
+    assert decision["details"]["state"][NAME] == [True, 0.0]

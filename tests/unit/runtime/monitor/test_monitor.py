@@ -1,0 +1,297 @@
+"""The monitor: what let a motion start must go on holding, with the parameters that were decided."""
+
+from __future__ import annotations
+
+import gc
+import tracemalloc
+from math import inf, nan, nextafter
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+
+from aeros.runtime.gate.compiled.rules import Quick, Watched
+from aeros.runtime.gate.decision import Verdict
+from aeros.runtime.gate.joint_rules import Begun
+from aeros.runtime.monitor.history import Histories
+from aeros.runtime.monitor.monitor import Monitors
+from aeros.runtime.ports import Monitor, Reading, Readings
+from aeros.skill import Action
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.model.model import Site
+from tests.unit.runtime.bench import NOW, STATE, Request, configuration, gate, measured, request, without
+
+
+def monitors() -> Monitors:
+    """Of nothing yet, under the site of the bench."""
+    site = configuration().site
+    return Monitors(Watched(site), Histories(site))
+
+
+def watching(action: Action, readings: Readings) -> Monitor:
+    """The monitor of one action alone, which has watched another one like it before."""
+    monitor, begun = monitors(), Begun(action, readings, NOW, 0)
+    monitor.watch(begun)
+    monitor(NOW, STATE)
+    monitor.forget(begun)
+    monitor.watch(begun)
+    return monitor
+
+
+def watch(asked: Request) -> Monitor:
+    """The monitor of the action that the gate decides on, as the executor asks for it."""
+    decision = asked.decided_by(gate())
+    assert decision.verdict is not Verdict.DENY
+    assert decision.action is not None
+    return watching(decision.action, asked.readings)
+
+
+@pytest.mark.parametrize("kind", ["move", "carry", "sweep"])
+def test_nothing_trips_while_nothing_changes(kind: str) -> None:
+    monitor = watch(request("quickly", kind))
+    assert monitor(NOW, {}) is None
+    assert monitor(NOW, STATE) is None
+    assert monitor(NOW, {name: list(v) if isinstance(v, tuple) else v for name, v in STATE.items()}) is None
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "value", "rule"),
+    [
+        ("move", "stop_pressed", True, "stop-button"),
+        ("move", "human_distance", nextafter(0.5, 0.0), "separation"),
+        ("move", "hand", (0.25, 0.75, 0.25), "short-reach"),
+        ("carry", "stop_pressed", True, "stop-button"),
+        ("carry", "human_distance", 0.0, "separation"),
+        ("carry", "joint_angle", (0.0, 2.125), "joints-in-range"),
+        ("carry", "joint_ready", (False, False), "some-joint-ready"),
+        ("sweep", "stop_pressed", True, "stop-button"),
+    ],
+)
+def test_each_rule_on_the_state_trips(kind: str, name: str, value: Any, rule: str) -> None:
+    monitor = watch(request("quickly", kind))
+    assert monitor(NOW, STATE) is None
+    assert monitor(NOW, {**STATE, name: value}) == rule
+    assert watch(request("quickly", kind))(NOW, {name: value}) == rule
+
+
+def test_a_person_who_comes_near_stops_a_fast_motion_and_not_a_slow_one() -> None:
+    fast, slow = watch(request(speed=0.5)), watch(request(speed=0.25))
+    for distance, tripped in ((3.0, None), (nextafter(1.2, inf), None), (1.2, "near-person")):  # 1.2 < 6/5
+        assert fast(NOW, {"human_distance": distance}) == tripped
+        assert slow(NOW, {"human_distance": distance}) is None
+    assert slow(NOW, {"human_distance": 0.4}) == "separation"
+
+
+def test_one_monitor_watches_each_motion_with_its_own_parameters() -> None:
+    monitor, near = monitors(), {"human_distance": 1.2}
+    for speed, tripped in ((0.25, None), (0.5, "near-person"), (0.25, None)):
+        asked = request(speed=speed)
+        begun = Begun(asked.action, asked.readings, NOW, 0)
+        monitor.watch(begun)
+        assert monitor(NOW, near) == tripped
+        monitor.forget(begun)
+
+
+def test_an_attenuated_motion_is_watched_with_its_reduced_parameters() -> None:
+    monitor = watch(request(speed=0.5, human_distance=1.0))
+    assert monitor(NOW, {"human_distance": 1.0}) is None
+    assert monitor(NOW, {"fitted": "knife"}) == "input:human_distance"
+    assert watch(request(speed=0.5, human_distance=1.0))(NOW, {"fitted": "knife"}) == "knife-speed"
+
+
+def test_a_load_that_grows_trips_the_product() -> None:
+    monitor = watch(request("quickly", "carry", gait=0.0625))
+    assert monitor(NOW, {"load": nextafter(1.6, 0.0)}) is None
+    assert monitor(NOW, {"load": 1.6}) == "momentum"
+
+
+@pytest.mark.parametrize("value", [nan, inf, -inf, None, "3.0", True, 20.5, -5e-324, 10**400, (3.0,)])
+def test_a_malformed_or_impossible_value_trips(value: Any) -> None:
+    monitor = watch(request())
+    assert monitor(NOW, {**STATE, "human_distance": value}) == "input:human_distance"
+
+
+@pytest.mark.parametrize("name", ["mood", "speed", "target"])
+def test_a_name_that_is_no_state_variable_trips(name: str) -> None:
+    assert watch(request())(NOW, {**STATE, name: 0.0}) == f"input:{name}"
+
+
+@pytest.mark.parametrize("name", sorted(STATE))
+def test_a_value_that_is_no_longer_measured_trips(name: str) -> None:
+    monitor = watch(request())
+    assert monitor(NOW, {}) is None
+    assert monitor(NOW, STATE) is None
+    assert monitor(NOW, {one: value for one, value in STATE.items() if one != name}) == f"input:{name}"
+
+
+def test_a_value_that_no_tick_measures_keeps_its_value_from_the_decision() -> None:
+    monitor = watch(request(speed=0.2, human_distance=1.0))
+    assert monitor(NOW, {"stop_pressed": False, "fitted": "brush"}) is None
+    assert monitor(NOW, {"stop_pressed": False, "fitted": "knife"}) == "knife-speed"
+
+
+def test_a_value_that_no_rule_needed_when_it_started_may_be_missing() -> None:
+    assert watch(without(request(), "dirt"))(NOW, {}) is None
+
+
+def test_a_rule_whose_state_is_unknown_trips() -> None:
+    asked = request()
+    decision = asked.decided_by(gate())
+    assert decision.action is not None
+    monitor = watching(decision.action, without(asked, "hand").readings)
+    assert monitor(NOW, {}) == "input:hand.x"
+    assert monitor(NOW, {"hand": (0.25, 0.0, 0.25)}) is None
+
+
+def test_one_motion_leaves_nothing_behind_for_the_next() -> None:
+    monitor = monitors()
+    first, second = (Begun(request().action, request().readings, NOW, record) for record in (1, 2))
+    monitor.watch(first)
+    assert monitor(NOW, {"human_distance": 0.1}) == "separation"
+    monitor.forget(first)
+    monitor.watch(second)
+    assert monitor(NOW, {"hand": (0.25, 0.0, 0.25)}) is None
+
+
+def test_an_hour_of_ticks_takes_no_more_memory_than_a_few() -> None:
+    monitor = watch(request())
+    for _ in range(100):
+        monitor(NOW, STATE)
+    gc.collect()
+    tracemalloc.start()
+    try:
+        before = tracemalloc.get_traced_memory()[0]
+        for tick in range(5_000):
+            monitor(NOW, {**STATE, "human_distance": 2.0 + tick / 5_000})
+        gc.collect()
+        assert tracemalloc.get_traced_memory()[0] - before < 10_000
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize(
+    ("value", "age", "rule"),
+    [
+        (3.0, 0.0, None),
+        (3.0, 0.0999, None),
+        (3.0, 0.1001, "input:human_distance"),
+        (0.4, 0.05, "separation"),
+        (nan, 0.05, "input:human_distance"),
+        (3.0, -0.01, "input:human_distance"),
+        (3.0, nan, "input:human_distance"),
+    ],
+)
+def test_what_was_measured_before_counts_until_it_is_too_old(
+    value: float, age: float, rule: str | None
+) -> None:
+    monitor = watch(request("quickly", "move"))
+    assert monitor(NOW, {"human_distance": 3.0}) is None
+    assert monitor(NOW, {"human_distance": Reading(value, NOW - age)}) == rule
+
+
+class _Noting(Watched):
+    """Notes what is compiled."""
+
+    def __init__(self, site: Site) -> None:
+        super().__init__(site)
+        self.compiled: list[str] = []
+
+    def quick(self, kind: str, measured: frozenset[str]) -> Quick | None:
+        """See `Watched`."""
+        self.compiled.append(kind)
+        return super().quick(kind, measured)
+
+
+def test_nothing_is_compiled_in_a_tick() -> None:
+    site = configuration().site
+    watched = _Noting(site)
+    monitor = Monitors(watched, Histories(site))
+    compiled, quickly = [], []
+    for kind in ("move", "carry", "move", "carry"):
+        asked = request("quickly", kind)
+        decision = asked.decided_by(gate())
+        assert decision.action is not None
+        begun = Begun(decision.action, asked.readings, NOW, 0)
+        monitor.watch(begun)
+        compiled.append(list(watched.compiled))
+        for _ in range(2):
+            assert monitor(NOW, STATE) is None
+        assert watched.compiled == compiled[-1]
+        quickly.append(monitor._holds is not None)
+        monitor.forget(begun)
+    # Of the first motion nobody knows yet what its ticks measure.
+    assert compiled == [[], ["carry"], ["carry", "move"], ["carry", "move"]]
+    assert quickly == [False, True, True, True]
+
+
+class _Slowly(Watched):
+    """Has no quick answer."""
+
+    def quick(self, kind: str, measured: frozenset[str]) -> None:
+        """See `Watched`."""
+
+
+@pytest.mark.parametrize(
+    ("distance", "rule"), [(1.0, None), (nextafter(1.0, 0.0), "bounded"), (True, "input:human_distance")]
+)
+def test_a_rule_that_only_bounds_what_it_reads_trips(distance: Any, rule: str | None) -> None:
+    site = load_site(Path(__file__).parents[1] / "data" / "bounded.yaml", Diagnostics())
+    assert site is not None
+    monitor = Monitors(Watched(site), Histories(site))
+    for _ in range(2):
+        begun = Begun(Action("move", {"speed": 3.0}), measured({"human_distance": 2.0}), NOW, 0)
+        monitor.watch(begun)
+        assert monitor(NOW, {"human_distance": 2.0}) is None
+        monitor.forget(begun)
+    monitor.watch(begun)
+    for _ in range(2):
+        assert monitor(NOW, {"human_distance": 2.0}) is None
+        assert monitor._holds is not None
+    assert monitor(NOW, {"human_distance": distance}) == rule
+
+
+_STRANGE = (nan, inf, None, "3.0", True, (1.0,), [0.25, 0.0, 0.25], 10**400, -0.0, Reading(True, NOW - 9.0))
+
+
+@pytest.mark.parametrize("kind", ["move", "carry", "sweep"])
+def test_the_quick_answer_at_a_tick_is_the_slow_one(kind: str) -> None:
+    chance = Random(7)  # noqa: S311 - a test, the same every time
+    site, asked = configuration().site, request("quickly", kind)
+    decision = asked.decided_by(gate())
+    assert decision.action is not None
+    answers, quickly = set(), 0
+    compiled = Watched(site), _Slowly(site)
+    for action in range(400):
+        if action % 4 == 0:  # what a monitor has seen outlasts an action
+            quick, slow = (Monitors(watched, Histories(site)) for watched in compiled)
+            names = chance.sample(sorted(STATE), chance.randint(0, len(STATE)))
+        begun = Begun(decision.action, asked.readings, NOW, 0)
+        for monitor in (quick, slow):
+            monitor.watch(begun)
+        measured = {name: STATE[name] for name in names}
+        for _ in range(6):
+            name, drawn = chance.choice(sorted(STATE)), chance.random()
+            if drawn < 0.3:
+                measured[name] = chance.choice(_STRANGE)
+            elif drawn < 0.5:
+                measured[name] = tuple(value) if isinstance(value := STATE[name], tuple) else STATE[name]
+            elif drawn < 0.6:
+                measured[name] = Reading(STATE[name], NOW)
+            elif drawn < 0.65:
+                measured["stop_pressed"] = True
+            elif drawn < 0.75:
+                measured["human_distance"] = chance.uniform(0.0, 2.0)
+            elif drawn < 0.9 and isinstance(hand := measured.get("hand"), list):
+                hand[1] = chance.uniform(-1.0, 1.0)  # the same list, with another value
+            elif drawn < 0.9:
+                measured["hand"] = [0.25, 0.0, 0.25]
+            answer = slow(NOW, measured)
+            assert quick(NOW, measured) == answer
+            answers.add(answer)
+            quickly += quick._holds is not None
+        for monitor in (quick, slow):
+            monitor.forget(begun)
+    assert {None, "stop-button", "input:human_distance"} <= answers
+    assert quickly > 400

@@ -1,0 +1,98 @@
+"""A bound of a rule is where it stops to hold, whatever else the rule reads."""
+
+from __future__ import annotations
+
+import random
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from aeros.runtime.monitor.rule_bounds import Bound, bounds_of
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import lower
+from aeros.spec.expr.semantics import Value, holds
+from aeros.spec.expr.types import RealType
+from aeros.spec.expr.unparse import spell
+from aeros.spec.model.model import Site
+from aeros.spec.text.discovery import reference_site
+
+
+def reference() -> Site:
+    site = load_site(reference_site(), Diagnostics())
+    assert site is not None
+    return site
+
+
+SITE = reference()
+RULES = {rule.id: rule for rule in SITE.rules}
+
+
+def found(rule: str, kind: str, **values: Any) -> list[tuple[str, str, float]]:
+    exact = {name: Fraction(value) if type(value) is float else value for name, value in values.items()}
+    bounds = bounds_of(lower(RULES[rule].terms[kind]), exact)
+    return [(spell(b.quantity), "at most" if b.is_upper else "at least", float(b.value)) for b in bounds]
+
+
+def test_a_constant_bounds_what_is_measured() -> None:
+    assert found("separation", "grip", human_distance=3.0) == [("human_distance", "at least", 0.5)]
+    assert found("collision-force", "slide", contact_force=3.0) == [("contact_force", "at most", 65.0)]
+
+
+def test_what_is_asked_for_moves_the_bound() -> None:
+    slow, fast = (
+        found("arm-separation", "move_tool", human_distance=3.0, speed=speed)[0] for speed in (0.1, 1.1)
+    )
+    assert slow[:2] == fast[:2] == ("human_distance", "at least")
+    assert fast[2] - slow[2] == pytest.approx(0.275)
+
+
+def test_a_bound_under_a_condition_is_one_while_the_condition_holds() -> None:
+    rule = "link-speeds-near-person"
+    near = found(rule, "move_tool", human_distance=1.0, link_speed=0.1)
+    assert near == [("link_speed", "at most", 0.25)]
+    fast = found(rule, "move_tool", human_distance=3.0, link_speed=0.5)
+    assert fast == [("human_distance", "at least", 1.2)]
+    assert found(rule, "move_tool", human_distance=3.0, link_speed=0.1) == []
+
+
+def test_each_joint_has_its_own_bounds() -> None:
+    speeds = {f"joint_velocity[j{joint}]": 0.0 for joint in range(1, 8)}
+    found_ones = found("joint-speeds", "move_tool", **speeds)
+    assert len(found_ones) == 7
+    assert found_ones[-1] == ("abs(joint_velocity[j7])", "at most", 2.61)
+
+
+def test_of_what_is_unknown_nothing_is_said() -> None:
+    assert found("separation", "grip") == []
+    assert found("arm-separation", "move_tool", human_distance=3.0) == []
+    assert found("link-speeds-near-person", "move_tool", link_speed=0.5) == []
+
+
+def _some(variable: t.Variable, chance: random.Random) -> Value:
+    if isinstance(variable.type, RealType):
+        return Fraction(chance.uniform(-2.0, 3.0))
+    return chance.random() < 0.5
+
+
+def _moved(bound: Bound) -> Fraction:
+    return bound.value + (Fraction(1, 1000) if bound.is_upper else Fraction(-1, 1000))
+
+
+def test_past_a_bound_the_rule_does_not_hold() -> None:
+    chance = random.Random(4)  # noqa: S311 - repeats
+    tried = 0
+    for rule in SITE.rules:
+        for term in map(lower, rule.terms.values()):
+            for _ in range(20):
+                values = {name: _some(one, chance) for name, one in t.variables_of(term).items()}
+                for bound in bounds_of(term, values):
+                    moved = _moved(bound)
+                    if isinstance(bound.quantity, t.Absolute) and moved < 0:
+                        continue
+                    tried += 1
+                    assert bound.margin({**values, bound.variable.name: moved}) < 0
+                    assert not holds(term, {**values, bound.variable.name: moved}), rule.id
+    assert tried > 1000

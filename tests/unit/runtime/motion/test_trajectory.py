@@ -1,0 +1,393 @@
+"""Deciding a whole motion: each way in which one is not in order, and that nothing else objects."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from math import inf, nan
+from typing import Any, cast
+
+import pytest
+
+from aeros.runtime.gate.decision import Decision, Verdict
+from aeros.runtime.motion.merged import Companion
+from aeros.runtime.motion.trajectory import MotionDecider
+from aeros.runtime.ports import Ball, Body, Completion, Motionless, Reading, Servo, Trajectory, Triple
+from aeros.skill import Action, act
+from aeros.spec.expr.scope import Box
+from aeros.spec.model.model import Barrier, MotionKind, MotionPolicy, ToolLimits
+
+NOWHERE = (0.0, 0.0, 0.0)
+PILLAR = Box((Fraction(0), Fraction(1, 2), Fraction(0)), (Fraction(1), Fraction(2), Fraction(1)))
+POLICY = MotionPolicy(
+    kinds={
+        "move": MotionKind("target", None, "speed"),
+        "slide": MotionKind(None, None, "speed"),
+        "drive": MotionKind(None, ("x", "y"), "speed"),
+        "turn": MotionKind(None, None, "speed", ("angle",)),
+    },
+    starts_at="joint_angle",
+    starts_within=Fraction(1, 100),
+    ends_within=Fraction(1, 1000),
+    lowest=(Fraction(-2),),
+    highest=(Fraction(2),),
+    rates=((Fraction(1),), (Fraction(5),), (Fraction(500),)),
+    tool=ToolLimits((Fraction(1), Fraction(5), Fraction(500)), (Fraction(1), Fraction(5), Fraction(500))),
+    clearance=Fraction(1, 100),
+    barriers=(
+        Barrier("off-the-pillar", "pillar", PILLAR, False, False, frozenset({"arm"}), "it holds the roof"),
+    ),
+)
+BODY = Body(
+    ((0.0, 0.0, 0.0),), (0.5, 0.0, 0.5), tuple(Ball("arm", 1, (x / 10, 0.0, 0.5), 0.06) for x in range(6))
+)
+
+
+def motion(angle: float = 0.5, duration: float = 2.0, **changed: Any) -> Trajectory:
+    """The arm of one vertical joint turns from 0 to `angle`."""
+    a, b, c, d = ((angle * third / 3.0,) for third in range(4))
+    return replace(Trajectory(BODY, (((a, b, c, d),),), NOWHERE, NOWHERE, duration), **changed)
+
+
+def decided(
+    plan: Any,
+    kind: str = "move",
+    policy: MotionPolicy = POLICY,
+    joint: float = 0.0,
+    speed: float = 0.25,
+    **more: Any,
+) -> list[tuple[str, str]]:
+    target = (0.438791280945, 0.239712769302, 0.5)
+    parameters = {"target": target, "x": 0.0, "y": 0.0, "speed": speed, **more}
+    allowed = Decision(Verdict.ALLOW, act(kind, **parameters), ())
+    found = MotionDecider(policy).decide(allowed, plan, {"joint_angle": Reading((joint,), 0.0)})
+    assert (found.verdict is Verdict.DENY) == bool(found.reasons)
+    assert found == allowed or found.action is None
+    return [(reason.code, reason.rule) for reason in found.reasons]
+
+
+def test_a_motion_in_order_stays_allowed() -> None:
+    assert decided(motion()) == []
+
+
+def test_a_denied_action_and_kinds_that_are_not_governed_are_left_as_they_are() -> None:
+    denied = Decision(Verdict.DENY, None, ())
+    assert MotionDecider(POLICY).decide(denied, motion(), {}) is denied
+    assert decided(None, "wait") == []
+    assert MotionDecider(None).governs("move") is False
+
+
+def test_a_plant_that_moves_nothing_or_cannot_do_it_is_believed() -> None:
+    assert decided(Motionless("no body")) == []
+    assert decided(Completion(False, "unreachable")) == []
+
+
+@pytest.mark.parametrize(
+    "plan",
+    [
+        None,
+        "a path",
+        motion(duration=nan),
+        motion(duration=inf),
+        motion(duration=0.0),
+        motion(duration=2),
+        motion(angle=nan),
+        motion(base=(0.0, nan, 0.0)),
+        motion(way=(0.0, 0.0)),
+        motion(paths=()),
+        motion(paths=((),)),
+        motion(paths=None),
+        motion(paths=motion().paths * 2),
+        motion(paths=(((0.0,), (0.0,), (0.0,), (0.0,)),)),
+        motion(paths=((((0.0,), (0.1,), (0.2,)),),)),
+        motion(paths=((((0.0, 0.0),) * 4,),)),
+        # A jump of position, of slope, of bend.
+        motion(paths=(motion(0.2).paths[0] * 2,)),
+        motion(paths=((((0.0,),) * 4, ((0.0,), (0.1,), (0.2,), (0.3,))),)),
+        motion(paths=((((0.0,),) * 4, ((0.0,), (0.0,), (0.1,), (0.3,))),)),
+        motion(body=replace(BODY, rows=BODY.rows * 2)),
+        motion(body=replace(BODY, tool=cast("Triple", (0.0, 0.0)))),
+        motion(body=replace(BODY, balls=())),
+        motion(body=replace(BODY, balls=(Ball("leg", 1, NOWHERE, 0.1),))),
+        motion(body=replace(BODY, balls=(Ball("arm", 2, NOWHERE, 0.1),))),
+        motion(body=replace(BODY, balls=(Ball("arm", 1, NOWHERE, -0.1),))),
+        motion(body=replace(BODY, balls=(Ball("arm", 1, NOWHERE, nan),))),
+        motion(servo=Servo((), (1.0,), (1.0,), (1.0,), 0.1, 0.1, 0.1)),
+        motion(servo=Servo((nan,), (1.0,), (1.0,), (1.0,), 0.1, 0.1, 0.1)),
+        motion(way=(1.0, 0.0, 0.0), servo=Servo((0.1,), (1.0,), (1.0,), (1.0,), 0.1, 0.1, 0.1)),
+    ],
+)
+def test_a_motion_of_which_nothing_can_be_said_is_denied(plan: Any) -> None:
+    assert decided(plan) == [("AE760", "move")]
+
+
+def test_a_motion_starts_where_the_joints_are_and_ends_where_it_is_asked_to() -> None:
+    assert decided(motion(), joint=0.02) == [("AE761", "joint_angle")]
+    assert decided(motion(0.49)) == [("AE761", "target")]
+    drive = motion(0.0, 4.0, way=(0.5, 0.0, 0.0))
+    assert decided(drive, "drive", x=0.5) == []
+    assert decided(drive, "drive", x=0.502) == [("AE761", "x")]
+
+
+def test_joints_end_where_they_are_asked_to() -> None:
+    assert decided(motion(), "turn", angle=0.5) == []
+    assert decided(motion(), "turn", angle=0.50001) == [("AE761", "angle")]
+    assert decided(motion(), "turn", angle=nan) == [("AE761", "angle")]
+
+
+def test_joints_that_are_not_measured_are_a_reason() -> None:
+    allowed = Decision(Verdict.ALLOW, act("slide", speed=0.25), ())
+    found = MotionDecider(POLICY).decide(allowed, motion(), {})
+    assert [(reason.code, reason.rule) for reason in found.reasons] == [("AE761", "joint_angle")]
+
+
+@pytest.mark.parametrize(
+    ("changed", "rules"),
+    [
+        # 0.5 rad in T: 0.9375/T, 2.887/T², 30/T³; the tool, 0.5 m out, half of each.
+        ({"highest": (Fraction(49, 100),)}, ["joint-1"]),
+        ({"lowest": (Fraction(1, 100),)}, ["joint-1"]),
+        ({"rates": ((Fraction(46, 100),), (Fraction(5),), (Fraction(500),))}, ["joint-1-speed"]),
+        ({"rates": ((Fraction(1),), (Fraction(72, 100),), (Fraction(500),))}, ["joint-1-acceleration"]),
+        ({"rates": ((Fraction(1),), (Fraction(5),), (Fraction(3),))}, ["joint-1-jerk"]),
+        (
+            {
+                "tool": ToolLimits(
+                    (Fraction(23, 100), Fraction(5), Fraction(500)), (Fraction(1), Fraction(5), Fraction(500))
+                )
+            },
+            ["tool-speed"],
+        ),
+        (
+            {
+                "tool": ToolLimits(
+                    (Fraction(1), Fraction(36, 100), Fraction(500)), (Fraction(1), Fraction(5), Fraction(500))
+                )
+            },
+            ["tool-acceleration"],
+        ),
+        (
+            {
+                "tool": ToolLimits(
+                    (Fraction(1), Fraction(5), Fraction(1)), (Fraction(1), Fraction(5), Fraction(500))
+                )
+            },
+            ["tool-jerk"],
+        ),
+        (
+            {
+                "tool": ToolLimits(
+                    (Fraction(1), Fraction(5), Fraction(500)), (Fraction(46, 100), Fraction(5), Fraction(500))
+                )
+            },
+            ["tool-turning-speed"],
+        ),
+        (
+            {
+                "tool": ToolLimits(
+                    (Fraction(1), Fraction(5), Fraction(500)), (Fraction(1), Fraction(72, 100), Fraction(500))
+                )
+            },
+            ["tool-turning-acceleration"],
+        ),
+        (
+            {
+                "tool": ToolLimits(
+                    (Fraction(1), Fraction(5), Fraction(500)), (Fraction(1), Fraction(5), Fraction(3))
+                )
+            },
+            ["tool-turning-jerk"],
+        ),
+    ],
+)
+def test_each_limit_is_kept(changed: dict[str, Any], rules: list[str]) -> None:
+    assert decided(motion(), policy=replace(POLICY, **changed)) == [("AE762", rule) for rule in rules]
+
+
+def test_the_tool_keeps_to_the_speed_that_was_decided() -> None:
+    # The peak is 0.234375 m/s.
+    assert decided(motion(), speed=0.2345) == []
+    assert decided(motion(), speed=0.2343) == [("AE762", "speed")]
+    assert decided(motion(0.0, 4.0, way=(0.5, 0.0, 0.0)), "drive", x=0.5, speed=0.234) == [("AE762", "speed")]
+
+
+def test_no_link_meets_a_barrier() -> None:
+    assert decided(motion(1.5, 8.0), "slide") == [("AE763", "off-the-pillar")]
+    away = replace(POLICY, barriers=(replace(POLICY.barriers[0], in_base=True),))
+    beside = motion(1.5, 8.0, base=(0.0, -1.0, 0.0))
+    assert decided(beside, "slide") == []
+    assert decided(beside, "slide", policy=away) == [("AE763", "off-the-pillar")]
+
+
+def servo(**changed: Any) -> Servo:
+    return replace(Servo((0.0,), (0.5,), (2.0,), (50.0,), 0.1, 1.0, 10.0), **changed)
+
+
+@pytest.mark.parametrize(
+    ("changed", "rule"),
+    [
+        ({"slack": (1.9,)}, ("AE762", "joint-1")),
+        ({"slack": (0.5,)}, ("AE763", "off-the-pillar")),
+        ({"speed": (1.1,)}, ("AE762", "joint-1-speed")),
+        ({"tool_jerk": 501.0}, ("AE762", "tool-jerk")),
+        ({"tool_speed": 0.26}, ("AE762", "speed")),
+    ],
+)
+def test_what_feedback_may_do_is_decided_too(changed: dict[str, Any], rule: tuple[str, str]) -> None:
+    paths = motion().paths * 2
+    assert decided(motion(paths=paths, servo=servo()), "slide") == []
+    assert rule in decided(motion(paths=paths, servo=servo(**changed)), "slide")
+
+
+def test_every_path_of_several_is_decided() -> None:
+    paths = (*motion().paths, *motion(1.5).paths)
+    assert decided(motion(paths=paths, servo=servo()), "slide") == [("AE763", "off-the-pillar")]
+
+
+# Beside motions under way: the arm turns to 0.5 rad, 0.5 m from its axis; the base drives 0.4 m along x.
+
+REACH = act("move", target=(0.838791280945, 0.239712769302, 0.5), speed=0.5)
+DRIVE = act("drive", x=0.4, y=0.0, speed=0.2)
+DRIVING = motion(0.0, 4.0, way=(0.4, 0.0, 0.0))
+WALL = Box((Fraction(85, 100), Fraction(1, 5), Fraction(0)), (Fraction(2), Fraction(2), Fraction(1)))
+WALLED = replace(POLICY, barriers=(replace(POLICY.barriers[0], box=WALL),))
+
+
+def beside(
+    action: Action,
+    plan: Trajectory,
+    other: Companion,
+    policy: MotionPolicy = POLICY,
+    joint: float = 0.0,
+) -> list[tuple[str, str]]:
+    allowed = Decision(Verdict.ALLOW, action, ())
+    found = MotionDecider(policy).decide(allowed, plan, {"joint_angle": Reading((joint,), 0.0)}, [other])
+    assert (found.verdict is Verdict.DENY) == bool(found.reasons)
+    return [(reason.code, reason.rule) for reason in found.reasons]
+
+
+def driving(since: float = 0.0, plan: Trajectory = DRIVING, is_halting: bool = False) -> Companion:
+    return Companion(DRIVE, plan, since, is_halting)
+
+
+def test_the_arm_moves_beside_the_base_where_both_end_as_asked() -> None:
+    assert beside(REACH, motion(), driving()) == []
+    # Planned for where the base is now, it ends 0.4 m beyond.
+    here = act("move", target=(0.438791280945, 0.239712769302, 0.5), speed=0.5)
+    assert beside(here, motion(), driving()) == [("AE761", "target")]
+
+
+def test_a_drive_may_not_carry_off_what_the_arm_was_asked_to_reach() -> None:
+    reaching = Companion(REACH, motion(base=(0.4, 0.0, 0.0)), 0.0)
+    assert beside(DRIVE, DRIVING, reaching) == []
+    assert beside(DRIVE, replace(DRIVING, way=(0.41, 0.0, 0.0)), reaching) == [
+        ("AE761", "x"),
+        ("AE761", "target"),
+    ]
+
+
+def test_the_tool_keeps_to_its_speed_with_what_the_base_carries_it_at() -> None:
+    # 0.234375 m/s of the arm's own, 0.1875 m/s of the base's.
+    for speed, found in ((0.423, []), (0.421, [("AE762", "speed")])):
+        reach = act("move", **{**REACH.parameters, "speed": speed})
+        assert beside(reach, motion(), driving()) == found
+        reaching = Companion(reach, motion(base=(0.4, 0.0, 0.0)), 0.0)
+        assert beside(DRIVE, DRIVING, reaching) == found
+
+
+def test_the_base_keeps_to_its_own_speed() -> None:
+    slow = Companion(act("drive", x=0.4, y=0.0, speed=0.18), DRIVING, 0.0)
+    assert beside(REACH, motion(), slow) == [("AE762", "speed")]
+
+
+def test_the_base_keeps_to_its_limits() -> None:
+    policy = replace(POLICY, base=(Fraction(1, 2), Fraction(9, 10)))
+    for way, found in ((0.5, []), (0.55, ["base-speed"]), (0.9, ["base-speed", "base-acceleration"])):
+        drive = motion(0.0, duration=2.0, way=(way, 0.0, 0.0))
+        said = decided(drive, "drive", policy, x=way, speed=1.0)
+        assert [rule for code, rule in said if code == "AE762"] == found
+        assert decided(drive, "drive", x=way, speed=1.0) == []
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_limits_of_the_tool_are_kept_in_the_world(number: int) -> None:
+    # Bounds of the arm alone are 0.2344 m/s, 0.521 m/s² and 2.68 m/s³; the base adds 0.1875, 0.144 and 0.375.
+    rule = ("tool-speed", "tool-acceleration", "tool-jerk")[number]
+    for limits, found in (((0.422, 0.67, 3.1), []), ((0.421, 0.66, 3.0), [("AE762", rule)])):
+        kept = list(POLICY.tool.moving)
+        kept[number] = Fraction(limits[number])
+        policy = replace(POLICY, tool=replace(POLICY.tool, moving=(kept[0], kept[1], kept[2])))
+        assert beside(REACH, motion(), driving(), policy) == found
+        assert decided(motion(), policy=policy) == []
+
+
+def test_what_is_safe_alone_may_not_be_together() -> None:
+    # Stretched out along x the arm is clear of the wall; turned, where the base was; not turned there.
+    assert decided(motion(), policy=WALLED) == []
+    assert decided(motion(0.0, 4.0, way=(0.4, 0.0, 0.0)), "drive", policy=WALLED, x=0.4) == []
+    assert beside(REACH, motion(), driving(), WALLED) == [("AE763", "off-the-pillar")]
+    assert beside(DRIVE, DRIVING, Companion(REACH, motion(base=(0.4, 0.0, 0.0)), 0.0), WALLED) == [
+        ("AE763", "off-the-pillar")
+    ]
+
+
+def test_what_is_over_of_a_motion_under_way_is_not_decided_again() -> None:
+    # It has passed the pillar, which only its first half is near.
+    away = motion(0.0, 4.0, base=(0.5, 0.6, 0.0), way=(0.0, -0.6, 0.0))
+    drive = act("drive", x=0.5, y=0.0, speed=0.3)
+    reach = act("move", target=(0.938791280945, 0.239712769302, 0.5), speed=0.6)
+    assert beside(reach, motion(), Companion(drive, away, 0.0)) == [("AE763", "off-the-pillar")]
+    assert beside(reach, motion(), Companion(drive, away, 3.0)) == []
+    assert beside(reach, motion(), Companion(drive, away, 9.0)) == []
+
+
+@pytest.mark.parametrize("since", [nan, -inf, -1.0])
+def test_where_the_clock_says_nothing_all_of_it_is_still_to_come(since: float) -> None:
+    away = motion(0.0, 4.0, base=(0.5, 0.6, 0.0), way=(0.0, -0.6, 0.0))
+    companion = Companion(act("drive", x=0.5, y=0.0, speed=0.3), away, since)
+    reach = act("move", target=(0.938791280945, 0.239712769302, 0.5), speed=0.6)
+    assert beside(reach, motion(), companion) == [("AE763", "off-the-pillar")]
+
+
+def test_a_motion_under_way_is_where_its_time_has_it() -> None:
+    # Half of its time: half of its way, 0.25 rad.
+    reaching = Companion(REACH, motion(base=(0.4, 0.0, 0.0)), 1.0)
+    drive = replace(DRIVING, paths=motion(0.0).paths)
+    stands = tuple(tuple((q + 0.25,) for (q,) in piece) for piece in drive.paths[0])
+    drive = replace(drive, paths=(stands,))  # type: ignore[arg-type]
+    assert beside(DRIVE, drive, reaching, joint=0.25) == []
+    assert beside(DRIVE, drive, reaching, joint=0.265) == [("AE761", "joint_angle")] * 2
+    assert beside(DRIVE, DRIVING, reaching, joint=0.0) == [("AE761", "joint_angle")]
+
+
+@pytest.mark.parametrize(
+    ("plan", "other"),
+    [
+        (motion(), Companion(REACH, motion(), 0.0)),
+        (DRIVING, driving()),
+        (motion(way=(0.1, 0.0, 0.0)), driving()),
+        (motion(), driving(is_halting=True)),
+        (motion(), driving(plan=replace(DRIVING, paths=()))),
+        (motion(), driving(plan=replace(DRIVING, duration=0.0))),
+        (motion(), driving(plan=replace(DRIVING, body=replace(BODY, tool=(0.4, 0.0, 0.5))))),
+        (motion(paths=motion().paths * 2, servo=servo()), driving()),
+        (DRIVING, Companion(act("slide", speed=0.25), motion(servo=servo()), 0.0)),
+    ],
+)
+def test_what_cannot_be_decided_together_is_denied(plan: Trajectory, other: Companion) -> None:
+    action = DRIVE if plan is DRIVING else REACH
+    assert beside(action, plan, other) == [("AE764", action.kind)]
+
+
+def test_a_motion_that_moves_nothing_is_beside_any() -> None:
+    still = replace(DRIVING, way=NOWHERE)
+    here = act("drive", x=0.0, y=0.0, speed=0.2)
+    assert (
+        beside(
+            here,
+            still,
+            Companion(act("move", target=(0.438791280945, 0.239712769302, 0.5), speed=0.3), motion(), 0.0),
+        )
+        == []
+    )
+    assert beside(here, still, driving()) == [("AE761", "x")]

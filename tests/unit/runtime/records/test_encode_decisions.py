@@ -1,0 +1,115 @@
+"""What is told of a decision as text is what would be encoded of its details."""
+
+from __future__ import annotations
+
+from math import nan
+from pathlib import Path
+from random import Random
+from typing import Any
+
+from aeros.runtime.audit.log import AuditLog, verify_log
+from aeros.runtime.canonical_json import Encoded, canonical
+from aeros.runtime.gate.decision import Caller, Decision, Reason, Verdict
+from aeros.runtime.ports import Completion, Moment, Motionless, Names, Plan, Reading, Readings
+from aeros.runtime.records.encode_decisions import DecisionTeller
+from aeros.runtime.records.encode_readings import ReadingsTeller
+from aeros.runtime.records.records import DecisionRecord, decision_details, motion_details, motion_to_json
+from aeros.skill import Action
+
+_VALUES: tuple[Any, ...] = (
+    0.0, -0.0, 0.25, 1, True, nan, "open", "é", (0.1, -0.0), (0.1, 1), (), [1.0], None, {"float": "nan"},
+    10**400, "x" * 2000,
+)  # fmt: skip
+_NAMES = ("float", "aim", "é", "speed")
+_STILL = Motionless("it has no body")
+
+
+def _mapping(chance: Random) -> dict[str, Any]:
+    values = chance.choice((_VALUES, (0.0, -0.0, 0.25, True, "open", (0.1, -0.0))))
+    return {name: chance.choice(values) for name in chance.sample(_NAMES, chance.randint(0, 3))}
+
+
+def _readings(chance: Random, time: float) -> Readings:
+    values = {name: chance.choice((0.1, True, (0.1, 0.2), "open")) for name in ("lid", "pot", "tool")}
+    if chance.random() < 0.5:
+        order = Names(values)
+        return Moment(order, tuple(values[name] for name in order.names), time)
+    return {name: Reading(value, time) for name, value in values.items()}
+
+
+def _decision(chance: Random, asked: Action) -> Decision:
+    match chance.randint(0, 4):
+        case 0:
+            return Decision(Verdict.DENY, None, (Reason("AE750", "slow", "too fast"),))
+        case 1:
+            return Decision(
+                Verdict.ATTENUATE, Action("move", {"speed": 0.1}), (Reason("AE750", "slow", "so"),)
+            )
+        case 2 | 3:
+            same = {name: tuple(one) if type(one) is tuple else one for name, one in asked.parameters.items()}
+            return Decision(Verdict.ALLOW, Action(asked.kind, same), ())
+        case _:
+            return Decision(Verdict.ALLOW, Action(asked.kind, _mapping(chance)), ())
+
+
+def _said(
+    now: float, readings: Readings, caller: Caller, asked: Action, usage: Any, beside: list[int]
+) -> dict[str, Any]:
+    return {
+        "configuration": "c0ffee",
+        "now": now,
+        "readings": readings,
+        "caller": caller,
+        "asked": asked,
+        "usage": usage,
+        "beside": beside,
+        "halting": [],
+    }
+
+
+def test_decisions_are_told_as_their_details_are_encoded(tmp_path: Path) -> None:
+    chance = Random(7)  # noqa: S311 - a test, the same every time
+    teller, one_by_one = DecisionTeller(), ReadingsTeller()
+    callers = [
+        Caller("dumplings", "wrap", {}),
+        Caller("é", "wrap", {"aim": (0.1, 0.2), "float": 1.0}),
+        Caller("dumplings", "wrap", {"float": 1.0}),
+        Caller("dumplings", "wrap", {"pieces": 2}),
+    ]
+    as_text = 0
+    with AuditLog(tmp_path / "told", lambda: 1.5) as told, AuditLog(tmp_path / "usual", lambda: 1.5) as usual:
+        for _ in range(3000):
+            asked, time = Action("move", _mapping(chance)), chance.choice((0.0, -0.0, 2.5, 2.5, nan))
+            decision, readings, caller = (
+                _decision(chance, asked),
+                _readings(chance, time),
+                chance.choice(callers),
+            )
+            plan: Plan = chance.choice((_STILL, Motionless("it waits"), Completion(False, "unreachable")))
+            usage = chance.choice((None, {}, {"grip": 1}, {"grip": 1}, {"grip": 2, "arm": 0}))
+            beside = chance.choice(([], [], [3]))
+            moved = chance.random() < 0.5
+            before = Decision(Verdict.ALLOW, asked, ()) if chance.random() < 0.2 else decision
+            motion = teller.motion(plan, "", before, decision) if moved else {}
+            same = motion_details(before, decision, motion_to_json(plan, "")) if moved else {}
+            said = _said(time, readings, caller, asked, usage, beside)
+            details = teller.tell(DecisionRecord(decision, **said, motion=motion))
+            as_text += type(details) is Encoded
+            told.append("decision", details)
+            usually = DecisionRecord(decision, **said, motion=same)
+            usual.append("decision", decision_details(usually, one_by_one.tell))
+    assert (tmp_path / "told").read_bytes() == (tmp_path / "usual").read_bytes()
+    assert verify_log(tmp_path / "told").sound
+    assert 200 < as_text < 2700
+
+
+def test_what_is_told_as_text_takes_as_much_room_as_it_needs_at_most() -> None:
+    asked = Action("move", {"aim": (0.1, 0.2), "speed": 0.25})
+    readings = {"lid": Reading(True, 1.0), "pot": Reading((0.1, 0.2), 1.0)}
+    said = _said(1.0, readings, Caller("dumplings", "wrap", {}), asked, {"grip": 1}, [])
+    decision = Decision(Verdict.ALLOW, asked, ())
+    made = DecisionRecord(decision, **said)
+    told = DecisionTeller().tell(made)
+    assert type(told) is Encoded
+    assert told.text.encode() == canonical({"details": decision_details(made)}, ["state"])[11:-1]
+    assert told.size >= len(told.text)

@@ -1,0 +1,68 @@
+"""What is encoded anew only as far as it changed is what would be encoded of it whole."""
+
+from __future__ import annotations
+
+from math import inf, nan
+from random import Random
+from typing import Any
+
+import pytest
+
+from aeros.runtime.canonical_json import MOST_SIZE
+from aeros.runtime.ports import Reading, Readings
+from aeros.runtime.records.encode_readings import ReadingsTeller, told_readings
+
+_VALUES = (
+    0.0, -0.0, 1, True, False, None, nan, inf, "open", "é", (0.1, 0.2), (True, False), (), [1.0], [[2.0]],
+    {"float": "nan"}, 1j, 10**400, ((1.0,), 2.0), "x" * 1000,
+)  # fmt: skip
+_TIMES: tuple[Any, ...] = (0.0, -0.0, 0.1, 0.1, 3, nan, "noon")
+
+
+def _moment(chance: Random, before: Readings) -> dict[str, Reading]:
+    """Readings of which some are the same objects as before, at a time that most of them share."""
+    time = chance.choice(_TIMES[: chance.choice((5, 7))])
+    moment = {}
+    for name in chance.sample(["lid", "pot", "float", "é", "aim", "tool"], chance.randint(0, 6)):
+        kept = before.get(name)
+        value = kept.value if kept is not None and chance.random() < 0.7 else chance.choice(_VALUES)
+        moment[name] = Reading(value, time if chance.random() < 0.95 else chance.choice(_TIMES))
+    return moment
+
+
+def test_moments_are_told_as_each_is_by_itself() -> None:
+    chance = Random(5)  # noqa: S311 - a test, the same every time
+    teller = ReadingsTeller()
+    moment: dict[str, Reading] = {}
+    for _ in range(3000):
+        moment = _moment(chance, moment)
+        assert teller.tell(moment) == told_readings(moment)
+
+
+def test_a_list_that_has_changed_is_told_as_it_is_now() -> None:
+    teller, place = ReadingsTeller(), [1.0]
+    moment = {"place": Reading(place, 0.0), "lid": Reading(True, 0.0)}
+    first = teller.tell(moment)
+    place[0] = 2.0
+    assert teller.tell(moment) == told_readings(moment) != first
+
+
+@pytest.mark.parametrize(
+    "strange", [{1: Reading(1.0, 0.0), "lid": Reading(1.0, 0.0)}, {None: Reading(1.0, 0.0)}]
+)
+def test_what_has_no_name_is_told_as_such(strange: Any) -> None:
+    assert ReadingsTeller().tell(strange) == told_readings(strange)
+
+
+def test_more_than_a_record_holds_is_told_as_too_large() -> None:
+    moment = {name: Reading(name * (MOST_SIZE // 2), 0.0) for name in "abc"}
+    teller = ReadingsTeller()
+    assert teller.tell(moment) == teller.tell(moment) == told_readings(moment)
+    assert "too large" in teller.tell(moment).text
+
+
+def test_names_without_end_leave_no_more_behind_than_is_needed() -> None:
+    teller = ReadingsTeller()
+    for number in range(30_000):
+        teller.tell({f"name {number}": Reading(1.0, 0.0), "lid": Reading(True, 0.0)})
+    assert len(teller._texts) == 2

@@ -1,0 +1,152 @@
+"""What a plant says of a motion comes back from a record as it was, or the record says that it does not."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from math import inf, nan
+from typing import Any
+
+import pytest
+
+from aeros.runtime.canonical_json import canonical, digest_of
+from aeros.runtime.ports import Ball, Body, Completion, Motionless, Servo, Trajectory
+from aeros.runtime.records.records import body_to_json, motion_from_json, motion_to_json
+from tests.unit.runtime import motions
+
+NOWHERE = (0.0, 0.0, 0.0)
+
+
+def motion(seed: int = 0, pieces: int = 3, lanes: int = 1, **changed: Any) -> Trajectory:
+    chance = motions.chance_of(seed)
+    body = motions.body(chance)
+    found = tuple(motions.path(chance, pieces) for _ in range(lanes))
+    return replace(Trajectory(body, found, NOWHERE, (0.1, -0.2, 0.0), 2.5), **changed)
+
+
+def servo() -> Servo:
+    row = (0.1,) * motions.JOINTS
+    return Servo(row, row, row, row, 0.1, 0.2, 0.3)
+
+
+def told(plan: Any) -> tuple[Any, dict[str, Any]]:
+    """What a log says of it, and the bodies in the log by digest."""
+    held = body_to_json(plan.body) if type(plan) is Trajectory else None
+    said = motion_to_json(plan, digest_of(held))
+    return json.loads(canonical(said)), {digest_of(held): json.loads(canonical(held))}
+
+
+def read(plan: Any) -> Any:
+    return motion_from_json(*told(plan))
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_motion_comes_back_as_it_was(seed: int) -> None:
+    pieces, lanes = 1 + seed % 4, 1 + seed % 3
+    one = motion(seed, pieces, lanes, servo=servo() if lanes > 1 else None)
+    # Each point that two pieces share is written once, and so has to be the same.
+    joined = replace(one, paths=tuple(map(_joined, one.paths)))
+    again = read(joined)
+    assert again == joined
+    assert repr(again) == repr(joined)
+    assert all(type(path) is dict for path in told(joined)[0]["paths"])
+
+
+def _joined(path: Any) -> Any:
+    found = [path[0]]
+    for piece in path[1:]:
+        found.append((found[-1][3], *piece[1:]))
+    return tuple(found)
+
+
+@pytest.mark.parametrize(
+    "plan",
+    [Motionless("it waits"), Completion(False, "unreachable"), Completion(True), None, 5, "motion", [1.0]],
+)
+def test_what_else_a_plant_may_say_comes_back_too(plan: Any) -> None:
+    assert read(plan) == plan
+    assert type(read(plan)) is type(plan)
+
+
+BODY = motion().body
+NO_BALLS: dict[str, Any] = {"balls": None}
+MALFORMED: list[dict[str, Any]] = [
+    {"paths": ()},
+    {"paths": ((),)},
+    {"paths": None},
+    {"paths": (None,)},
+    {"paths": (((1.0,) * 4,),)},
+    {"paths": ((((1.0,), (1.0,), (1.0,)),),)},
+    {"paths": ((((1,), (1,), (1,), (1,)),),)},
+    {"paths": ((((True,), (1.0,), (1.0,), (1.0,)),),)},
+    {"paths": ((((), (), (), ()),),)},
+    {"paths": ((((1.0,), (1.0, 2.0), (1.0,), (1.0,)),),)},
+    {"paths": ((((1.0,),) * 4, ((2.0,),) * 4),)},
+    {"base": (1, 2)},
+    {"duration": inf},
+    {"duration": "long"},
+    {"servo": 5},
+    {"servo": replace(servo(), slack=())},
+    {"body": None},
+    {"body": Body((), NOWHERE, ())},
+    {"body": replace(BODY, **NO_BALLS)},
+    {"body": replace(BODY, balls=(Ball("arm", 1, NOWHERE, -1.0),))},
+]
+
+
+@pytest.mark.parametrize("changed", MALFORMED, ids=str)
+def test_what_is_malformed_comes_back_as_malformed(changed: dict[str, Any]) -> None:
+    one = motion(**changed)
+    assert repr(read(one)) == repr(one)
+
+
+@pytest.mark.parametrize("number", [nan, inf, -0.0, 5e-324])
+def test_every_double_comes_back(number: float) -> None:
+    one = motion(paths=((((number,), (1.0,), (1.0,), (number,)), ((number,), (1.0,), (1.0,), (2.0,))),))
+    assert repr(read(one)) == repr(one)
+
+
+def test_whatever_a_plant_says_can_be_told() -> None:
+    for strange in (object(), {1: 2}, [1.0], b"x"):
+        for changed in ("paths", "base", "way", "duration", "servo", "body"):
+            malformed: dict[str, Any] = {changed: strange}
+            assert json.loads(canonical(motion_to_json(motion(**malformed), ""))).keys() > {changed} - {
+                "body"
+            }
+            json.loads(canonical(body_to_json(strange)))
+        assert json.loads(canonical(motion_to_json(strange, ""))) is not None
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"paths": [{"joints": 4, "points": "*"}]},
+        {"paths": [{"joints": 4, "points": "AAAA"}]},
+        {"paths": [{"joints": 3, "points": "AAAAAAAAAAA="}]},
+        {"paths": [{"joints": 0, "points": ""}]},
+        {"body": "unheard of"},
+        {"body": []},
+        {"servo": {"slack": [1.0]}, "more": 1},
+    ],
+    ids=str,
+)
+def test_what_nobody_tells_is_no_motion_or_a_malformed_one(changed: dict[str, Any]) -> None:
+    said, bodies = told(motion())
+    try:
+        found = motion_from_json({**said, **changed}, bodies)
+    except (KeyError, TypeError, ValueError):
+        return
+    assert found != motion()
+
+
+@pytest.mark.parametrize("said", [None, [], {}, {"body": "x"}, "motion"])
+def test_what_is_not_even_like_one_is_refused(said: Any) -> None:
+    with pytest.raises(ValueError, match="it is no motion"):
+        motion_from_json(said, {})
+
+
+def test_a_path_takes_eleven_characters_for_each_number() -> None:
+    one = motion(pieces=40)
+    one = replace(one, paths=tuple(map(_joined, one.paths)))
+    numbers = motions.JOINTS * (1 + 3 * 40)
+    assert len(canonical(told(one)[0])) < 11 * numbers + 300

@@ -1,0 +1,93 @@
+"""A log whose histories cannot be what was decided before them is found out."""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.runtime.audit.log import AuditLog
+from aeros.runtime.canonical_json import digest_of
+from aeros.runtime.gate.configuration import only
+from aeros.runtime.records.replay import Replay
+from aeros.spec.model.model import Site
+from tests.unit.runtime.monitor.test_history import CODE, NAME, STEP, Bench
+
+Records = list[dict[str, Any]]
+Change = Callable[[Records], None]
+NEAR, FAR = 1.5, 20.0
+
+
+@pytest.fixture
+def made(site: Site, make_ecm: Any, tmp_path: Path) -> tuple[Bench, Path]:
+    log = tmp_path / "audit.jsonl"
+    return Bench(site, make_ecm(CODE), AuditLog(log)), log
+
+
+def replayed(made: tuple[Bench, Path], change: Change = lambda records: None) -> Replay:
+    bench, log = made
+    records = [json.loads(line) for line in log.read_bytes().splitlines()]
+    change([record["details"] for record in records if record["event"] == "decision"])
+    replay = Replay(only(bench.configuration))
+    for record in records:
+        replay.take(record)
+    return replay
+
+
+def forgetting(records: Records, at: int, history: bool | None) -> None:
+    """Of a decision that was denied for what had been: that nothing had been, and so it was allowed."""
+    details, allowed = records[at], copy.deepcopy(records[0])
+    details["state"][NAME] = [history, details["time"]]
+    if history is None:
+        del details["state"][NAME]
+    details["state_digest"] = digest_of(details["state"])
+    if history is False:
+        details.update({name: allowed[name] for name in ("verdict", "decided", "reasons")})
+        details.pop("causes", None)
+
+
+def test_what_an_earlier_decision_saw_cannot_be_forgotten(made: tuple[Bench, Path]) -> None:
+    bench, _ = made
+    for tick, distance in enumerate((FAR, NEAR, FAR)):
+        bench.lift_at(tick * STEP, distance)
+    assert (replayed(made).disagreements, replayed(made).agreed) == ([], 3)
+    for history, said in ((False, "False"), (None, "unknown")):
+        (found,) = replayed(
+            made,
+            lambda records, history=history: forgetting(records, 2, history),  # type: ignore[misc]
+        ).disagreements
+        assert found.why == (
+            f"the history `{NAME}` is recorded as {said}, and what was decided before it adds up to True"
+        )
+
+
+def test_before_anything_has_begun_nothing_can_have_been_seen_but_by_decisions(
+    made: tuple[Bench, Path],
+) -> None:
+    bench, _ = made
+    bench.lift_at(0.0, FAR)
+    (found,) = replayed(made, lambda records: forgetting(records, 0, history=True)).disagreements
+    assert found.why.endswith("is recorded as True, and what was decided before it adds up to False")
+
+
+def test_what_a_tick_alone_saw_is_taken_as_recorded(made: tuple[Bench, Path]) -> None:
+    bench, _ = made
+    bench.plant.during = [{}, {"human_distance": NEAR}]
+    bench.lift()
+    bench.plant.during = []
+    bench.lift_at(STEP, FAR)
+    replay = replayed(made)
+    assert (replay.disagreements, replay.agreed) == ([], 2)
+    assert replayed(made, lambda records: forgetting(records, 1, history=False)).agreed == 2
+
+
+def test_a_clock_that_went_back_leaves_nothing_known_again(made: tuple[Bench, Path]) -> None:
+    bench, _ = made
+    for time in (1.0, 0.5, 1.5):
+        bench.lift_at(time, NEAR)
+    replay = replayed(made)
+    assert (replay.disagreements, replay.agreed) == ([], 3)

@@ -1,0 +1,301 @@
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from math import inf, nan
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.runtime.audit.check import Record
+from aeros.runtime.audit.log import AuditLog, verify_log
+from aeros.runtime.canonical_json import digest_of
+from aeros.runtime.gate.configuration import Configuration, Configurations, UnknownConfigurationError, only
+from aeros.runtime.gate.decision import Caller, Decision, Verdict
+from aeros.runtime.gate.gate import CompiledGate, GateDisagreementError, GateMode
+from aeros.runtime.gate.quotas import ClockError, Usage, denied_by_clock
+from aeros.runtime.ports import Reading
+from aeros.runtime.records.records import DecisionRecord, decision_details, session_details
+from aeros.runtime.records.replay import Replay
+from aeros.skill import Action
+from tests.unit.runtime import bench
+
+CALLER = Caller("handling", "quickly", {})
+
+
+def decided(parameters: Mapping[str, Any], **state: Any) -> tuple[Decision, dict[str, Any]]:
+    """What the gate says of a `move`, and what the record says of that."""
+    readings = bench.measured({**bench.STATE, **state})
+    action = Action("move", dict(parameters))
+    usage = dict.fromkeys((quota.id for quota in bench.configuration().site.quotas), 0)
+    decision = bench.gate().decide(CALLER, readings, action, bench.NOW, usage)
+    digest = bench.configuration().digest
+    return decision, decision_details(
+        DecisionRecord(decision, digest, bench.NOW, readings, CALLER, action, usage)
+    )
+
+
+OPENED = ("session-opened", session_details(bench.configuration()))
+
+
+def replayed(
+    *records: tuple[str, Mapping[str, Any]],
+    mode: GateMode = GateMode.COMPILED,
+    known: Configurations | None = None,
+    path: Path,
+) -> Replay:
+    """The records written to a log, in a session unless they are several, and decided again."""
+    opened = () if any(event == "session-opened" for event, _ in records) else (OPENED,)
+    with AuditLog(path) as log:
+        for event, details in (*opened, *records):
+            log.append(event, details)
+    replay = Replay(known or only(bench.configuration()), mode)
+
+    def take(record: Record, own: str) -> None:
+        replay.take(record)
+
+    assert verify_log(path, take).sound
+    return replay
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    return tmp_path / "audit.jsonl"
+
+
+def requests() -> list[tuple[dict[str, Any], dict[str, Any]]]:
+    good: dict[str, Any] = dict(bench.PARAMETERS["move"])
+    strange: list[Any] = [
+        nan, inf, -inf, -0.0, 5e-324, True, "fast", None, 10**400, 1j, b"x", [0.1], {"float": "nan"},
+        {"unencodable": "complex"}, {"dict": {"float": "nan"}}, {1: 2}, "\ud800", object(),
+    ]  # fmt: skip
+    return [
+        (good, {}),
+        ({**good, "speed": 1.0}, {}),
+        ({**good, "target": (9.0, nan, 0.25)}, {}),
+        ({}, {}),
+        ({**good, "zeal": 1, "aim": 2}, {}),
+        (good, {"stop_pressed": True}),
+        (good, {"human_distance": 0.25}),
+        (good, {"human_distance": nan, "dirt": "much", "unheard_of": 1.0}),
+        *(({**good, "speed": value}, {}) for value in strange),
+        *((good, {"human_distance": value}) for value in strange if type(value) is not object),
+    ]
+
+
+def test_whatever_was_asked_for_is_decided_the_same_again(log: Path) -> None:
+    made = [decided(parameters, **state) for parameters, state in requests()]
+    verdicts = [decision.verdict for decision, _ in made]
+    assert {Verdict.ALLOW, Verdict.DENY} <= set(verdicts)
+    replay = replayed(*(("decision", details) for _, details in made), path=log)
+    assert replay.disagreements == []
+    assert replay.agreed == len(made)
+    assert 0 < replay.verdict_only < len(made) / 2
+
+
+@pytest.mark.parametrize("mode", [GateMode.Z3, GateMode.SHADOW])
+def test_every_gate_decides_it_the_same_again(mode: GateMode, log: Path) -> None:
+    made = [decided(parameters, **state)[1] for parameters, state in requests()[:8]]
+    replay = replayed(*(("decision", one) for one in made), mode=mode, path=log)
+    assert (replay.disagreements, replay.agreed) == ([], len(made))
+
+
+def test_a_request_too_large_to_record_is_compared_by_its_verdict(log: Path) -> None:
+    _, details = decided({**bench.PARAMETERS["move"], "speed": "x" * 2_000_000})
+    replay = replayed(("decision", details), path=log)
+    assert (replay.agreed, replay.verdict_only, replay.disagreements) == (1, 1, [])
+
+
+ALTERED: list[tuple[str, dict[str, Any], str]] = [
+    ("another verdict", {"verdict": "DENY"}, ""),
+    ("another action executed", {"decided": {"kind": "move", "parameters": {}}}, ""),
+    ("a reason too many", {"reasons": [["AE750", "x", "y"]]}, ""),
+    ("another state", {"state": {}}, "the state is not the one whose digest is recorded"),
+    ("a state that denies", {"state": {}, "state_digest": digest_of({})}, ""),
+    ("another configuration", {"configuration": "0" * 64}, "it names the configuration 000"),
+    ("no usage", {"usage": None}, "the use of quotas is recorded if and only if the clock was in order"),
+    ("more used up", {"usage": {"carry-rate": 1}}, "the use of quotas is another: what was decided"),
+    ("another quota", {"usage": {"unheard": 5}}, "the use of quotas is another: what was decided"),
+    ("a motion", {"motion": {"motionless": "so"}}, "a motion is recorded if and only if one was to be"),
+    ("another caller", {"module": "unheard_of"}, ""),
+    ("no action", {"asked": "move"}, "the record is not one of a decision"),
+    ("no time", {"time": None}, "the record is not one of a decision"),
+]
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"), [case[1:] for case in ALTERED], ids=[case[0] for case in ALTERED]
+)
+def test_a_record_that_does_not_come_out_the_same_is_named(
+    changes: dict[str, Any], why: str, log: Path
+) -> None:
+    _, details = decided(bench.PARAMETERS["move"])
+    replay = replayed(("decision", {**details, **changes}), path=log)
+    (found,) = replay.disagreements
+    assert found.sequence == 1
+    assert found.why.startswith(why)
+    assert (found.again is None) == bool(why)
+
+
+@pytest.mark.parametrize("name", ["time", "state", "usage", "module", "skill", "inputs", "asked"])
+def test_a_record_that_lacks_something_is_not_decided_again(name: str, log: Path) -> None:
+    _, details = decided(bench.PARAMETERS["move"])
+    del details[name]
+    (found,) = replayed(("decision", details), path=log).disagreements
+    assert found.why == f"the record does not hold its {name}"
+
+
+def test_a_clock_that_went_back_denies_again_and_a_new_session_has_a_new_clock(log: Path) -> None:
+    decision, details = decided(bench.PARAMETERS["move"])
+    assert decision.verdict is Verdict.ALLOW
+    clock = Usage(())
+    clock.count(bench.NOW)
+    with pytest.raises(ClockError) as wrong:
+        clock.count(bench.NOW - 1)
+    readings = bench.measured(bench.STATE)
+    denied = decision_details(DecisionRecord(
+        denied_by_clock(wrong.value), details["configuration"], bench.NOW - 1, readings, CALLER,
+        Action("move", {}), None,
+    ))  # fmt: skip
+    records = [("decision", details), ("decision", denied)]
+    assert replayed(OPENED, *records, OPENED, records[0], path=log).disagreements == []
+    (found,) = replayed(records[1], path=log.with_name("other")).disagreements
+    assert found.why.startswith("the use of quotas is recorded if and only if")
+
+
+def test_gates_that_disagree_are_named_with_the_record(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def disagree(*given: Any) -> Decision:
+        raise GateDisagreementError("compiled gate: ALLOW; z3: DENY")
+
+    _, details = decided(bench.PARAMETERS["move"])
+    monkeypatch.setattr(CompiledGate, "decide", disagree)
+    (found,) = replayed(("decision", details), path=log).disagreements
+    assert (found.sequence, found.why, found.again) == (1, "compiled gate: ALLOW; z3: DENY", None)
+
+
+def test_readings_are_recorded_with_their_times(log: Path) -> None:
+    _, details = decided(bench.PARAMETERS["move"])
+    with AuditLog(log) as opened:
+        opened.append("decision", details)
+    state = json.loads(log.read_bytes())["details"]["state"]
+    assert state["human_distance"] == [3.0, Reading(3.0, bench.NOW).time]
+
+
+# Who governs.
+
+
+def other() -> Configuration:
+    """The same site and modules without what was proved: everything is decided at the gate."""
+    return replace(bench.configuration(), certificates={}, digest="e" * 64)
+
+
+def both(digest: str) -> Configuration:
+    for one in (bench.configuration(), other()):
+        if one.digest == digest:
+            return one
+    raise UnknownConfigurationError("nobody has it")
+
+
+CHANGED = ("configuration-changed", session_details(other()))
+
+
+def carried(used: int, configuration: Configuration, time: float = bench.NOW) -> tuple[str, dict[str, Any]]:
+    """A `carry` that is decided after so many."""
+    readings, action = bench.measured(bench.STATE, time), Action("carry", dict(bench.PARAMETERS["carry"]))
+    usage = {"carry-rate": used}
+    decision = CompiledGate(configuration).decide(CALLER, readings, action, time, usage)
+    digest = configuration.digest
+    return "decision", decision_details(
+        DecisionRecord(decision, digest, time, readings, CALLER, action, usage)
+    )
+
+
+def test_a_log_is_decided_again_across_changes_of_the_configuration(log: Path) -> None:
+    before, after = bench.configuration(), other()
+    records = [carried(0, before), carried(1, before), CHANGED, carried(2, after), OPENED, carried(0, before)]
+    asked: list[str] = []
+
+    def known(digest: str) -> Configuration:
+        asked.append(digest)
+        return both(digest)
+
+    replay = replayed(OPENED, *records, CHANGED, path=log, known=known)
+    assert (replay.disagreements, replay.agreed) == ([], 4)
+    assert asked == [before.digest, after.digest]
+
+
+def test_a_decision_under_another_configuration_than_the_one_in_force_is_named(log: Path) -> None:
+    replay = replayed(carried(0, other()), CHANGED, carried(1, other()), path=log, known=both)
+    (found,) = replay.disagreements
+    assert found.sequence == 1
+    assert found.why == f"it names the configuration {'e' * 64} where {bench.configuration().digest} governs"
+    assert replay.agreed == 1
+
+
+def test_a_configuration_that_is_not_to_be_had_is_named_and_nothing_is_agreed_to(log: Path) -> None:
+    before, after = bench.configuration(), other()
+    records = [carried(0, after), ("configuration-changed", OPENED[1]), carried(1, before)]
+    replay = replayed(("session-opened", CHANGED[1]), *records, path=log, known=only(before))
+    assert replay.agreed == 0
+    assert [found.why for found in replay.disagreements] == [
+        f"it was decided under the configuration {after.digest}, and the one given is {before.digest}",
+        "what was counted before it depends on a configuration that is not known",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("changed", "sequences"),
+    [
+        ({"configuration": other().digest}, [1]),
+        ({"configuration": "f" * 64}, [1]),
+        ({"configuration": ["f"]}, [1]),
+        ({"site": {"id": "bench", "digest": "f" * 64}}, [0]),
+        ({"modules": {}}, [0]),
+        ({"more": 1}, [0]),
+    ],
+)
+def test_a_session_that_says_something_else_of_its_configuration_is_named(
+    changed: dict[str, Any], sequences: list[int], log: Path
+) -> None:
+    opened = ("session-opened", {**OPENED[1], **changed})
+    replay = replayed(opened, carried(0, bench.configuration()), path=log, known=both)
+    assert [found.sequence for found in replay.disagreements] == sequences
+
+
+def test_without_a_session_nothing_governs(log: Path) -> None:
+    replay = replayed(carried(0, bench.configuration()), OPENED, path=log)
+    (found,) = replay.disagreements
+    assert found.why == "no record before it says which configuration governs"
+
+
+# What the quotas have counted.
+
+
+def test_the_use_of_quotas_is_what_the_log_adds_up_to(log: Path) -> None:
+    now, one = bench.NOW, bench.configuration()
+    full = [carried(used, one, now + used) for used in (0, 1, 2, 3)]
+    assert [details["verdict"] for _, details in full] == ["ALLOW", "ALLOW", "ALLOW", "DENY"]
+    later = carried(2, one, now + 60.5)
+    replay = replayed(*full, later, path=log)
+    assert (replay.disagreements, replay.agreed) == ([], 5)
+    # The second is taken out, and the chain made anew.
+    replay = replayed(full[0], *full[2:], path=log.with_name("other"))
+    assert [found.sequence for found in replay.disagreements] == [2, 3]
+    assert replay.disagreements[0].why == (
+        "the use of quotas is another: what was decided before it adds up to {'carry-rate': 1}, "
+        "and recorded is {'carry-rate': 2}"
+    )
+
+
+def test_under_a_site_with_other_quotas_the_count_goes_on_as_it_did(log: Path) -> None:
+    one = bench.configuration()
+    (quota,) = one.site.quotas
+    site = replace(one.site, quotas=(replace(quota, at_most=9),), digest="9" * 64)
+    wider = replace(one, site=site, certificates={}, digest="8" * 64)
+    changed = ("configuration-changed", session_details(wider))
+    records = [carried(0, one), carried(1, one), changed, carried(0, wider), carried(1, wider)]
+    found = {one.digest: one, wider.digest: wider}
+    replay = replayed(*records, path=log, known=found.__getitem__)
+    assert (replay.disagreements, replay.agreed) == ([], 4)

@@ -1,0 +1,341 @@
+"""Decisions on whole motions are decided again from the record, and whatever is altered in it is found."""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.runtime.audit.check import GENESIS, end_record, verify_log
+from aeros.runtime.canonical_json import digest_of
+from aeros.runtime.gate.configuration import Configuration, only
+from aeros.runtime.gate.gate import GateMode
+from aeros.runtime.ports import Completion, Motionless, Plan, Trajectory
+from aeros.runtime.records.records import body_to_json, motion_to_json
+from aeros.runtime.records.replay import Replay
+from aeros.skill import act
+from tests.unit.runtime.one_joint import DRIVES, PLAN, TURNS, governed
+from tests.unit.runtime.together import Cart, asking, configuration, move, roll
+
+AWAY = replace(PLAN, paths=((((0.5,),) * 4,),))
+"""Starts half a radian from where the joint is."""
+
+
+@cache
+def with_motions() -> Configuration:
+    """Moves and rolls are decided as whole motions, of one joint."""
+    site = governed(configuration().site, "move", "roll")
+    return replace(configuration(), site=site, digest="d" * 64)
+
+
+def altered(**fields: Any) -> Trajectory:
+    return replace(PLAN, **fields)
+
+
+def written(folder: Path, *plans: Any) -> Path:
+    """The log of moves, one step each, of which the plant says this."""
+    one = Cart(folder / "audit.jsonl", {"reach": asking(move())}, under=with_motions())
+    one.plant.values["joint_angle"] = (0.0,)
+    for plan in plans:
+        one.plant.planned = plan
+        one.start("reach")
+        one.ends(1)
+    one.audit.close()
+    return one.log
+
+
+Change = Callable[[list[dict[str, Any]]], None]
+
+
+def replayed(log: Path, change: Change | None = None, mode: GateMode = GateMode.COMPILED) -> Replay:
+    """The log decided again, with its records changed and the chain made anew."""
+    records = [json.loads(line) for line in log.read_bytes().splitlines()]
+    if change is not None:
+        change(records)
+    again, previous = log.with_name("again.jsonl"), GENESIS
+    with again.open("wb") as file:
+        for sequence, record in enumerate(records):
+            body = {name: record[name] for name in ("details", "event", "written")}
+            body |= {"previous": previous, "sequence": sequence}
+            line, previous = end_record(json.dumps(body, sort_keys=True, separators=(",", ":")).encode())
+            file.write(line)
+    replay = Replay(only(with_motions()), mode)
+    assert verify_log(again, lambda record, _: replay.take(record)).sound
+    return replay
+
+
+@pytest.mark.parametrize("mode", GateMode)
+def test_whatever_the_plant_said_is_decided_the_same_again(mode: GateMode, tmp_path: Path) -> None:
+    plans: list[Any] = [
+        PLAN, AWAY, PLAN, Motionless("it waits"), Completion(False, "too far"), None, "nothing",
+        replace(PLAN, duration=0.0), replace(PLAN, paths=()), altered(body=None),
+        replace(PLAN, body=replace(PLAN.body, balls=())),
+    ]  # fmt: skip
+    log = written(tmp_path, *plans)
+    replay = replayed(log, mode=mode)
+    assert (replay.disagreements, replay.agreed, replay.verdict_only) == ([], len(plans), 0)
+    records = [json.loads(line) for line in log.read_bytes().splitlines()]
+    bodies = [record["details"]["body"] for record in records if record["event"] == "body"]
+    assert len(bodies) == 3  # PLAN's, none, and one without balls
+    verdicts = [record["details"]["verdict"] for record in records if record["event"] == "decision"]
+    assert verdicts == ["ALLOW", "DENY", *["ALLOW"] * 3, *["DENY"] * 6]
+
+
+def test_a_motion_that_no_record_can_hold_is_compared_by_its_verdict(tmp_path: Path) -> None:
+    replay = replayed(written(tmp_path, altered(base=object()), object()))
+    assert (replay.disagreements, replay.agreed, replay.verdict_only) == ([], 2, 2)
+
+
+def two_at_once(log: Path, second: Plan, *, cancelled: bool = False) -> Cart:
+    """A cart whose arm turns, and meanwhile does something else; the turn may be taken back before."""
+    one = Cart(log, {"reach": asking(move()), "drive": asking(roll())}, under=with_motions())
+    one.plant.values["joint_angle"] = (0.0,)
+    plans: dict[str, Plan] = {"move": TURNS, "roll": second}
+    one.plant.plan = lambda action: plans[action.kind]  # type: ignore[method-assign]
+    reach = one.start("reach")
+    if cancelled:
+        assert one.executor.wait(0.0) is None
+        assert one.executor.wait(0.01) is None
+        one.executor.cancel(reach, "enough")
+    one.start("drive")
+    one.ends(2)
+    one.audit.close()
+    return one
+
+
+@pytest.mark.parametrize(
+    ("second", "reason"), [(TURNS, "AE764"), (DRIVES, None), (Motionless("wheels alone"), None)]
+)
+def test_a_second_motion_of_the_robot_is_decided_beside_the_first_again(
+    second: Plan, reason: str | None, tmp_path: Path
+) -> None:
+    one = two_at_once(tmp_path / "audit.jsonl", second)
+    replay = replayed(one.log)
+    assert (replay.disagreements, replay.agreed) == ([], 2)
+    last = one.records("decision")[-1]
+    assert [code for code, _, _ in last["reasons"]] == ([reason] if reason else [])
+    assert "motion" in last
+
+
+def test_beside_what_comes_to_rest_it_is_denied_again_and_not_where_the_record_keeps_that_back(
+    tmp_path: Path,
+) -> None:
+    one = two_at_once(tmp_path / "audit.jsonl", DRIVES, cancelled=True)
+    replay = replayed(one.log)
+    assert (replay.disagreements, replay.agreed) == ([], 2)
+    (found,) = replayed(one.log, lambda records: decisions(records)[-1].pop("halting")).disagreements
+    assert (found.recorded["verdict"], found.again and found.again["verdict"]) == ("DENY", "ALLOW")
+
+
+# What is altered.
+
+
+def decisions(records: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    return [record["details"] for record in records if record["event"] == "decision"]
+
+
+def says(plan: Trajectory, name: str = "motion") -> dict[str, Any]:
+    told = motion_to_json(plan, digest_of(body_to_json(plan.body)))
+    return {name: told, "motion_digest": digest_of(told)}
+
+
+def allowed_after_all(records: list[dict[str, Any]]) -> None:
+    first, second = decisions(records)
+    second.update({name: copy.deepcopy(first[name]) for name in ("verdict", "decided", "reasons")})
+    del second["gate"]
+
+
+def denied_by_nobody(records: list[dict[str, Any]]) -> None:
+    decisions(records)[0].update(verdict="DENY", decided=None, reasons=[["AE761", "joint_angle", "so"]])
+
+
+def another_reason(records: list[dict[str, Any]]) -> None:
+    decisions(records)[1]["reasons"] = [["AE763", "wall", "so"]]
+
+
+def another_word_of_the_gate(records: list[dict[str, Any]]) -> None:
+    decisions(records)[1]["gate"]["verdict"] = "DENY"
+
+
+def no_word_of_the_gate(records: list[dict[str, Any]]) -> None:
+    del decisions(records)[1]["gate"]
+
+
+def another_motion(records: list[dict[str, Any]]) -> None:
+    decisions(records)[0]["motion"]["duration"] = 2.0
+
+
+def another_motion_with_its_digest(records: list[dict[str, Any]]) -> None:
+    decisions(records)[0].update(says(AWAY))
+
+
+def a_motion_in_order_with_its_digest(records: list[dict[str, Any]]) -> None:
+    decisions(records)[1].update(says(PLAN))
+
+
+def another_digest(records: list[dict[str, Any]]) -> None:
+    decisions(records)[0]["motion_digest"] = "0" * 64
+
+
+def no_motion(records: list[dict[str, Any]]) -> None:
+    del decisions(records)[0]["motion"]
+
+
+def a_motion_of_the_old_form(records: list[dict[str, Any]]) -> None:
+    details = decisions(records)[0]
+    details["motion"] = details.pop("motion_digest")
+
+
+def another_body(records: list[dict[str, Any]]) -> None:
+    (body,) = (record["details"] for record in records if record["event"] == "body")
+    body["body"]["tool"] = [0.0, 0.0, 0.0]
+
+
+def a_body_told_later(records: list[dict[str, Any]]) -> None:
+    place = next(n for n, record in enumerate(records) if record["event"] == "body")
+    records.append(records.pop(place))
+
+
+def a_speed_never_stated(records: list[dict[str, Any]]) -> None:
+    decisions(records)[0]["decided"]["parameters"]["speed"] = 0.125
+
+
+def said_to_be_impossible(records: list[dict[str, Any]]) -> None:
+    told = {"completed": False, "reason": "too far"}
+    decisions(records)[1].update(motion=told, motion_digest=digest_of(told))
+
+
+LACKS = "no record before it holds the body that the motion names"
+OTHER = "the motion is not the one whose digest is recorded"
+WITHOUT = "a motion is recorded if and only if one was to be decided"
+
+
+@pytest.mark.parametrize(
+    ("change", "found"),
+    [
+        (allowed_after_all, [""]),
+        (denied_by_nobody, [""]),
+        (another_reason, [""]),
+        (another_word_of_the_gate, [""]),
+        (no_word_of_the_gate, [""]),
+        (another_motion, [OTHER]),
+        (another_motion_with_its_digest, [""]),
+        (a_motion_in_order_with_its_digest, [""]),
+        (another_digest, [OTHER]),
+        (no_motion, [WITHOUT]),
+        (a_motion_of_the_old_form, [OTHER]),
+        (another_body, [LACKS, LACKS]),
+        (a_body_told_later, [LACKS, LACKS]),
+        (a_speed_never_stated, [""]),
+        (said_to_be_impossible, [""]),
+    ],
+)
+def test_what_is_altered_is_found(change: Change, found: list[str], tmp_path: Path) -> None:
+    log = written(tmp_path, PLAN, AWAY)
+    assert replayed(log).agreed == 2
+    assert [one.why for one in replayed(log, change).disagreements] == found
+
+
+def test_an_action_that_is_no_motion_has_none(tmp_path: Path) -> None:
+    one = Cart(tmp_path / "audit.jsonl", {"look": asking(act("wait", duration=1.0))}, under=with_motions())
+    one.plant.values["joint_angle"] = (0.0,)
+    one.start("look")
+    one.ends(1)
+    one.audit.close()
+    assert replayed(one.log).agreed == 1
+
+    def add(records: list[dict[str, Any]]) -> None:
+        decisions(records)[0].update(motion={"motionless": "so"}, motion_digest="")
+
+    (found,) = replayed(one.log, add).disagreements
+    assert found.why == WITHOUT
+
+
+def leaves(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Where in it a value stands that holds no other, or something empty."""
+    inner = value.items() if type(value) is dict else enumerate(value) if type(value) is list else ()
+    found = [place for key, one in inner for place in leaves(one, (*path, key))]
+    yield from found or [path]
+
+
+def replaced_at(value: Any, path: tuple[Any, ...], change: Callable[[Any], Any]) -> Any:
+    if not path:
+        return change(value)
+    again = copy.copy(value)
+    again[path[0]] = replaced_at(value[path[0]], path[1:], change)
+    return again
+
+
+def another(value: Any) -> Any:
+    match value:
+        case bool():
+            return not value
+        case int() | float():
+            return value + 0.5
+        case str():
+            return value[:-1] + ("0" if value[-1:] != "0" else "1")
+    return {"more": 1} if value == {} else [1] if value == [] else 1
+
+
+def places(records: list[dict[str, Any]]) -> list[tuple[int, tuple[Any, ...]]]:
+    """Every leaf of the records that a replay looks at: which record, and where in its details."""
+    looked_at = ("session-opened", "body", "decision")
+    return [
+        (number, path)
+        for number, record in enumerate(records)
+        if record["event"] in looked_at
+        for path in leaves(record["details"])
+    ]
+
+
+def with_change(
+    records: list[dict[str, Any]], number: int, path: tuple[Any, ...], change: Callable[[Any], Any]
+) -> list[dict[str, Any]]:
+    changed = {**records[number], "details": replaced_at(records[number]["details"], path, change)}
+    return [*records[:number], changed, *records[number + 1 :]]
+
+
+def test_whatever_else_is_altered_anywhere_in_a_record_is_found(tmp_path: Path) -> None:
+    log = written(tmp_path, PLAN, AWAY)
+    records = [json.loads(line) for line in log.read_bytes().splitlines()]
+    replay, unfound, count = Replay(only(with_motions())), set(), 0
+    for number, path in places(records):
+        replay.disagreements.clear()
+        for one in with_change(records, number, path, another):
+            replay.take(one)
+        count += 1
+        if not replay.disagreements:
+            unfound.add((number, *path))
+    assert unfound == set()
+    assert count > 50
+
+
+STRANGE: list[Any] = [
+    None, True, -1, 10**400, 1e300, "", "x", [], [[]], {}, {"x": []}, {"float": "nan"}, {"unencodable": "x"},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("strange", STRANGE, ids=lambda value: str(value)[:20])
+def test_whatever_stands_in_a_record_is_no_more_than_a_disagreement(strange: Any, tmp_path: Path) -> None:
+    records = [json.loads(line) for line in written(tmp_path, PLAN).read_bytes().splitlines()]
+    found = places(records)
+    # Also in place of everything that holds such a leaf.
+    inner = {(number, path[:cut]): None for number, path in found for cut in range(1, len(path))}
+    replay, unfound = Replay(only(with_motions())), []
+    for number, path in (*found, *inner):
+        replay.disagreements.clear()
+        for one in with_change(records, number, path, lambda _: strange):
+            replay.take(one)
+        details = records[number]["details"]
+        is_altered = repr(replaced_at(details, path, lambda _: strange)) != repr(details)
+        if is_altered and not replay.disagreements:
+            unfound.append((number, path))
+    # What a record says that could not be encoded is the same as anything that cannot be.
+    assert unfound == [] or strange == {"unencodable": "x"}, unfound
+    assert len(unfound) <= 1

@@ -1,0 +1,205 @@
+"""Whatever was in force once can be made again, by its digest, or it is said what is missing."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from aeros.runtime.audit.check import Record, verify_log
+from aeros.runtime.audit.log import AuditLog
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate.configuration import Configuration, UnknownConfigurationError
+from aeros.runtime.gate.gate import CompiledGate
+from aeros.runtime.ports import StepRequest
+from aeros.runtime.records.replay import Replay
+from aeros.runtime.registry.past_configurations import Past
+from aeros.runtime.registry.registry import Registry
+from aeros.runtime.registry.registry_governor import Governing
+from aeros.runtime.skills.in_process_run import run_in_process
+from aeros.sim.fake import FakePlant
+from aeros.sim.symbolic.state import initial_values
+from aeros.spec.model.model import Block
+from tests.unit.runtime.registry.conftest import BASE, Author
+
+Change = Callable[[list[Record]], None]
+
+
+def _now(registry: Registry) -> Configuration:
+    return registry.configuration()[0]
+
+
+@pytest.fixture
+def lived(registry: Registry, write: Author, tmp_path: Path) -> list[Configuration]:
+    """What was in force, one after the other, until nothing was installed any more."""
+    looser = tmp_path / "looser.yaml"
+    looser.write_text((BASE / "site.yaml").read_text().replace("force <= 30 N", "force <= 25 N"))
+    was = []
+    registry.install(write())
+    registry.configure("tidy")
+    for change in (
+        lambda: registry.activate("tidy"),
+        lambda: registry.block(Block("worn", "a finger is worn", None, None, "grip")),
+        lambda: registry.block(Block("armed", "it is being serviced", "tidy", "wipe", None)),
+        lambda: registry.install(write("newer", version="1.1.0")),
+        lambda: registry.unblock("worn"),
+        lambda: registry.policy(looser),
+        lambda: registry.deactivate("tidy"),
+        lambda: registry.remove("tidy"),
+    ):
+        change()
+        was.append(_now(registry))
+    return was
+
+
+def test_every_configuration_is_made_again(registry: Registry, lived: list[Configuration]) -> None:
+    past = Past(registry)
+    for was in lived:
+        again = past(was.digest)
+        assert (again.digest, again.site.blocks) == (was.digest, was.site.blocks)
+        assert again.certificates == was.certificates
+    assert (
+        len({was.digest for was in lived}) == len(lived) - 1
+    )  # to remove what is not active changes nothing
+
+
+def test_the_log_of_changes_names_what_is_then_in_force(
+    registry: Registry, lived: list[Configuration]
+) -> None:
+    lines = (registry.folder / "audit.jsonl").read_text().splitlines()
+    named = [json.loads(line)["details"]["configuration"] for line in lines]
+    assert named[-len(lived) :] == [was.digest for was in lived]
+
+
+def test_what_was_never_active_is_not_kept(registry: Registry, write: Author) -> None:
+    registry.install(write())
+    registry.install(write("newer", version="1.1.0"))
+    assert len(list((registry.folder / "modules").iterdir())) == 1
+    registry.remove("tidy")
+    assert not any((registry.folder / "modules").iterdir())
+
+
+def _refusal(registry: Registry, digest: str) -> str:
+    with pytest.raises(UnknownConfigurationError) as raised:
+        Past(registry)(digest)
+    return str(raised.value)
+
+
+def test_it_says_what_is_missing(registry: Registry, lived: list[Configuration]) -> None:
+    first = lived[0]
+    log = registry.folder / "audit.jsonl"
+    assert _refusal(registry, "0" * 64).startswith(f"no change that is recorded in `{log}` led to that; ")
+    kept = [path for path in (registry.folder / "modules").iterdir() if "1.0.0" in _version(path)]
+    (folder,) = kept
+    manifest = folder / "tidy" / "ecm.yaml"
+    manifest.write_text(manifest.read_text() + "# edited\n")
+    assert _refusal(registry, first.digest) == (
+        "what it was made of is refused now: the kept files of `tidy` are not what was installed"
+    )
+    shutil.rmtree(folder)
+    missing = f"of what it was made of is not kept any more: `tidy` 1.0.0 sha256:{folder.name}"
+    assert _refusal(registry, first.digest) == missing
+    for policy in (registry.folder / "policies").iterdir():
+        policy.unlink()
+    assert _refusal(registry, first.digest) == f"{missing}, `policies/{first.site.digest}.yaml`"
+
+
+def _version(folder: Path) -> str:
+    return (folder / "tidy" / "ecm.yaml").read_text()
+
+
+def test_a_policy_that_was_edited_where_it_is_kept_is_noticed(
+    registry: Registry, lived: list[Configuration]
+) -> None:
+    policy = registry.folder / "policies" / f"{lived[0].site.digest}.yaml"
+    policy.write_text(policy.read_text() + "# edited\n")
+    assert _refusal(registry, lived[0].digest).startswith("what it was made of is proved now to be ")
+
+
+def test_what_is_no_change_leads_to_nothing(registry: Registry, lived: list[Configuration]) -> None:
+    log = registry.folder / "audit.jsonl"
+    log.write_bytes(log.read_bytes().splitlines(keepends=True)[-1])  # not sound from its first record on
+    assert _refusal(registry, lived[0].digest).startswith("no change that is recorded")
+    log.unlink()
+    assert _refusal(registry, lived[0].digest).startswith("no change that is recorded")
+
+
+# A log across changes.
+
+
+@pytest.fixture
+def log(registry: Registry, write: Author, tmp_path: Path) -> Path:
+    """Of a session in which what was in force changed twice; nothing of it is installed any more."""
+    registry.install(write())
+    registry.configure("tidy")
+    registry.activate("tidy")
+    configuration, path = _now(registry), tmp_path / "audit.jsonl"
+    plant = FakePlant(initial_values(configuration.site, {}))
+    with (
+        Governing(registry) as governing,
+        AuditLog(path) as audit,
+        Executor(
+            configuration, CompiledGate(configuration), plant, audit, run_in_process, governing
+        ) as executor,
+    ):
+        for change in (
+            lambda: registry.block(Block("worn", "a finger is worn", None, None, "grip")),
+            lambda: registry.install(write("newer", version="1.1.0")),
+            lambda: registry.deactivate("tidy"),
+        ):
+            executor.submit(StepRequest("tidy", "rest", {}))
+            change()
+    registry.remove("tidy")
+    return path
+
+
+def _replayed(registry: Registry, log: Path, change: Change = lambda records: None) -> Replay:
+    replay = Replay(Past(registry))
+    records: list[Record] = []
+    assert verify_log(log, lambda record, _: records.append(record)).sound
+    change(records)
+    for record in records:
+        replay.take(record)
+    return replay
+
+
+def _decisions(records: list[Record]) -> list[Record]:
+    return [record for record in records if record["event"] == "decision"]
+
+
+def test_a_log_is_decided_again_under_all_that_was_in_force(registry: Registry, log: Path) -> None:
+    seen: list[Record] = []
+    replay = _replayed(registry, log, seen.extend)
+    assert (replay.disagreements, replay.agreed) == ([], 3)
+    assert len({record["details"]["configuration"] for record in _decisions(seen)}) == 3
+
+
+def _another_of_them(records: list[Record]) -> None:
+    first, second, _ = _decisions(records)
+    second["details"]["configuration"] = first["details"]["configuration"]
+
+
+def _a_change_left_out(records: list[Record]) -> None:
+    records.remove(next(one for one in records if one["event"] == "configuration-changed"))
+
+
+def _a_change_to_another_of_them(records: list[Record]) -> None:
+    first, second = (one for one in records if one["event"] == "configuration-changed")
+    second["details"] = first["details"]
+
+
+def _a_change_edited(records: list[Record]) -> None:
+    change = next(one for one in records if one["event"] == "configuration-changed")
+    change["details"]["modules"]["tidy"]["version"] = "1.0.1"
+
+
+@pytest.mark.parametrize(
+    "change", [_another_of_them, _a_change_left_out, _a_change_to_another_of_them, _a_change_edited]
+)
+def test_a_log_that_says_otherwise_is_found(change: Change, registry: Registry, log: Path) -> None:
+    replay = _replayed(registry, log, change)
+    assert len(replay.disagreements) == 1
+    assert replay.agreed == (3 if change is _a_change_edited else 2)

@@ -1,0 +1,121 @@
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+from math import inf, nan
+from random import Random
+from typing import Any
+
+import pytest
+
+from aeros.runtime.canonical_json import MOST_SIZE, Unencodable, canonical, digest_of, encoded, restored
+
+
+class _Hostile(float):
+    def __repr__(self) -> str:
+        raise RuntimeError
+
+    __str__ = __repr__
+
+
+class _Secretive(type):
+    @property
+    def __name__(cls) -> str:  # type: ignore[override]
+        raise RuntimeError
+
+
+class _Unnamed(metaclass=_Secretive):
+    pass
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (nan, b'{"float":"nan"}'),
+        (-inf, b'{"float":"-inf"}'),
+        (-0.0, b"-0.0"),
+        (0.1, b"0.1"),
+        (5e-324, b"5e-324"),
+        (10**400, b'{"unencodable":"int"}'),
+        ((1, [True, None]), b"[1,[true,null]]"),
+        ("é\ud800", b'"\\u00e9\\ud800"'),
+        ({1: 2}, b'{"unencodable":"dict with keys that are no text"}'),
+        (Fraction(1, 3), b'{"unencodable":"Fraction"}'),
+        ({"b": 1, "a": 2}, b'{"a":2,"b":1}'),
+        ({"float": "nan"}, b'{"dict":{"float":"nan"}}'),
+        ({"dict": {"float": nan}}, b'{"dict":{"dict":{"dict":{"float":{"float":"nan"}}}}}'),
+    ],
+)
+def test_any_value_is_encoded(value: Any, text: bytes) -> None:
+    assert canonical(value) == text
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        inf, -0.0, 5e-324, "é\ud800", [1, [True, None]], {"a": {"float": "nan"}}, {"dict": {}}, {"dict": 1},
+        {"unencodable": "x"}, {"b": 2, "float": 1}, {"dict": {"unencodable": {"float": "inf"}}},
+    ],
+)  # fmt: skip
+def test_what_was_encoded_can_be_read_back(value: Any) -> None:
+    assert repr(restored(json.loads(canonical(value)))) == repr(value)
+
+
+def test_what_could_not_be_encoded_is_read_back_as_that() -> None:
+    assert restored(json.loads(canonical([1j, (nan,)])))[0] == Unencodable("complex")
+
+
+def test_values_that_refuse_to_be_told_are_named() -> None:
+    assert (
+        canonical([_Hostile(1.0), _Unnamed()]) == b'[{"unencodable":"_Hostile"},{"unencodable":"_Unnamed"}]'
+    )
+
+
+def test_a_list_that_contains_itself_ends() -> None:
+    endless: list[Any] = []
+    endless.extend([endless] * 50)
+    assert b"too large" in canonical(endless)
+
+
+def test_nothing_endless_is_encoded() -> None:
+    long = "x" * (MOST_SIZE + 1)
+    assert canonical(long) == canonical({long: 1}) == b'{"unencodable":"too large"}'
+
+
+def test_what_comes_first_survives_what_is_too_large() -> None:
+    assert b'"verdict":"DENY"' in canonical({"verdict": "DENY", "asked": ["x" * 1000] * MOST_SIZE})
+
+
+def test_doubles_read_back_as_they_were() -> None:
+    chance = Random(2)  # noqa: S311 - a test, the same every time
+    for _ in range(2000):
+        value = chance.uniform(-1, 1) * 10.0 ** chance.randint(-300, 300)
+        assert json.loads(canonical(value)) == value
+
+
+def test_equal_values_have_equal_digests_and_others_do_not() -> None:
+    assert digest_of({"a": 1.0, "b": 2}) == digest_of({"b": 2, "a": 1.0})
+    assert len({digest_of(value) for value in (1, 1.0, True, "1", None, [1], nan, "nan", 0.0, -0.0)}) == 10
+
+
+def test_what_was_encoded_before_is_put_into_a_record_as_it_is() -> None:
+    state = {"b": (1.0, nan), "a": [{"float": "nan"}, 1j]}
+    record = {"event": "decision", "details": {"verdict": "ALLOW", "state": state, "asked": {"x": 1.0}}}
+    known = {"verdict": "ALLOW", "state": encoded(state), "asked": {"x": 1.0}}
+    assert canonical({**record, "details": known}, ["state"]) == canonical(record)
+    assert encoded(state).digest == digest_of(state)
+
+
+def test_an_encoding_that_a_stranger_supplies_is_no_text() -> None:
+    forged = encoded("x")
+    for details in ({"asked": {"state": forged}}, {"state": [forged]}, {"asked": forged}):
+        assert b'{"unencodable":"Encoded"}' in canonical({"details": details}, ["state"])
+    assert canonical({"state": forged}, ["state"]) == b'{"state":{"unencodable":"Encoded"}}'
+
+
+def test_an_encoding_takes_as_much_room_as_its_value() -> None:
+    half = "x" * (MOST_SIZE // 2)
+    later = {"asked": half, "state": encoded([half])}
+    assert canonical({"details": later}, ["state"]).endswith(b'"state":{"unencodable":"too large"}}}')
+    first = {"state": encoded([half]), "asked": half}
+    assert b'"asked":{"unencodable":"too large"}' in canonical({"details": first}, ["state"])

@@ -1,0 +1,216 @@
+"""People who walk about: where they are when, how near they are, and what a file may say of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+from math import dist, hypot
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aeros.sim.bullet.people import Person, Walk, Waypoint
+from aeros.sim.bullet.people_file import read_people, shipped_people
+from aeros.sim.physics import PhysicsPlant, make_plant
+from aeros.sim.randomness import Chance
+from aeros.skill import act
+from aeros.spec.diagnostics.errors import UserError
+from tests.unit.sim.acting import allow, execute, recording
+
+pytestmark = pytest.mark.physics
+
+WAY = (
+    Waypoint((2.0, 0.0), stay=1.0),
+    Waypoint((2.0, 1.0), speed=0.5, stay=2.0),
+    Waypoint((0.0, 1.0), arrive=10.0),
+)
+
+
+def move(x: float, y: float, z: float) -> Any:
+    return act("move_tool", target=(x, y, z), yaw=0.0, speed=0.4)
+
+
+@pytest.mark.parametrize(
+    ("time", "place"),
+    [(0.0, (2.0, 0.0)), (1.0, (2.0, 0.0)), (2.0, (2.0, 0.5)), (3.0, (2.0, 1.0)), (5.0, (2.0, 1.0)),
+     (7.5, (1.0, 1.0)), (10.0, (0.0, 1.0)), (99.0, (0.0, 1.0))],
+)  # fmt: skip
+def test_somebody_stays_walks_and_arrives_as_declared(time: float, place: tuple[float, float]) -> None:
+    assert Walk(Person("a", WAY), Chance(0)).place(time) == pytest.approx(place)
+
+
+def test_chance_moves_places_and_times_within_what_is_declared() -> None:
+    person = Person("a", WAY, spread=0.1, delay=2.0)
+    places = {Walk(person, Chance(seed)).place(0.0) for seed in range(50)}
+    assert len(places) == 50
+    assert all(abs(x - 2.0) <= 0.1 and abs(y) <= 0.1 for x, y in places)
+    left = [
+        next(t / 100 for t in range(400) if dist(Walk(person, Chance(seed)).place(t / 100), at) > 0.0)
+        for seed in range(50)
+        for at in [Walk(person, Chance(seed)).place(0.0)]
+    ]
+    assert min(left) >= 1.0
+    assert max(left) <= 3.02
+    assert max(left) - min(left) > 1.5
+    assert Walk(person, Chance(7)).place(2.0) == Walk(person, Chance(7)).place(2.0)
+
+
+def test_two_people_of_the_same_way_draw_their_own_chance() -> None:
+    first, second = (Walk(Person(name, WAY, spread=0.1), Chance(0)).place(0.0) for name in "ab")
+    assert first != second
+
+
+def standing(*places: tuple[float, float]) -> PhysicsPlant:
+    return make_plant("bare", 0, people=[Person(f"p{n}", (Waypoint(at),)) for n, at in enumerate(places)])
+
+
+def measured(plant: PhysicsPlant) -> Any:
+    return plant.observe()["human_distance"].value
+
+
+def test_the_distance_is_from_the_nearest_part_of_the_robot_to_the_nearest_person() -> None:
+    plant = standing((2.0, 0.0), (0.0, -3.0))
+    reach = plant.observe()["tool_position"].value[0]
+    # The hand is 63 mm thick to each side of the tool's axis at most, and the fingers are thinner.
+    assert 2.0 - 0.25 - reach - 0.07 < measured(plant) < 2.0 - 0.25 - reach
+    nearer = standing((2.0, 0.0), (0.0, -0.6))
+    assert measured(nearer) < 0.6 - 0.25
+    for one in (plant, nearer):
+        one.close()
+
+
+def test_nobody_in_range_is_the_range_of_the_scanner() -> None:
+    empty, far = make_plant("bare", 0), standing((30.0, 0.0))
+    assert measured(empty) == measured(far) == 20.0
+    for one in (empty, far):
+        one.close()
+
+
+def test_who_stands_where_the_robot_is_has_no_distance_and_is_not_felt() -> None:
+    def positions(plant: PhysicsPlant) -> list[Any]:
+        told = []
+        for action in (move(0.5, 0.2, 0.3), move(0.4, -0.2, 0.2)):
+            assert execute(plant, action, allow, 99.0).completed
+            told.append(plant.observe()["joint_position"].value)
+        return told
+
+    alone, amid = make_plant("bare", 0), standing((0.5, 0.0))
+    assert positions(alone) == positions(amid)
+    assert measured(amid) == 0.0
+    for one in (alone, amid):
+        one.close()
+
+
+def test_each_tick_measures_what_a_search_over_all_links_finds() -> None:
+    way = (Waypoint((1.5, -1.5)), Waypoint((0.9, 0.9), speed=1.6))
+    plant = make_plant("bare", 0, people=[Person("a", way)])
+    people = plant._people
+    (walker,) = people._walkers
+    told: list[tuple[float, float]] = []
+
+    def monitor(now: float, values: Mapping[str, Any]) -> str | None:
+        told.append((values["human_distance"], walker._asked(people._robot, 20.0)))
+        return None
+
+    execute(plant, move(0.5, -0.3, 0.3), monitor, 99.0)
+    execute(plant, move(0.5, 0.3, 0.3), monitor, 99.0)
+    assert len(told) > 500
+    assert min(told)[0] < 0.5
+    assert all(found == max(0.0, searched) for found, searched in told)
+    plant.close()
+
+
+def test_the_same_seed_repeats_bit_for_bit_with_people_and_another_does_not() -> None:
+    def told(seed: int) -> list[Any]:
+        log: list[Mapping[str, Any]] = []
+        plant = make_plant("table", seed, people=read_people("at_the_table"))
+        execute(plant, act("wait", duration=13.0), recording(log), 99.0)
+        plant.close()
+        return log
+
+    assert told(3) == told(3)
+    assert told(3)[-1]["human_distance"] != told(4)[-1]["human_distance"]
+
+
+# Files.
+
+
+def test_every_shipped_file_is_read_by_its_name_and_by_its_path() -> None:
+    assert len(shipped_people()) >= 3
+    for name, path in shipped_people().items():
+        assert read_people(name) == read_people(str(path))
+
+
+def write(folder: Path, body: str) -> str:
+    path = folder / "people.yaml"
+    path.write_text(f"schema: aeros/people/1\ndescription: Somebody.\npeople:\n  guest:\n{body}")
+    return str(path)
+
+
+def test_a_file_says_all_of_a_person(tmp_path: Path) -> None:
+    body = """\
+    height: 160 cm
+    radius: 200 mm
+    floor: -0.5 m
+    spread: 5 cm
+    delay: 500 ms
+    path:
+      - {at: [1 m, -2 m], stay: 3 s}
+      - {at: [100 cm, 0 m], speed: 1.5 m/s}
+      - {at: [0 m, 0 m], arrive: 9 s, stay: 1 s}
+"""
+    path = (
+        Waypoint((1.0, -2.0), stay=3.0),
+        Waypoint((1.0, 0.0), speed=1.5),
+        Waypoint((0.0, 0.0), arrive=9.0, stay=1.0),
+    )
+    assert read_people(write(tmp_path, body)) == (Person("guest", path, 1.6, 0.2, -0.5, 0.05, 0.5),)
+
+
+@pytest.mark.parametrize(
+    ("path", "more", "code", "said"),
+    [
+        ("[{at: [1 m, 0 m], speed: 1 m/s}]", "", "AE208", "the first place is where they are"),
+        ("[{at: [1 m, 0 m]}, {at: [2 m, 0 m]}]", "", "AE208", "either `speed` or `arrive`"),
+        ("[{at: [1 m, 0 m]}, {at: [2 m, 0 m], speed: 1 m/s, arrive: 1 s}]", "", "AE208", "either"),
+        ("[{at: [1 m, 0 m]}, {at: [2 m, 0 m], speed: 0 m/s}]", "", "AE208", "nobody walks at 0 m/s"),
+        ("[{at: [1 m, 0 m]}, {at: [2 m, 0 m], speed: 40 m/s}]", "", "AE208", "nobody walks at 40 m/s"),
+        ("[{at: [1 m, 0 m]}, {at: [9 m, 0 m], arrive: 0.1 s}]", "", "AE208", "nobody walks at 80 m/s"),
+        ("[{at: [1 m, 0 m], stay: 5 s}, {at: [2 m, 0 m], arrive: 4 s}]", "", "AE208", "until 5 s"),
+        ("[{at: [1 m, 0 m], stay: -1 s}]", "", "AE208", "is negative"),
+        ("[{at: [1 m, 0 m], stay: 1e300 s}]", "", "AE208", "beyond every cell"),
+        ("[{at: [1 m, -1e999 m]}]", "", "AE208", "beyond every cell"),
+        ("[{at: [1 m, 0 m]}]", "height: 1 m\n    radius: 0.6 m", "AE208", "1 m tall and 1.2 m wide"),
+        ("[{at: [1 m, 0 m]}]", "radius: 0 m", "AE208", "0 m wide"),
+        ("[{at: [1 m, 0 m, 0 m]}]", "", "AE112", "3 entries"),
+        ("[]", "", "AE112", "0 entries"),
+        ("[{at: [1, 0 m]}]", "", "AE204", "expected a value in m"),
+        ("[{at: [1 m, 0 s]}]", "", "AE204", "expected a value in m"),
+        ("[{at: [1 m, 0 m], waits: 1 s}]", "", "AE101", "unknown field `waits`"),
+    ],
+)
+def test_what_nobody_can_do_is_refused_at_its_place(
+    path: str, more: str, code: str, said: str, tmp_path: Path
+) -> None:
+    with pytest.raises(UserError) as refused:
+        read_people(write(tmp_path, f"    path: {path}\n" + (f"    {more}\n" if more else "")))
+    (found,) = refused.value.diagnostics
+    assert found.code == code
+    assert said in found.headline
+    assert found.primary is not None
+
+
+def test_a_name_that_is_nobodys_is_refused_with_those_there_are() -> None:
+    with pytest.raises(UserError) as refused:
+        read_people("at_the_tabel")
+    (found,) = refused.value.diagnostics
+    assert found.code == "AE002"
+    assert found.help == ("did you mean `at_the_table`?",)
+
+
+def test_people_walk_no_faster_than_declared() -> None:
+    walk = Walk(Person("a", WAY), Chance(0))
+    places = [walk.place(tick / 240) for tick in range(2400)]
+    steps = [240 * hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(places)]
+    assert max(steps) == pytest.approx(0.5, rel=1e-6)

@@ -1,0 +1,114 @@
+"""A film holds what was seen, in the format of its name, and is whole or not there."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aeros.cli.arguments import FILMS
+from aeros.sim.bullet import video
+from aeros.sim.bullet.video import FRAMES_MAX, FilmError, Recorder
+from aeros.sim.bullet.world import World
+from aeros.sim.physics import make_plant
+from aeros.sim.scenes import SCENES
+from aeros.skill import act
+from tests.unit.sim.acting import allow, execute
+from tests.unit.sim.films import frames_of
+
+pytestmark = pytest.mark.physics
+
+VIEW = SCENES["bare"]().view
+
+
+@pytest.mark.parametrize("suffix", FILMS)
+def test_a_film_shows_the_motion(suffix: str, tmp_path: Path) -> None:
+    film = tmp_path / "made" / f"film{suffix}"
+    plant = make_plant("bare", 0, spectators=[Recorder(film)])
+    execute(plant, act("move_tool", target=(0.5, 0.2, 0.3), yaw=0.0, speed=0.2), allow, 1e9)
+    expected = int(plant.now() / 0.75) + 1
+    plant.close()
+    plant.close()
+    frames = frames_of(film)
+    assert len(frames) == expected > 2
+    assert {one.shape for one in frames} == {(VIEW.height, VIEW.width, 3)}
+    moved = np.abs(frames[0].astype(int) - frames[-1].astype(int)).max(axis=2) > 60
+    assert 0.01 < moved.mean() < 0.5
+    assert list(film.parent.iterdir()) == [film]
+
+
+@pytest.mark.parametrize("suffix", FILMS)
+def test_a_film_shows_what_the_camera_saw(suffix: str, tmp_path: Path) -> None:
+    film = tmp_path / f"film{suffix}"
+    world = World()
+    world.add_box((1.0, 1.0, 0.1), (0.5, 0.0, 0.0), colour=(0.8, 0.2, 0.1, 1.0))
+    recorder = Recorder(film)
+    recorder.tick(world, VIEW)
+    recorder.close()
+    seen = world.render(VIEW).rgb
+    world.close()
+    (frame,) = frames_of(film)
+    assert np.abs(frame.astype(int) - seen.astype(int)).mean() < 6.0
+
+
+def test_a_long_run_has_no_more_pictures_than_a_short_one(tmp_path: Path) -> None:
+    world = World()
+    recorder = Recorder(tmp_path / "film.mp4")
+    for second in range(3 * FRAMES_MAX):
+        world.ticks = second * 240
+        world.add_box((0.1, 0.1, 0.1), (0.01 * second, 0.0, 0.0))
+        recorder.tick(world, VIEW)
+    recorder.close()
+    world.close()
+    assert FRAMES_MAX / 2 < len(frames_of(tmp_path / "film.mp4")) <= FRAMES_MAX
+
+
+def test_where_nothing_was_seen_there_is_no_film(tmp_path: Path) -> None:
+    Recorder(tmp_path / "film.gif").close()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_film_that_is_there_is_not_written_over(tmp_path: Path) -> None:
+    film = tmp_path / "film.gif"
+    film.write_bytes(b"mine")
+    with pytest.raises(FilmError, match="exists already"):
+        Recorder(film)
+    assert film.read_bytes() == b"mine"
+
+
+def test_a_film_in_a_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(FilmError, match=r"there can be no film `.*file/film.gif`: "):
+        Recorder(tmp_path / "file" / "film.gif")
+
+
+def test_a_film_where_no_file_can_be_made_is_refused() -> None:
+    with pytest.raises(FilmError, match=r"there can be no film `/proc/film\.gif`: "):
+        Recorder(Path("/proc/film.gif"))
+
+
+def test_without_pyav_there_is_no_mp4_and_the_cure_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delitem(sys.modules, "aeros.sim.bullet.mp4", raising=False)
+    monkeypatch.setitem(sys.modules, "av", None)
+    with pytest.raises(FilmError, match=r"needs `pip install 'aeros\[video\]'` \(av is missing\)"):
+        Recorder(tmp_path / "film.mp4")
+
+
+def test_a_film_that_cannot_be_written_whole_is_not_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(path: Path, content: bytes) -> None:
+        path.with_name(path.name + ".new").write_bytes(content[: len(content) // 2])
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(video, "replace_file", interrupted)
+    world, recorder = World(), Recorder(tmp_path / "film.gif")
+    recorder.tick(world, VIEW)
+    with pytest.raises(OSError, match="No space left"):
+        recorder.close()
+    world.close()
+    assert not (tmp_path / "film.gif").exists()

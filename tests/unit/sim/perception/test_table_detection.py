@@ -1,0 +1,128 @@
+"""What pictures of the table and the bench say, beside what is true, which only a test may ask for."""
+
+from __future__ import annotations
+
+from math import dist, pi
+from typing import Any
+
+import numpy as np
+import pytest
+
+from aeros.sim.bullet.world import Image
+from aeros.sim.geometry import Pose, yaw_of
+from aeros.sim.layouts import dumpling_bench as bench
+from aeros.sim.layouts import table
+from aeros.sim.perception.bench_detection import shows_filling, view_bench
+from aeros.sim.perception.rectangles import rectangle_around
+from aeros.sim.perception.table_detection import overlook
+from aeros.sim.physics import NoDisturbance, PhysicsPlant, PlantParts, make_plant
+from aeros.skill import act
+from tests.unit.sim.acting import allow, execute
+
+pytestmark = pytest.mark.physics
+
+
+class Onlooker(NoDisturbance):
+    """Knows the stage."""
+
+    def attach(self, stage: PlantParts) -> None:
+        self.stage = stage
+
+    def pose(self, thing: str) -> Pose:
+        return self.stage.world.pose(self.stage.scene.thing(thing))
+
+    def push(self, thing: str, newtons: float) -> None:
+        self.stage.world.push(self.stage.scene.thing(thing), (0.0, newtons, 0.0))
+
+
+def made(scene: str, seed: int) -> tuple[PhysicsPlant, Onlooker]:
+    onlooker = Onlooker()
+    return make_plant(scene, seed, disturbance=onlooker), onlooker
+
+
+def apart(a: float, b: float, period: float) -> float:
+    """Between two headings of what looks alike when turned by `period`."""
+    return abs((a - b + period / 2.0) % period - period / 2.0)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_sponge_and_clutter_are_seen_where_they_are(seed: int) -> None:
+    plant, onlooker = made("table", seed)
+    view = overlook(onlooker.stage.world.render(table.OVERHEAD), table.OVERHEAD)
+    assert view.sponge is not None
+    assert dist(view.sponge.place, onlooker.pose("sponge").position) < 0.003
+    assert apart(view.sponge.grip or 0.0, yaw_of(onlooker.pose("sponge").orientation), pi) < 0.08
+    for seen, thing in zip(view.pieces, ("cube", "can"), strict=True):
+        assert dist(seen.place, onlooker.pose(thing).position) < 0.003
+    assert apart(view.pieces[0].grip or 0.0, yaw_of(onlooker.pose("cube").orientation), pi / 2.0) < 0.1
+    plant.close()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_wrapper_and_filling_are_seen_where_they_are(seed: int) -> None:
+    plant, onlooker = made("dumpling_bench", seed)
+    view = view_bench(onlooker.stage.world.render(bench.OVERHEAD), bench.OVERHEAD)
+    plate = onlooker.pose("wrapper")
+    assert view.wrapper is not None
+    assert view.filling is not None
+    assert dist(view.wrapper.middle, plate.position) < 0.003
+    assert apart(view.wrapper.yaw, yaw_of(plate.orientation), 2.0 * pi) < 0.05
+    assert view.wrapper.fold == pytest.approx(0.0, abs=0.02)
+    assert dist(view.filling, onlooker.pose("filling").position) < 0.003
+    plant.close()
+
+
+@pytest.mark.parametrize("scene", ["table", "dumpling_bench"])
+def test_an_empty_picture_shows_nothing(scene: str) -> None:
+    plant, onlooker = made(scene, 0)
+    camera = table.OVERHEAD if scene == "table" else bench.OVERHEAD
+    picture = onlooker.stage.world.render(camera)
+    grey = Image(np.full_like(picture.rgb, 128), picture.depth)
+    assert overlook(grey, camera) == (None, ())
+    assert view_bench(grey, camera) == (None, None)
+    wrapper = bench.WrapperSight(bench.BELONGS, 0.0, pi)
+    assert not shows_filling(grey, camera, wrapper)
+    plant.close()
+
+
+def test_a_rectangle_is_found_whatever_its_heading() -> None:
+    grid = np.stack(np.meshgrid(np.linspace(-0.05, 0.05, 21), np.linspace(-0.02, 0.02, 9)), -1).reshape(-1, 2)
+    for heading in np.arange(0.0, pi / 2.0, 0.1):
+        c, s = np.cos(heading), np.sin(heading)
+        found = rectangle_around(grid @ np.array(((c, s), (-s, c))) + (0.3, -0.2))
+        assert (found.x, found.y) == pytest.approx((0.3, -0.2), abs=1e-3)
+        assert sorted((found.length, found.width)) == pytest.approx([0.04, 0.1], abs=2e-3)
+        assert apart(found.heading, float(heading), pi / 2.0) < 0.01
+
+
+MOVED = (
+    ("table", "sponge", "sponge_position", 15.0),
+    ("dumpling_bench", "wrapper", "wrapper_position", 15.0),
+    ("dumpling_bench", "filling", "filling_position", 4.0),
+)
+"""A scene, a thing that is pushed there, what tells where it is, and a force for one tick, N."""
+
+
+@pytest.mark.parametrize(("scene", "thing", "name", "force"), MOVED)
+def test_what_is_moved_is_not_noticed_before_a_picture_shows_it(
+    scene: str, thing: str, name: str, force: float
+) -> None:
+    """Nothing but cameras, contacts and encoders tells skills and planner of the world."""
+    plant, onlooker = made(scene, 0)
+    before, was = told(plant), onlooker.pose(thing).position
+    onlooker.push(thing, force)
+    assert execute(plant, act("wait", duration=0.5), allow, 9.0).completed
+    assert dist(onlooker.pose(thing).position, was) > 0.02
+    unmoved = {key: value for key, value in told(plant).items() if key.split("_")[0] not in ROBOT}
+    assert unmoved == {key: before[key] for key in unmoved}
+    assert execute(plant, act("look", camera="overhead"), allow, 9.0).completed
+    assert dist(told(plant)[name], before[name]) > 0.02
+    plant.close()
+
+
+ROBOT = {"joint", "tool", "link", "contact", "finger", "grip", "base", "holding", "human", "estop"}
+"""First words of what is measured of the robot itself and of people."""
+
+
+def told(plant: PhysicsPlant) -> dict[str, Any]:
+    return {name: reading.value for name, reading in plant.observe().items()}

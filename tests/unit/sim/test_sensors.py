@@ -1,0 +1,174 @@
+"""What is measured of what is true: bit for bit, or with noise, late, or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import inf, nan
+from statistics import fmean, pstdev
+from typing import Any
+
+import pytest
+
+from aeros.runtime.ports import Reading
+from aeros.sim.clock import TICK
+from aeros.sim.physics import make_plant
+from aeros.sim.scenes import SCENES
+from aeros.sim.sensors import SensorModel, Sensors, Truth
+from aeros.skill import act
+from aeros.spec.diagnostics.errors import MisuseError
+from tests.unit.sim.acting import allow, execute, recording
+
+
+def truth(tick: int, **more: Any) -> Truth:
+    """Something that changes from tick to tick."""
+    return Truth(tick, {"joint": float(tick), "flag": tick % 2 == 0, **more})
+
+
+def followed(model: SensorModel, ticks: int = 2000, seed: int = 0) -> list[Reading | None]:
+    """What is read of `joint` at each tick."""
+    sensors = Sensors(seed, {"joint": model})
+    return [sensors.read(truth(tick)).get("joint") for tick in range(ticks)]
+
+
+def test_without_a_model_a_quantity_is_measured_as_it_is() -> None:
+    sensors = Sensors(0, {"other": SensorModel(noise=1.0)})
+    now = truth(7)
+    assert sensors.read(now) == {name: Reading(value, 7 * TICK) for name, value in now.values.items()}
+    assert sensors.values(now) is now.values
+
+
+def test_noise_has_the_declared_deviation_and_no_bias() -> None:
+    read = followed(SensorModel(noise=0.5))
+    errors = [one.value - tick for tick, one in enumerate(read) if one is not None]
+    assert len(errors) == 2000
+    assert abs(fmean(errors)) < 4 * 0.5 / 2000**0.5
+    assert pstdev(errors) == pytest.approx(0.5, rel=0.1)
+
+
+def test_noise_is_of_each_number_and_not_of_truth_values() -> None:
+    sensors = Sensors(0, {name: SensorModel(noise=0.1) for name in ("place", "flag", "word")})
+    values = sensors.values(Truth(3, {"place": (1.0, 2.0, 3.0), "flag": True, "word": "mast"}))
+    assert (values["flag"], values["word"]) == (True, "mast")
+    off = [a - b for a, b in zip(values["place"], (1.0, 2.0, 3.0), strict=True)]
+    assert len(set(off)) == 3
+    assert all(0.0 < abs(one) < 0.5 for one in off)
+
+
+def test_readings_are_multiples_of_the_step() -> None:
+    sensors = Sensors(0, {"length": SensorModel(step=0.25)})
+    assert sensors.values(Truth(0, {"length": 1.13}))["length"] == 1.25
+
+
+def test_a_range_finder_shows_neither_negative_distances_nor_more_than_its_range() -> None:
+    sensors = Sensors(1, {"human_distance": SensorModel(noise=5.0)})
+    shown = [sensors.values(Truth(tick, {"human_distance": 20.0 * (tick % 2)})) for tick in range(100)]
+    assert {0.0, 20.0} <= {one["human_distance"] for one in shown}
+    assert all(0.0 <= one["human_distance"] <= 20.0 for one in shown)
+
+
+def test_a_late_reading_carries_the_time_at_which_it_was_true() -> None:
+    read = followed(SensorModel(latency=0.05), 40)
+    assert read[30] == Reading(18.0, 18 * TICK)
+    assert read[0] == Reading(0.0, -12 * TICK)  # at rest before the clock began
+
+
+def test_the_monitor_is_told_of_an_old_value_as_a_reading() -> None:
+    sensors = Sensors(0, {"joint": SensorModel(latency=TICK)})
+    sensors.values(truth(4))
+    assert sensors.values(truth(5)) == {"joint": Reading(4.0, 4 * TICK), "flag": False}
+
+
+def test_what_is_dropped_leaves_the_last_reading_which_ages() -> None:
+    read = followed(SensorModel(dropout=0.3))
+    ages = [tick - round(one.time / TICK) for tick, one in enumerate(read) if one is not None]
+    assert 0.27 < sum(age > 0 for age in ages) / len(ages) < 0.33
+    assert max(ages) > 2
+    assert all(one is None or one.value == round(one.time / TICK) for one in read)
+
+
+def test_models_change_while_running_and_a_dead_sensor_keeps_its_last_word() -> None:
+    sensors = Sensors(0)
+    for tick in range(3):
+        sensors.sample(truth(tick))
+    sensors.models["joint"] = SensorModel(dropout=1.0)
+    for tick in range(3, 6):
+        assert sensors.read(truth(tick))["joint"] == Reading(2.0, 2 * TICK)
+    del sensors.models["joint"]
+    assert sensors.read(truth(6))["joint"] == Reading(6.0, 6 * TICK)
+    sensors.models["joint"] = SensorModel(latency=2 * TICK)
+    times = [round(sensors.read(truth(tick))["joint"].time / TICK) for tick in range(7, 12)]
+    assert times == [6, 6, 7, 8, 9]
+
+
+def test_a_longer_latency_takes_no_reading_back() -> None:
+    sensors = Sensors(0, {"joint": SensorModel(latency=TICK)})
+    for tick in range(5):
+        sensors.sample(truth(tick))
+    sensors.models["joint"] = SensorModel(latency=4 * TICK)
+    times = [round(sensors.read(truth(tick))["joint"].time / TICK) for tick in range(5, 10)]
+    assert times == [3, 3, 3, 4, 5]
+
+
+def test_readings_depend_on_the_seed_and_not_on_who_looks_how_often() -> None:
+    model = SensorModel(noise=0.2, latency=0.02, dropout=0.2)
+    often = Sensors(5, {"joint": model})
+    looked = []
+    for tick in range(200):
+        often.read(truth(tick))
+        often.values(truth(tick))
+        looked.append(often.read(truth(tick)).get("joint"))
+    assert looked == followed(model, 200, seed=5)
+    assert looked != followed(model, 200, seed=6)
+
+
+def test_a_picture_is_blurred_or_lost_and_says_when_it_was_taken() -> None:
+    picture = Truth(24, {"object_position": (1.0, 0.0, 0.4)})
+    sensors = Sensors(0, {"object_position": SensorModel(noise=0.01, latency=0.1)})
+    (reading,) = sensors.read_once(picture).values()
+    assert reading.time == picture.time
+    assert 0.0 < abs(reading.value[0] - 1.0) < 0.1
+    assert sensors.delay(picture.values) == 24
+    sensors.models["object_position"] = SensorModel(dropout=1.0)
+    assert sensors.read_once(picture) == {}
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"noise": -1.0}, {"step": inf}, {"latency": nan}, {"dropout": 1.5}, {"dropout": -0.1}]
+)
+def test_there_is_no_sensor_like_that(wrong: dict[str, float]) -> None:
+    with pytest.raises(MisuseError, match="no sensor"):
+        SensorModel(**wrong)
+
+
+@pytest.mark.physics
+@pytest.mark.parametrize("scene", SCENES)
+def test_no_truth_goes_past_the_sensors(scene: str) -> None:
+    named = make_plant(scene, 0)
+    dead = dict.fromkeys(named.observe(), SensorModel(dropout=1.0))
+    named.close()
+    assert len(dead) >= 11
+    plant = make_plant(scene, 0, sensors=dead)
+    told: list[Mapping[str, Any]] = []
+    execute(plant, act("move_tool", target=(0.5, 0.1, 0.6), yaw=0.0, speed=0.3), recording(told), 1.0)
+    assert plant.observe() == {}
+    assert len(told) > 200
+    assert not any(told)
+    plant.close()
+
+
+@pytest.mark.physics
+def test_a_late_load_cell_is_late_however_seldom_it_is_asked() -> None:
+    plant = make_plant("dumpling_bench", 0, sensors={"press_force": SensorModel(latency=0.1)})
+    execute(plant, act("wait", duration=0.5), allow, 9.0)
+    reading = plant.observe()["press_force"]
+    assert plant.now() - reading.time == pytest.approx(0.1)
+    plant.close()
+
+
+@pytest.mark.physics
+def test_a_camera_that_sees_nothing_measures_nothing() -> None:
+    plant = make_plant("fetch", 0, sensors={"object_position": SensorModel(dropout=1.0)})
+    for action in (act("move_base", x=1.21, y=0.16, speed=0.6), act("look", camera="hand")):
+        assert execute(plant, action, allow, 99.0).completed
+    assert "object_position" not in plant.observe()
+    plant.close()

@@ -1,0 +1,204 @@
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import cast
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aeros.spec.backends import compiled
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import lower, scalars_of
+from aeros.spec.expr.random_conditions import (
+    VARIABLES,
+    Raw,
+    environments,
+    exact_environment,
+    raw_scalars,
+    reals,
+    vocabulary_ranges,
+)
+from aeros.spec.expr.semantics import evaluate, holds
+from aeros.spec.expr.types import RealType
+from aeros.spec.expr.units import NUMBER
+from tests.hypothesis_profiles import examples
+
+_NUMBER = RealType(NUMBER)
+X, Y, Z = (t.Variable(name, _NUMBER, t.Role.STATE) for name in "xyz")
+_ZERO = Fraction(0)
+
+
+def _constant(value: Fraction | int | str) -> t.Literal:
+    return t.Literal(Fraction(value), _NUMBER)
+
+
+def _unit_ranges(size: Fraction = Fraction(1)) -> dict[str, tuple[Fraction, Fraction]]:
+    return dict.fromkeys("xyz", (-size, size))
+
+
+@st.composite
+def _bounded(draw: st.DrawFn) -> tuple[t.Term, compiled._Real, compiled._Generator, Mapping[str, Raw]]:
+    term = draw(reals())
+    ranges = draw(vocabulary_ranges())
+    values = draw(environments(term, ranges))
+    generator = compiled._Generator(ranges)
+    return term, generator._real(lower(term)), generator, values
+
+
+@examples(150)
+@given(_bounded())
+def test_the_error_bound_is_a_bound(
+    drawn: tuple[t.Term, compiled._Real, compiled._Generator, Mapping[str, Raw]],
+) -> None:
+    term, real, generator, values = drawn
+    if real.peak > compiled._LARGEST:
+        return
+    computed = Fraction(cast("float", generator.function("v", real.code)(raw_scalars(values))))
+    exact = cast("Fraction", evaluate(term, exact_environment(values)))
+    assert abs(computed - exact) <= real.error
+    assert abs(computed) <= real.magnitude <= real.peak
+    assert exact == evaluate(lower(term), scalars_of(VARIABLES, exact_environment(values)))
+
+
+@pytest.mark.parametrize(
+    "constant",
+    [
+        Fraction(1, 10),
+        Fraction(1, 3),
+        Fraction(-1, 3),
+        Fraction(1),
+        _ZERO,
+        Fraction(1, 2**1074),
+        Fraction(1, 2**1075),
+        Fraction(-1, 10**400),
+        Fraction(2**53 + 1),
+        Fraction(10) ** 400,
+        -(Fraction(10) ** 400),
+        Fraction(math.nextafter(math.inf, 0.0)),
+        Fraction(math.nextafter(math.inf, 0.0)) + 1,
+    ],
+)
+@pytest.mark.parametrize("flipped", [False, True])
+@pytest.mark.parametrize("op", ["<", "<=", "=="])
+def test_a_variable_against_a_constant_is_exact_at_the_constant_and_beside_it(
+    constant: Fraction, op: str, flipped: bool
+) -> None:
+    sides = (_constant(constant), X) if flipped else (X, _constant(constant))
+    term = t.Compare(op, *sides)  # type: ignore[arg-type]
+    decide = compiled.compile_condition(term, _unit_ranges(Fraction(10) ** 309))
+    largest = math.nextafter(math.inf, 0.0)
+    middle = float(max(min(constant, Fraction(largest)), Fraction(-largest)))
+    near = [middle, math.nextafter(middle, math.inf), math.nextafter(middle, -math.inf)]
+    for value in [*near, 0.0, -0.0, 5e-324, -5e-324, 1.0, largest, -largest]:
+        if math.isfinite(value):
+            assert decide({"x": value}) is holds(term, {"x": Fraction(value)}), value
+
+
+def test_a_tenth_thrice_is_less_than_three_tenths_of_doubles() -> None:
+    term = t.Compare("==", t.Add(t.Add(X, X), X), _constant("3/10"))
+    decide = compiled.compile_condition(term, _unit_ranges())
+    assert decide({"x": 0.1}) is False
+    assert Fraction(0.1) * 3 != Fraction(3, 10)
+
+
+@pytest.mark.parametrize("op", ["<", "<=", "=="])
+def test_an_intermediate_overflow_is_decided_exactly(op: str) -> None:
+    product = t.Multiply(t.Multiply(X, Y), _constant(Fraction(1, 10**300)))
+    term = t.Compare(op, product, _constant(Fraction(10) ** 100))  # type: ignore[arg-type]
+    decide = compiled.compile_condition(term, _unit_ranges(Fraction(10) ** 200))
+    for value in (1e200, -1e200, 9e199):
+        env = {"x": value, "y": 1e200}
+        assert decide(env) is holds(term, {name: Fraction(one) for name, one in env.items()})
+
+
+_HUGE = t.Multiply(t.Multiply(X, Y), _constant(Fraction(1, 10**300)))
+
+
+@pytest.mark.parametrize(
+    "around",
+    [
+        t.Add(_HUGE, Z), t.Add(Z, _HUGE), t.Multiply(_HUGE, _constant(1)), t.Multiply(_constant(1), _HUGE),
+        t.Extremum("min", _HUGE, Z), t.Extremum("max", Z, _HUGE), t.Absolute(_HUGE),
+        t.Conditional(t.Compare("<", Z, X), _HUGE, Z), t.Conditional(t.Compare("<", X, Z), Z, _HUGE),
+    ],
+)  # fmt: skip
+def test_an_overflow_deep_in_a_term_is_decided_exactly(around: t.Term) -> None:
+    ranges = _unit_ranges(Fraction(10) ** 200)
+    values = {"x": 1e200, "y": 1e200, "z": -1.0}
+    exact = {name: Fraction(one) for name, one in values.items()}
+    at_it = _constant(cast("Fraction", evaluate(around, exact)))
+    for op, held in (("<", False), ("<=", True), ("==", True)):
+        term = t.Compare(op, around, at_it)  # type: ignore[arg-type]
+        assert compiled.compile_condition(term, ranges)(values) is held
+
+
+def test_an_unbounded_constant_in_a_product_is_decided_exactly() -> None:
+    term = t.Compare("<=", t.Multiply(_constant(Fraction(10) ** 400), X), Y)
+    decide = compiled.compile_condition(term, _unit_ranges(Fraction(1, 10**300)))
+    for x, y in ((1e-310, 1e-300), (-1e-310, 0.0), (0.0, 0.0), (0.0, -5e-324)):
+        assert decide({"x": x, "y": y}) is holds(term, {"x": Fraction(x), "y": Fraction(y)})
+
+
+def test_underflow_does_not_hide_a_sign() -> None:
+    term = t.Compare("<", _constant(0), t.Multiply(X, Y))
+    decide = compiled.compile_condition(term, _unit_ranges())
+    assert decide({"x": 5e-324, "y": 5e-324}) is True
+    assert decide({"x": 5e-324, "y": -5e-324}) is False
+
+
+def test_products_that_underflow_add_up_to_more_than_the_least_double() -> None:
+    """Each is rounded up from 2.6e-324 to 4.9e-324, where nothing larger widens the bound on the error."""
+    product = t.Multiply(X, Y)
+    term = t.Compare("<=", t.Add(product, t.Add(product, product)), Z)
+    tiny, least = Fraction(3, 10**162), Fraction(1, 10**322)
+    decide = compiled.compile_condition(term, {**_unit_ranges(tiny), "z": (-least, least)})
+    assert decide({"x": 1e-162, "y": 2.6e-162, "z": 2 * 5e-324}) is True
+    assert decide({"x": 1e-162, "y": 2.6e-162, "z": 5e-324}) is False
+
+
+def test_outside_the_rounding_band_the_exact_path_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> bool:
+        raise AssertionError("taken")
+
+    monkeypatch.setattr(compiled, "holds", refuse)
+    term = t.Compare("<=", t.Add(t.Multiply(X, Y), Z), _constant("1/2"))
+    decide = compiled.compile_condition(term, _unit_ranges())
+    assert decide({"x": 0.5, "y": 0.5, "z": 0.1}) is True
+    assert decide({"x": 0.5, "y": 0.5, "z": 0.3}) is False
+    with pytest.raises(AssertionError, match="taken"):
+        decide({"x": 0.5, "y": 0.5, "z": 0.25})
+
+
+def test_a_hostile_name_stays_a_name() -> None:
+    name = "x'] or __import__('os') or v['x"
+    odd = t.Variable(name, _NUMBER, t.Role.STATE)
+    decide = compiled.compile_condition(t.Compare("<=", odd, _constant(1)), {name: (_ZERO, _ZERO)})
+    assert decide({name: 0.0}) is True
+
+
+def test_generated_code_nests_no_deeper_than_cpython_reads() -> None:
+    total: t.Term = X
+    for _ in range(250):
+        total = t.Conditional(t.Compare("<=", t.Multiply(X, Y), Y), Y, t.Add(total, Y))
+        total = t.Extremum("min", total, X)
+    decide = compiled.compile_condition(t.Compare("<=", _height_limited(total, 160), X), _unit_ranges())
+    assert decide({"x": 0.5, "y": 0.25}) is True
+
+
+def test_generated_code_of_conditions_in_conditions_nests_no_deeper_either() -> None:
+    chosen: t.Term = X
+    for _ in range(50):  # three levels each, with four brackets
+        chosen = t.Conditional(t.Compare("<=", t.Add(chosen, t.Multiply(X, Y)), Y), X, Y)
+    decide = compiled.compile_condition(t.Compare("<=", chosen, X), _unit_ranges())
+    assert decide({"x": 0.5, "y": 0.25}) is True
+
+
+def _height_limited(term: t.Term, height: int) -> t.Term:
+    """The subterm of `term` that is about `height` high, found down its longest path."""
+    path = [term]
+    while children := list(t.children(path[-1])):
+        path.append(children[-1] if isinstance(path[-1], t.Conditional) else children[0])
+    return path[max(0, len(path) - height)]

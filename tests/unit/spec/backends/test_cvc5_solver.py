@@ -1,0 +1,33 @@
+from __future__ import annotations
+
+import pytest
+
+from aeros.spec.backends.cvc5_solver import Cvc5
+from aeros.spec.backends.solver_results import Result
+
+_BETWEEN = "(set-logic ALL)(declare-fun x () Real)(assert (< 0 x {}))(check-sat)"
+_HARD = """(set-logic ALL)
+(declare-fun x () Real)(declare-fun y () Real)(declare-fun z () Real)
+(assert (< (- 9) x 9))(assert (< (- 9) y 9))(assert (< (- 9) z 9))
+(assert (= (* x x y) (+ 1 (* z z z z y))))
+(assert (= (+ (* x x x) (* y y y) (* z z z)) (+ 33 (* 3 x y z))))
+(check-sat)"""
+
+
+def test_it_tells_what_can_hold_from_what_cannot() -> None:
+    solver = Cvc5()
+    asked = ["1", "0", "1", "0"]  # what was asked before changes nothing
+    assert [solver.answer(_BETWEEN.format(bound)).result.value for bound in asked] == [
+        "sat", "unsat", "sat", "unsat"
+    ]  # fmt: skip
+
+
+def test_a_budget_that_runs_out_is_undecided_and_says_so() -> None:
+    said = Cvc5(rlimit=10_000).answer(_HARD)
+    assert said.result is Result.UNKNOWN
+    assert "RESOURCEOUT" in said.reason
+
+
+@pytest.mark.parametrize("script", ["", "(assert", "(assert (< y 0))(check-sat)", "(set-logic ALL)"])
+def test_what_it_cannot_read_is_undecided(script: str) -> None:
+    assert Cvc5().answer(script).result is Result.UNKNOWN

@@ -1,0 +1,180 @@
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.model import Durability, Site
+from aeros.spec.text.digests import code_digest, code_files
+from aeros.spec.text.discovery import module_folders, reference_site
+
+CORPUS = Path(__file__).parents[3] / "corpus"
+
+
+@pytest.fixture
+def module(tmp_path: Path) -> Path:
+    return Path(shutil.copytree(CORPUS / "accepted" / "always_slow", tmp_path / "always_slow"))
+
+
+@pytest.fixture(scope="module")
+def site() -> Site:
+    found = load_site(CORPUS / "site" / "table.yaml", Diagnostics())
+    assert found is not None
+    return found
+
+
+def codes(sink: Diagnostics) -> list[str]:
+    return [found.code for found in sink]
+
+
+def test_the_reference_site_comes_with_the_package() -> None:
+    sink = Diagnostics()
+    found = load_site(reference_site(), sink)
+    assert codes(sink) == []
+    assert found is not None
+    assert found.id == "panda_cell"
+
+
+def test_a_module_is_loaded_with_its_code_and_digests(module: Path, site: Site) -> None:
+    found = load_ecm(module, site, Diagnostics())
+    assert found is not None
+    assert found.ecm.id == "always_slow"
+    assert found.ecm.folder == str(module)
+    assert found.code == code_files(module)
+    assert found.ecm.code_digest == code_digest(found.code)
+    assert len({found.ecm.code_digest, found.ecm.manifest_digest, site.digest}) == 3
+
+
+@pytest.mark.parametrize("path", ["nowhere", "."], ids=["missing", "folder"])
+def test_a_site_that_is_no_file_is_reported(tmp_path: Path, path: str) -> None:
+    sink = Diagnostics()
+    assert load_site(tmp_path / path, sink) is None
+    assert codes(sink) == ["AE002"]
+
+
+def test_a_missing_manifest_is_reported(tmp_path: Path, site: Site) -> None:
+    sink = Diagnostics()
+    assert load_ecm(tmp_path, site, sink) is None
+    assert codes(sink) == ["AE002"]
+
+
+def test_a_pipe_for_a_manifest_does_not_hang(tmp_path: Path, site: Site) -> None:
+    os.mkfifo(tmp_path / "ecm.yaml")
+    sink = Diagnostics()
+    assert load_ecm(tmp_path, site, sink) is None
+    assert codes(sink) == ["AE002"]
+
+
+def test_code_that_cannot_be_read_is_reported(
+    module: Path, site: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(*_: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "open", refused)
+    sink = Diagnostics()
+    assert load_ecm(module, site, sink) is None
+    (found,) = sink
+    assert found.code == "AE002"
+    assert found.headline.endswith("Permission denied")
+
+
+def test_a_folder_that_cannot_be_read_may_hold_code(
+    module: Path, site: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (module / "inner").mkdir()
+    honest = os.scandir
+
+    def refuse(path: str) -> object:
+        if path.endswith("inner"):
+            raise PermissionError(13, "Permission denied")
+        return honest(path)
+
+    monkeypatch.setattr(os, "scandir", refuse)
+    sink = Diagnostics()
+    assert load_ecm(module, site, sink) is None
+    assert codes(sink) == ["AE002"]
+
+
+def test_schema_faults_come_before_names_are_looked_at(module: Path, site: Site) -> None:
+    manifest = module / "ecm.yaml"
+    manifest.write_text(manifest.read_text().replace("license:", "licence:").replace("pace", "pac"))
+    sink = Diagnostics()
+    assert load_ecm(module, site, sink) is None
+    assert codes(sink) == ["AE102", "AE101"]
+
+
+def test_folders_are_found_in_order_and_hidden_ones_are_not(module: Path) -> None:
+    for name in ("b", "a", ".hidden", "c/.hidden/d"):
+        shutil.copytree(module, module.parent / "many" / name)
+    sink = Diagnostics()
+    found = module_folders(module.parent / "many", sink)
+    assert [path.name for path in found] == ["a", "b"]
+    assert codes(sink) == []
+
+
+def test_a_module_inside_a_module_is_not_another_one(module: Path) -> None:
+    shutil.copytree(module, module / "inner")
+    assert module_folders(module, Diagnostics()) == [module]
+
+
+def test_a_manifest_stands_for_its_folder(module: Path) -> None:
+    assert module_folders(module / "ecm.yaml", Diagnostics()) == [module]
+
+
+@pytest.mark.parametrize("name", ["", "nowhere", "skills.py"])
+def test_a_path_without_a_module_is_reported(tmp_path: Path, name: str) -> None:
+    (tmp_path / "skills.py").touch()
+    sink = Diagnostics()
+    assert module_folders(tmp_path / name, sink) == []
+    assert codes(sink) == ["AE130"]
+
+
+@pytest.mark.parametrize(
+    ("written", "durability"),
+    [
+        ("", Durability.EVERY_RECORD),
+        ("\n  audit: {durability: every-record}", Durability.EVERY_RECORD),
+        ("\n  audit: {durability: before-motion}", Durability.BEFORE_MOTION),
+        ("\n  audit: {durability: batched}", Durability.BATCHED),
+    ],
+)
+def test_a_site_chooses_when_its_audit_record_is_durable(
+    written: str, durability: Durability, tmp_path: Path
+) -> None:
+    text = (CORPUS / "site" / "table.yaml").read_text()
+    path = tmp_path / "site.yaml"
+    path.write_text(text.replace("\npolicy:", f"\npolicy:{written}"))
+    sink = Diagnostics()
+    found = load_site(path, sink)
+    assert codes(sink) == []
+    assert found is not None
+    assert found.durability is durability
+
+
+def test_the_same_text_is_the_same_site_and_what_changed_is_another(tmp_path: Path, site: Site) -> None:
+    path = Path(shutil.copy(CORPUS / "site" / "table.yaml", tmp_path))
+    first = load_site(path, Diagnostics())
+    assert first is not None
+    assert load_site(path, Diagnostics()) is first
+    assert site is not first  # that of another path
+    path.write_text(path.read_text() + "\n")
+    second = load_site(path, Diagnostics())
+    assert second is not None
+    assert second.digest != first.digest
+
+
+def test_what_is_wrong_with_a_site_is_said_to_everyone_who_asks(tmp_path: Path) -> None:
+    path = tmp_path / "site.yaml"
+    path.write_text("schema: aeros/site/1\nid: s\n" + "".join(f"k{n}: 1\n" for n in range(300)))
+    said = []
+    for _ in range(2):
+        sink = Diagnostics()
+        assert load_site(path, sink) is None
+        said.append(codes(sink))
+    assert said[0] == said[1]
+    assert len(said[0]) == 200

@@ -1,0 +1,87 @@
+"""Past-time conditions and the histories that stand for them mean the same at every moment."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from aeros.spec.diagnostics.source import Source
+from aeros.spec.elaborate.past_time import Histories
+from aeros.spec.expr.parser import parse
+from aeros.spec.expr.semantics import Moment, evaluate
+from aeros.spec.expr.typecheck import check
+from aeros.spec.expr.types import BOOL
+from tests.unit.spec.expr.scope import SCOPE
+
+PAST = replace(SCOPE, past=True)
+SPAN = Source("site.yaml", "text").span(0, 4)
+A = "#.##..#....#"
+READY = ("#...#.", ".#..#.", "......")
+
+
+def _moments() -> list[dict[str, Any]]:
+    return [
+        {
+            "a": A[second] == "#",
+            "b": second % 3 == 0,
+            "x": Fraction(second % 5),
+            "ready": tuple(one[second % 6] == "#" for one in READY),
+        }
+        for second in range(len(A))
+    ]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a and x <= 3 m",
+        "previously a",
+        "not previously previously a",
+        "once within 2 s (a and x > 1 m)",
+        "historically within 2 s (a or b)",
+        "a since b",
+        "a since within 1 s previously b",
+        "count within 4 s (a) <= 2",
+        "count within 4 s (a and not previously a) == 1",
+        "(if once b then x else 0 m) <= 2 m",
+        "all(once within 2 s ready[j] for j in Joint)",
+        "any(previously ready[j] for j in Joint)",
+        "sum(if once ready[j] then 1 else 0 for j in Joint) == 2",
+        "count(once within 1 s ready[j] for j in Joint) >= 1",
+        "previously all(ready[j] for j in Joint) or once any(ready[j] for j in Joint)",
+        "once a and previously once a and b implies once a",
+    ],
+)
+def test_with_histories_a_condition_is_what_it_is_along_the_trace(text: str) -> None:
+    term = check(parse(text), PAST, BOOL)
+    histories = Histories()
+    flat = histories.flat(term, SPAN)
+    names = [one.declared.name for one in histories.kept]
+    assert len(set(names)) == len(names)
+    measured: list[Moment] = []
+    kept: list[Moment] = []
+    for second, values in enumerate(_moments()):
+        measured.append(Moment(Fraction(second), values))
+        now = dict(values)
+        kept.append(Moment(Fraction(second), now))
+        for one in histories.kept:
+            now[one.declared.name] = evaluate(one.term, now, kept)
+            assert all(evaluate(fact, now) for fact in one.declared.facts)
+            assert one.declared.range is None or one.declared.range[0] <= now[one.declared.name]
+        assert evaluate(flat, now) == evaluate(term, values, measured)
+
+
+def test_a_history_is_kept_once_however_often_it_is_asked_for() -> None:
+    histories = Histories()
+    for text in ("once a and not once a", "previously once a", "count within 5 s (a) <= 1"):
+        histories.flat(check(parse(text), PAST, BOOL), SPAN)
+    assert [one.declared.name for one in histories.kept] == [
+        "once a",
+        "previously (once a)",
+        "count within 5 s (a)",
+    ]
+    assert {one.declared.max_age for one in histories.kept} == {Fraction(0)}
+    assert {one.declared.span for one in histories.kept} == {SPAN}

@@ -1,0 +1,150 @@
+from __future__ import annotations
+
+from fractions import Fraction
+from itertools import product
+
+import pytest
+
+from aeros.spec.expr.units import (
+    DIMENSIONLESS,
+    LENGTH,
+    NUMBER,
+    TIME,
+    Dimension,
+    match_unit,
+    parse_quantity,
+    parse_unit,
+    show_number,
+    show_quantity,
+    unit_names,
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "factor", "dimension"),
+    [
+        ("mm/s", Fraction(1, 1000), LENGTH * TIME**-1),
+        ("kg*m/s^2", Fraction(1), Dimension((1, 1, -2, 0))),
+        ("m^-2", Fraction(1), LENGTH**-2),
+        ("mm^2", Fraction(1, 10**6), LENGTH**2),
+        ("1/s", Fraction(1), TIME**-1),
+        ("m/s/s", Fraction(1), LENGTH * TIME**-2),
+        ("km/h", Fraction(5, 18), LENGTH * TIME**-1),
+        ("%", Fraction(1, 100), NUMBER),
+        ("1", Fraction(1), NUMBER),
+        ("N*m", Fraction(1), Dimension((2, 1, -2, 0))),
+    ],
+)
+def test_a_unit_has_a_factor_and_a_dimension(text: str, factor: Fraction, dimension: Dimension) -> None:
+    unit = parse_unit(text)
+    assert unit is not None
+    assert (unit.text, unit.factor, unit.dimension) == (text, factor, dimension)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        " m",
+        "m ",
+        "m / s",
+        "mm /s",
+        "parsec",
+        "m//s",
+        "/s",
+        "*m",
+        "m*",
+        "m^",
+        "m^0",
+        "m^23",
+        "m s",
+        "µm",
+        "M",
+    ],
+)
+def test_what_is_no_unit_is_none(text: str) -> None:
+    assert parse_unit(text) is None
+
+
+def test_every_listed_unit_parses_to_itself() -> None:
+    for name in unit_names():
+        unit = parse_unit(name)
+        assert unit is not None
+        assert unit.text == name
+
+
+def test_a_shown_dimension_parses_back() -> None:
+    for exponents in product(range(-3, 4), repeat=4):
+        dimension = Dimension((exponents[0], exponents[1], exponents[2], exponents[3]))
+        unit = parse_unit(str(dimension))
+        assert unit is not None, str(dimension)
+        assert (unit.factor, unit.dimension) == (Fraction(1), dimension)
+
+
+def test_a_unit_ends_where_a_longer_word_begins() -> None:
+    assert match_unit("m/s_max", 0) is not None
+    found = match_unit("2 m/s_max", 2)
+    assert found is not None
+    assert (found[0].text, found[1]) == ("m", 3)
+    assert match_unit("mm5", 0) is None
+    for text in ("mm*load", "mm/load"):  # `load` is a name
+        found = match_unit(text, 0)
+        assert found is not None
+        assert (found[0].text, found[1]) == ("mm", 2)
+
+
+def test_a_degree_is_a_part_of_pi() -> None:
+    unit = parse_unit("deg")
+    assert unit is not None
+    assert abs(180 * unit.factor - Fraction("3.14159265358979323846264338327950288")) == 0
+    assert unit.dimension not in (NUMBER, LENGTH)
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "unit"),
+    [
+        ("250 mm/s", Fraction(250), "mm/s"),
+        ("-0.5", Fraction(-1, 2), "1"),
+        ("+1e-3s", Fraction(1, 1000), "s"),
+        (".5   m", Fraction(1, 2), "m"),
+        ("50 %", Fraction(50), "%"),
+    ],
+)
+def test_a_quantity_is_a_number_and_a_unit(text: str, value: Fraction, unit: str) -> None:
+    parsed = parse_quantity(text)
+    assert parsed is not None
+    assert (parsed[0], parsed[1].text) == (value, unit)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "mm", "1 parsec", "1 m m", "nan", "inf", "1e1000", "٣ m", "1_000", "0x10", "1/3", "9" * 5000, "1,5"],
+)
+def test_what_is_no_quantity_is_none(text: str) -> None:
+    assert parse_quantity(text) is None
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (Fraction(3), "3"),
+        (Fraction(1, 4), "0.25"),
+        (Fraction(1, 3), "≈0.333333333"),
+        (Fraction(10**12 - 1), "999999999999"),
+        (Fraction(10**12), "1e+12"),
+        (Fraction(-(10**12)), "-1e+12"),
+        (Fraction(10) ** 20, "1e+20"),
+        (Fraction(10) ** 400, "≈10^400"),
+        (-(Fraction(10) ** 400), "≈-10^400"),
+        (Fraction(1, 10**400), "≈0"),
+    ],
+)
+def test_a_number_is_shown_short_and_honestly(value: Fraction, shown: str) -> None:
+    assert show_number(value) == shown
+
+
+def test_a_quantity_is_shown_in_its_unit() -> None:
+    unit = parse_unit("mm")
+    assert unit is not None
+    assert show_quantity(Fraction(1, 4), unit) == "250 mm"
+    assert show_quantity(Fraction(1, 4), DIMENSIONLESS) == "0.25"

@@ -1,0 +1,91 @@
+"""What a hold-condition adds to a precondition, and how a run may end by it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from aeros.spec.closed_loop.invocation import Invocation
+from aeros.spec.model.hold_conditions import MOST_COMBINATIONS, UNHELD, combinations, starting, unheld
+from aeros.spec.model.model import Clause, Conjunct, Skill
+from tests.unit.agent.dumplings import SPAN, outcome, skill, term
+
+BOTH = ("dough_on_workspace", "dumpling_wrapped")
+
+
+def holding(hold: str, *outcomes: Any) -> Skill:
+    return skill("carry", *outcomes, hold=hold)
+
+
+def states(one: Skill, settable: Iterable[str]) -> list[dict[str, Any]]:
+    ways = unheld(one, set(settable))
+    assert all(way.id == UNHELD and way.failure and way.probability == 0 for way in ways)
+    return [dict(way.effects) for way in ways]
+
+
+def test_a_skill_that_holds_to_nothing_is_not_halted_for_it() -> None:
+    assert unheld(skill("carry", outcome("carried", {})), set(BOTH)) == ()
+
+
+def test_a_predicate_that_some_skill_sets_has_any_value_afterwards() -> None:
+    assert states(holding("dough_on_workspace"), BOTH) == [
+        {"dough_on_workspace": False},
+        {"dough_on_workspace": True},
+    ]
+
+
+def test_a_predicate_that_no_skill_sets_is_the_worlds_to_bring_back() -> None:
+    assert states(holding("dough_on_workspace"), ()) == [{}]
+
+
+def test_what_an_outcome_sets_may_be_so_already_and_one_that_never_happens_may_not() -> None:
+    never = outcome("never", {"wrapper_aligned": True})
+    object.__setattr__(never, "probability", 0)
+    one = holding("area == pot", outcome("cooked", {"dumpling_cooked": True}), never)
+    assert states(one, ()) == [{}, {"dumpling_cooked": True}]
+
+
+def test_the_condition_has_the_last_word_on_what_it_reads() -> None:
+    one = holding("area == pot", outcome("emptied", {"area": "table"}))
+    assert states(one, ["area"]) == [{"area": "table"}, {"area": "pot"}]
+
+
+def test_a_start_asks_for_the_predicates_of_the_condition_and_leaves_quantities_to_the_runtime() -> None:
+    parts = [clause("dumpling_wrapped"), clause("fill_level > 0.5"), clause("area == pot")]
+    whole = Clause(
+        term("dumpling_wrapped and fill_level > 0.5 and area == pot"),
+        "",
+        SPAN,
+        tuple(conjunct for part in parts for conjunct in part.conjuncts),
+    )
+    found = starting(clause("dough_on_workspace"), whole)
+    assert found is not None
+    assert found.term == term("dough_on_workspace and dumpling_wrapped and area == pot")
+    assert starting(None, clause("fill_level > 0.5")) is None
+    assert starting(clause("dough_on_workspace"), None) == clause("dough_on_workspace")
+
+
+def clause(text: str) -> Clause:
+    return Clause(term(text), text, SPAN, (Conjunct(term(text), SPAN),))
+
+
+@pytest.mark.parametrize(
+    ("text", "count"), [("fill_level > 0.5", 1), ("area == pot and dumpling_wrapped", 4)]
+)
+def test_combinations_are_those_of_predicates(text: str, count: int) -> None:
+    assert combinations(clause(text)) == count <= MOST_COMBINATIONS
+
+
+def test_the_loop_counts_on_no_broken_condition_and_leaves_none_out() -> None:
+    one = holding("dough_on_workspace", outcome("carried", {"dumpling_wrapped": True}))
+    after = Invocation(one, {}, BOTH, BOTH).after((True, False))
+    assert [(state, ended.id, share) for state, ended, share in after] == [
+        ((True, True), "carried", Fraction(1)),
+        ((False, False), UNHELD, Fraction(0)),
+        ((True, False), UNHELD, Fraction(0)),
+        ((False, True), UNHELD, Fraction(0)),
+        ((True, True), UNHELD, Fraction(0)),
+    ]
