@@ -7,6 +7,10 @@ from enum import IntEnum
 from aeros.spec.obligations.verdicts import Conclusion
 
 
+class UsageError(Exception):
+    """A command was asked for something that does not exist; it ends with `Exit.USAGE` and this message."""
+
+
 class Exit(IntEnum):
     """Documented in docs/exit-codes.md and in every `--help`."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from aeros.cli.arguments import UsageError
+from aeros.exit_codes import UsageError
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.diagnostics.render import safe

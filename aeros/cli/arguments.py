@@ -8,16 +8,12 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from aeros.exit_codes import EXIT_CODES
+from aeros.exit_codes import EXIT_CODES, UsageError
 
 if TYPE_CHECKING:
     from aeros.spec.verification.second_solver import SecondSolver
 
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
-
-
-class UsageError(Exception):
-    """The command was asked for something that there is not; the message says what."""
 
 
 def add_command(

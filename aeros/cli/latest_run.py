@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from aeros.cli.arguments import UsageError
+from aeros.exit_codes import UsageError
 from aeros.files import replace_file
 from aeros.spec.migrations.format import FormatVersionError
 from aeros.spec.migrations.formats import LATEST_RUN

@@ -13,8 +13,7 @@ from collections.abc import Sequence
 from typing import Final
 
 import aeros
-from aeros.cli.arguments import UsageError
-from aeros.exit_codes import EXIT_CODES, Exit
+from aeros.exit_codes import EXIT_CODES, Exit, UsageError
 from aeros.spec.diagnostics.errors import UndecidedError, UserError
 from aeros.spec.diagnostics.render import render_all, safe
 

@@ -16,10 +16,10 @@ from typing import Any, get_args, get_origin
 
 import pytest
 
+from aeros.spec.declared.decode import decode
 from aeros.spec.declared.json_schema import FILES
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import Source, Span
-from aeros.spec.text.decode import decode
 from aeros.spec.text.fields import (
     PATTERNS,
     Boolean,

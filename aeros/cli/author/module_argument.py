@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TypeVar
 
-from aeros.cli.arguments import UsageError
+from aeros.exit_codes import UsageError
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
 from aeros.spec.diagnostics.render import safe
 from aeros.spec.elaborate.load import load_ecm, load_site

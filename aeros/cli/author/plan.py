@@ -16,8 +16,8 @@ from aeros.agent.planning.strategy_to_graph import task_graph
 from aeros.agent.planning.task_graph import verify_plan
 from aeros.agent.world.values import exact, plain
 from aeros.apps.goal import goal_of, value_of
-from aeros.cli.arguments import UsageError, add_command, existing_path
-from aeros.exit_codes import Exit
+from aeros.cli.arguments import add_command, existing_path
+from aeros.exit_codes import Exit, UsageError
 from aeros.runtime.registry.registry import Registry
 from aeros.sim.symbolic.state import initial_values
 from aeros.spec.closed_loop.invocation import State

@@ -11,9 +11,9 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from aeros.cli.arguments import UsageError, add_command, existing_path
+from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.module_argument import named, read_module
-from aeros.exit_codes import Exit
+from aeros.exit_codes import Exit, UsageError
 from aeros.sim.symbolic.state import initial_values
 from aeros.spec.closed_loop.markov_chain import predict
 from aeros.spec.closed_loop.outcome_probabilities import with_retries, with_skill_probabilities

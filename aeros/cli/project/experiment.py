@@ -12,8 +12,8 @@ from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Any, Final
 
-from aeros.cli.arguments import UsageError, add_command, existing_path, process_count, processors
-from aeros.exit_codes import Exit
+from aeros.cli.arguments import add_command, existing_path, process_count, processors
+from aeros.exit_codes import Exit, UsageError
 from aeros.experiments.architecture import class_of
 from aeros.experiments.catalogue import PLANTS, Entry, Experiment, catalogue, chosen
 from aeros.experiments.inputs import Where, premises_of

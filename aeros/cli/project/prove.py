@@ -14,8 +14,8 @@ from multiprocessing import current_process
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from aeros.cli.arguments import UsageError, add_command, process_count, processors, second_solver
-from aeros.exit_codes import Exit
+from aeros.cli.arguments import add_command, process_count, processors, second_solver
+from aeros.exit_codes import Exit, UsageError
 from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.theorems.check import Solvers, check_mutants, check_theorem
 from aeros.spec.theorems.module_copies import Code

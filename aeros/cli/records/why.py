@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aeros.apps.why.causal_chain import Run, Tried, Why
-from aeros.cli.arguments import UsageError, add_command, existing_path
-from aeros.exit_codes import Exit
+from aeros.cli.arguments import add_command, existing_path
+from aeros.exit_codes import Exit, UsageError
 from aeros.runtime.audit.check import Record, verify_log
 from aeros.spec.diagnostics.render import safe
 from aeros.spec.model.cause import Cause, told

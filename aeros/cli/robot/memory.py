@@ -17,8 +17,8 @@ from aeros.agent.errors import RefusedError
 from aeros.agent.memory.deletion import before, forget, of_session, of_skill
 from aeros.agent.memory.posterior import Record
 from aeros.agent.memory.queries import SkillSummary, Wanted, recollection
-from aeros.cli.arguments import UsageError, add_command
-from aeros.exit_codes import EXIT_CODES, Exit
+from aeros.cli.arguments import add_command
+from aeros.exit_codes import EXIT_CODES, Exit, UsageError
 from aeros.spec.diagnostics.render import safe
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from aeros.agent.planning.classical import Engine
 from aeros.agent.planning.compositions import CompositionPlanner
 from aeros.agent.planning.pddl import ClassicalPlanner
 from aeros.agent.planning.smt import SmtPlanner
-from aeros.cli.arguments import UsageError
+from aeros.exit_codes import UsageError
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.model.model import Ecm, Site
 

@@ -16,19 +16,11 @@ from aeros.agent.recovery.quarantine import Quarantine
 from aeros.apps.goal import goal_of
 from aeros.apps.watchdog.resumable_run import keep, restore
 from aeros.apps.watchdog.watchdog import watch
-from aeros.cli.arguments import (
-    UsageError,
-    existing_path,
-    film_path,
-    find_key_file,
-    mcap_path,
-    parse_seed,
-    writable_path,
-)
+from aeros.cli.arguments import existing_path, film_path, find_key_file, mcap_path, parse_seed, writable_path
 from aeros.cli.run.planners import LLM_KEY, planner_of
 from aeros.cli.run.run_plant import Staged, around_of, serve, watched
 from aeros.cli.run.run_task import Meant, run_task
-from aeros.exit_codes import EXIT_CODES, Exit
+from aeros.exit_codes import EXIT_CODES, Exit, UsageError
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.registry_governor import Steering

@@ -11,11 +11,11 @@ from typing import Final
 from aeros.sim.bullet import people
 from aeros.sim.shipped_files import find_file, shipped_files
 from aeros.spec.declared import people as declared
+from aeros.spec.declared.decode import decode
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import Span
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.expr.units import LENGTH, TIME, Dimension
-from aeros.spec.text.decode import decode
 from aeros.spec.text.fields import Text
 from aeros.spec.text.files import read_source
 from aeros.spec.text.yaml_reader import read_yaml

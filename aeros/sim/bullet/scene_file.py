@@ -10,11 +10,11 @@ from aeros.sim.bullet.bodies import GREY, Body, Box, Cylinder, Model
 from aeros.sim.robot.urdf import check_urdf
 from aeros.sim.shipped_files import find_file, shipped_files
 from aeros.spec.declared import scene as declared
+from aeros.spec.declared.decode import decode
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import Span
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.expr.units import ANGLE, LENGTH, MASS, Dimension
-from aeros.spec.text.decode import decode
 from aeros.spec.text.fields import Text
 from aeros.spec.text.files import read_source
 from aeros.spec.text.yaml_reader import read_yaml

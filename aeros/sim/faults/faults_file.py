@@ -16,6 +16,7 @@ from aeros.sim.faults.model import Acting, Enter, Fault, OnLook, OnSkill, OnTime
 from aeros.sim.gilbert_elliott import Channel, Process, shortest
 from aeros.sim.shipped_files import find_file, shipped_files
 from aeros.spec.declared import faults as declared
+from aeros.spec.declared.decode import decode
 from aeros.spec.declared.faults import (
     KINDS,
     LONGEST,
@@ -38,7 +39,6 @@ from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
 from aeros.spec.expr.units import TIME, Dimension
 from aeros.spec.model.model import Declared
-from aeros.spec.text.decode import decode
 from aeros.spec.text.fields import Number, Text
 from aeros.spec.text.files import read_source
 from aeros.spec.text.yaml_reader import read_yaml

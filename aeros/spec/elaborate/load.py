@@ -10,13 +10,13 @@ from typing import TypeVar
 
 from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.declared import site as declared_site
+from aeros.spec.declared.decode import decode
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.ecm import elaborate_ecm
 from aeros.spec.elaborate.site import elaborate_site
 from aeros.spec.model.model import Ecm, Site
-from aeros.spec.text.decode import decode
 from aeros.spec.text.digests import code_digest, code_files, text_digest
 from aeros.spec.text.discovery import MANIFEST
 from aeros.spec.text.files import read_source

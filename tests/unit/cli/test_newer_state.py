@@ -15,8 +15,8 @@ from aeros.agent.identity import sole_identity
 from aeros.agent.recovery.lifecycle import Lifecycle
 from aeros.agent.recovery.quarantine import Quarantine
 from aeros.apps.watchdog.resumable_run import restore
-from aeros.cli.arguments import UsageError
 from aeros.cli.latest_run import latest_run
+from aeros.exit_codes import UsageError
 from aeros.experiments.trial_store import Store
 from aeros.spec.diagnostics.errors import UserError
 

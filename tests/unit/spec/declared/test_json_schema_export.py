@@ -13,11 +13,11 @@ import pytest
 import yaml
 from jsonschema import Draft202012Validator
 
+from aeros.spec.declared.decode import decode
 from aeros.spec.declared.json_schema import FILES, json_schema_of
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import Source
-from aeros.spec.text.decode import decode
 from aeros.spec.text.files import read_source
 from aeros.spec.text.yaml_reader import read_yaml
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from aeros.spec.declared.decode import decode
 from aeros.spec.declared.ecm import Ecm
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import InternalError, UserError
@@ -14,7 +15,6 @@ from aeros.spec.migrations import formats
 from aeros.spec.migrations.format import Format, Kind, UnmigratableError, Version
 from aeros.spec.migrations.rewriting import format_of, has_known_name, rewrite
 from aeros.spec.migrations.yaml_edits import rename_key
-from aeros.spec.text.decode import decode
 from aeros.spec.text.yaml_reader import read_yaml
 from tests.unit.spec.migrations.migrating import OLD_ECM, as_version_0, with_version_0
 

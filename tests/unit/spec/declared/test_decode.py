@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aeros.spec.declared.decode import decode
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.diagnostics.render import render_text
 from aeros.spec.diagnostics.source import Source, Span
-from aeros.spec.text.decode import decode
 from aeros.spec.text.fields import (
     Boolean,
     Bounds,
